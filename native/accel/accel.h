@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "scene/scene.h"
+
+namespace cistern {
+
+struct Ray {
+  Vec3 origin;
+  Vec3 direction;  // unit
+  float t_min = 0.0f;
+  float t_max = INFINITY;
+};
+
+/// Closest surface along a ray. `normal` is the world-space geometric normal by the triangle's winding, not
+/// normalised. (u, v) weigh vertices 1 and 2.
+struct Hit {
+  float t;
+  float u, v;
+  Vec3 normal;
+  uint32_t instance;
+  uint32_t triangle;
+};
+
+/// Ray tracing on a scene: the only part of the project that knows Embree. Built once per snapshot; meshes that are
+/// instanced more than once keep an Embree scene of their own, shared with the accel of earlier snapshots;
+/// meshes used once are put into the top level in world space, which traces faster.
+/// All queries are const, thread-safe and set no state except flush-to-zero via `FlushDenormals` (see below).
+class Accel {
+ public:
+  /// `previous` may be null; parts of it that still apply are reused. `keep_instances` true never flattens (viewport
+  /// editing). Throws Error when memory runs out.
+  static std::shared_ptr<const Accel> build(std::shared_ptr<const Scene> scene,
+                                            const std::shared_ptr<const Accel>& previous = {},
+                                            bool keep_instances = false);
+  virtual ~Accel() = default;
+
+  /// `visibility`: RayVisibility bits; objects sharing no bit with it are not there for this ray.
+  virtual std::optional<Hit> intersect(const Ray& ray, uint8_t visibility) const = 0;
+  /// Whether an *opaque* shadow-casting surface lies strictly between the ends.
+  virtual bool occluded(const Ray& ray) const = 0;
+  /// Closest shadow-casting surface whose materials may let light through (MaterialProgram::may_be_transparent).
+  virtual std::optional<Hit> intersect_transparent(const Ray& ray) const = 0;
+  virtual bool has_transparent_surfaces() const = 0;
+  virtual Bounds3 bounds() const = 0;
+  /// Bytes held by Embree for this accel, scenes shared with others included.
+  virtual size_t memory_bytes() const = 0;
+};
+
+/// Sets flush-to-zero and denormals-are-zero while alive, as Embree wants, and restores the thread's state.
+class FlushDenormals {
+ public:
+  FlushDenormals();
+  ~FlushDenormals();
+  FlushDenormals(const FlushDenormals&) = delete;
+  FlushDenormals& operator=(const FlushDenormals&) = delete;
+
+ private:
+  unsigned saved_;
+};
+
+/// Throws Error when the Embree that answers is not the one compiled against (another library took over its names).
+void check_embree_version();
+
+/// Origin moved off the surface along the geometric normal to the side of `direction`, so that a ray from it does
+/// not hit that surface again. [Wächter and Binder 2019, A Fast and Robust Method for Avoiding Self-Intersection]
+Vec3 offset_origin(Vec3 position, Vec3 geometric_normal, Vec3 direction);
+
+}  // namespace cistern

@@ -1,0 +1,223 @@
+"""Native core of the Cistern render engine.
+
+Arrays are C-contiguous NumPy arrays of exactly the stated dtype (another dtype is a TypeError, never a hidden copy).
+Handles are small integers that stay valid until removed. Bad input raises `Error`, whose text names the data-block,
+the value and what is allowed, and leaves the builder as it was. Lengths are metres, angles radians, colours
+scene-linear. Matrices are row-major, object to world.
+"""
+
+from collections.abc import Sequence
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+EMBREE_VERSION: str
+
+class Error(RuntimeError): ...
+
+class LightSampling(Enum):
+    UNIFORM = 0
+    POWER = 1
+    TREE = 2
+
+class PixelFilter(Enum):
+    BOX = 0
+    GAUSSIAN = 1
+    BLACKMAN_HARRIS = 2
+
+class Status(Enum):
+    RUNNING = 0
+    DONE = 1
+    CANCELLED = 2
+    FAILED = 3
+
+class MaterialProgram:
+    """A node tree flattened to instructions; see native/scene/material_program.h for the operations.
+
+    An operand is an opaque int returned by `constant` or `emit`."""
+
+    def __init__(self, name: str) -> None: ...
+    def constant(self, x: float, y: float = 0.0, z: float = 0.0) -> int: ...
+    def emit(self, op: str, inputs: Sequence[int] = (), parameters: Sequence[int] = ()) -> int:
+        """Append an instruction, return the operand of its output. Raises Error for an unknown op or wrong counts."""
+    def closure(self, op: str, inputs: Sequence[int], parameters: Sequence[int] = ()) -> None:
+        """Append a closure; its first input is the weight (float)."""
+    def attribute(self, name: str) -> int:
+        """Index of a mesh attribute name, for ATTRIBUTE's parameter 0 and NORMAL_MAP ("" = the first UV map)."""
+    def table(self, values: NDArray[np.float32], alpha: NDArray[np.float32] | None = None) -> int:
+        """Index of a (257, 3) lookup table over [0, 1], with alpha (257,) for ramps."""
+    def image(self, handle: int) -> int:
+        """Index of an image handle, for IMAGE's parameter 0."""
+
+def describe_ops() -> dict[str, tuple[str, str, int, bool]]:
+    """Op name -> (input letters, output letter or '', parameter count, is closure). Letters: f float, c colour, v vector."""
+
+class SceneBuilder:
+    def __init__(self) -> None: ...
+    def add_mesh(
+        self,
+        name: str,
+        positions: NDArray[np.float32],  # (points, 3)
+        corner_vertices: NDArray[np.int32],  # (corners,)
+        polygon_offsets: NDArray[np.int32] | None = None,  # (polygons + 1,)
+        triangle_corners: NDArray[np.int32] | None = None,  # (triangles, 3), needed when a polygon has > 4 corners
+        triangle_polygons: NDArray[np.int32] | None = None,  # (triangles,)
+        material_indices: NDArray[np.int32] | None = None,  # (polygons,)
+        normals: NDArray[np.float32] | None = None,  # (points or corners, 3)
+        normals_domain: str = "FACE",  # FACE (flat), POINT, CORNER
+        sharp_faces: NDArray[np.uint8] | None = None,  # (polygons,)
+        attributes: Sequence[tuple[str, str, NDArray[np.float32]]] = (),  # (name, domain, (n, 1..4)); UV maps first
+        replace: int | None = None,
+    ) -> int: ...
+    def add_image(
+        self,
+        name: str,
+        pixels: NDArray,  # (height, width, channels) uint8, uint16, float16 or float32; row 0 at the bottom; kept, not copied
+        transfer: str = "LINEAR",  # LINEAR, SRGB
+        to_working_space: Sequence[float] | None = None,  # 9 numbers, row-major
+        premultiplied: bool = False,
+        use_alpha: bool = True,
+        replace: int | None = None,
+    ) -> int: ...
+    def add_material(self, program: MaterialProgram, replace: int | None = None) -> int: ...
+    def add_material_set(self, materials: Sequence[int], owner_name: str) -> int: ...
+    def add_object_name(self, name: str) -> int: ...
+    def add_instances(
+        self,
+        mesh: NDArray[np.int32],  # (n,)
+        material_set: NDArray[np.int32],  # (n,)
+        object: NDArray[np.int32],  # (n,) handles of add_object_name
+        object_to_world: NDArray[np.float32],  # (n, 4, 4) or (n, 3, 4)
+        visibility: NDArray[np.uint8],  # (n,) bits: 1 camera 2 diffuse 4 glossy 8 transmission 16 shadow
+        holdout: NDArray[np.uint8] | None = None,
+        random: NDArray[np.float32] | None = None,
+    ) -> int:
+        """Handle of the first; the others follow. Flat (singular) instances are left out and counted."""
+    @property
+    def singular_instances(self) -> int: ...
+    def add_point_light(
+        self, name: str, position: Sequence[float], radius: float, intensity: Sequence[float], soft: bool = True, **common
+    ) -> int:
+        """`intensity` W/sr; `common` for all lights: visibility=31, casts_shadow=True, use_mis=True, max_bounces=1024,
+        material=-1, replace=None."""
+    def add_spot_light(
+        self,
+        name: str,
+        object_to_world: NDArray[np.float32],
+        radius: float,
+        intensity: Sequence[float],
+        spot_size: float,
+        blend: float,
+        soft: bool = True,
+        **common,
+    ) -> int: ...
+    def add_sun_light(
+        self, name: str, direction: Sequence[float], angle: float, irradiance: Sequence[float], **common
+    ) -> int:
+        """`direction` points from the scene towards the sun."""
+    def add_area_light(
+        self,
+        name: str,
+        center: Sequence[float],
+        edge_u: Sequence[float],
+        edge_v: Sequence[float],
+        normal: Sequence[float],
+        radiance: Sequence[float],
+        ellipse: bool = False,
+        spread: float = 3.14159265,
+        **common,
+    ) -> int:
+        """Edges are full lengths; emits along `normal` only. `radiance` on axis before the spread factor."""
+    def set_environment(
+        self, material: int, visibility: int = 31, importance_width: int = 0, importance_sampling: bool = True
+    ) -> None: ...
+    def set_camera(
+        self,
+        name: str,
+        type: str,  # PERSPECTIVE, ORTHOGRAPHIC
+        camera_to_world: NDArray[np.float32],  # (4, 4), without scale
+        left: float,
+        right: float,
+        bottom: float,
+        top: float,  # window of the full frame at unit distance, see native/scene/camera.h
+        clip_start: float,
+        clip_end: float,
+        aperture_radius: float = 0.0,
+        focus_distance: float = 1.0,
+        blades: int = 0,
+        blade_rotation: float = 0.0,
+        aperture_ratio: float = 1.0,
+    ) -> None: ...
+    def remove_mesh(self, handle: int) -> None: ...
+    def remove_instance(self, handle: int) -> None: ...
+    def remove_light(self, handle: int) -> None: ...
+    def clear_instances(self) -> None: ...
+    def clear_lights(self) -> None: ...
+    def mesh_statistics(self, handle: int) -> dict[str, int]:
+        """triangles, dropped_triangles, memory_bytes"""
+    def snapshot(self) -> "Scene": ...
+
+class Scene:
+    """An immutable snapshot."""
+
+    @property
+    def triangle_count(self) -> int: ...
+    @property
+    def instance_count(self) -> int: ...
+
+class Settings:
+    """All members can be given as keyword arguments; Error for a value out of range names the member."""
+
+    def __init__(self, **members) -> None: ...
+    width: int  # full frame
+    height: int
+    region: tuple[int, int, int, int]  # x, y, width, height of the rendered part, y up; (0, 0, 0, 0) = all
+    samples: int  # >= 1
+    seed: int
+    threads: int  # 0: all
+    direct: str  # "NEE"
+    secondary: str  # "NEE"
+    indirect: str  # "PATH"
+    light_sampling: LightSampling
+    pixel_filter: PixelFilter
+    filter_width: float  # pixels
+    max_bounces: int
+    max_diffuse_bounces: int
+    max_glossy_bounces: int
+    max_transmission_bounces: int
+    max_transparent_bounces: int
+    min_bounces: int  # Russian roulette starts after these
+    film_transparent: bool
+    film_transparent_glass: bool
+    clamp_direct: float  # 0: off
+    clamp_indirect: float
+    time_limit: float  # seconds, 0: none
+    passes: Sequence[str]  # besides Combined: Direct Indirect Emission Environment Depth Normal Position Albedo DenoisingNormal Mist ...
+
+class Progress:
+    status: Status
+    frames_done: int
+    frames: int
+    seconds: float
+    remaining_seconds: float  # negative: not known yet
+    stage: str  # "Building", "Rendering"
+    error: str
+    memory_bytes: int
+    non_finite_samples: int
+    version: int  # changes whenever new pixels can be read
+
+class Session:
+    """Renders a scene on its own native thread. Every method may be called from any Python thread; none holds the GIL
+    while waiting."""
+
+    def __init__(self, settings: Settings) -> None: ...
+    def start(self, scene: Scene) -> None: ...
+    def wait(self, seconds: float) -> Progress: ...
+    def cancel(self) -> None:
+        """Returns once the render has stopped (at most 100 ms)."""
+    def read(self, pass_name: str) -> NDArray[np.float32]:
+        """(height, width, channels) of the region, row 0 at the bottom. "Combined" has 4 channels, premultiplied. Data
+        passes (Depth, Normal, Position) are means over the samples that hit something. Zeros before the first frame."""
+    def pass_names(self) -> list[str]: ...

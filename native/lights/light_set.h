@@ -1,0 +1,81 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "accel/accel.h"
+#include "base/rgb.h"
+#include "shading/surface_point.h"
+
+namespace cistern {
+
+enum class LightSampling : uint8_t { UNIFORM, POWER, TREE };
+
+/// A light sample that can be evaluated again at any receiver: which emitter, and where on it.
+struct LightSample {
+  uint32_t emitter = 0;   // index into the LightSet: lamps, then emissive triangles, then the environment
+  Vec2 uv;                // position on the emitter, in [0, 1)^2
+};
+
+/// What a light sample sends to a receiver.
+struct IncidentLight {
+  Vec3 wi;                // unit, from the receiver towards the light
+  float distance = 0.0f;  // INFINITY for sun and environment
+  Rgb radiance;           // for `is_delta`: irradiance on a plane facing wi
+  float pdf = 0.0f;       // of the direction, per solid angle, given the emitter; 1 for `is_delta`
+  bool is_delta = false;
+  bool casts_shadow = true;
+  bool use_mis = true;    // false: a scattered ray never finds this light, so it needs no MIS
+  uint8_t visibility = 31;  // RayVisibility bits: not lit where the receiver's scattering kind is not in it
+};
+
+/// A lamp shape passed through by a scattered ray before it hits a surface.
+struct LampHit {
+  uint32_t emitter = 0;
+  float distance = 0.0f;
+  Rgb radiance;
+  float pdf = 0.0f;       // per solid angle given the emitter, as IncidentLight::pdf
+};
+
+/// All emitters of a scene, ready for sampling. Immutable.
+class LightSet {
+ public:
+  LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling);
+  ~LightSet();
+
+  size_t emitter_count() const;
+  bool is_empty() const { return emitter_count() == 0; }
+  size_t memory_bytes() const;
+
+  /// Chooses an emitter for a receiver at `position` with normal `n` (unit; zero for a point that scatters to both sides),
+  /// proportionally to an estimate of what it contributes. Uses one dimension for the choice and two on the emitter. `pmf` > 0
+  /// wherever the emitter can light the point; empty only when no emitter can.
+  struct Choice { LightSample sample; float pmf; };
+  std::optional<Choice> choose(Vec3 position, Vec3 n, float u_choice, Vec2 u_emitter) const;
+  /// Probability that `choose` returns this emitter for the same receiver.
+  float pmf(uint32_t emitter, Vec3 position, Vec3 n) const;
+
+  /// Empty where the sample sends nothing to `position` (behind a one-sided light, outside a spot cone, black).
+  std::optional<IncidentLight> evaluate(const LightSample& sample, Vec3 position, const PathState& path) const;
+
+  /// Emitter of a surface hit, or none when its material does not emit (or is not worth sampling).
+  std::optional<uint32_t> emitter_of(uint32_t instance, uint32_t triangle) const;
+  /// Density per solid angle with which `evaluate` would find this point of an emissive triangle from `receiver`.
+  float surface_pdf(const SurfacePoint& emitter_point, Vec3 receiver) const;
+  /// The environment as an emitter, or none; and the density of a direction per solid angle.
+  std::optional<uint32_t> environment_emitter() const;
+  float environment_pdf(Vec3 direction) const;
+
+  /// All lamps with an extent that the ray crosses before `ray.t_max` and that this kind of ray may see and `use_mis`, in
+  /// emitter order. Suns count with distance INFINITY, only when ray.t_max is infinite. Appends to `hits`.
+  void intersect_lamps(const Ray& ray, uint8_t visibility, std::vector<LampHit>& hits) const;
+  bool has_visible_lamps() const;
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<const Impl> impl_;
+};
+
+}  // namespace cistern

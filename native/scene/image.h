@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/transform.h"
+
+namespace cistern {
+
+enum class PixelFormat : uint8_t { U8, U16, HALF, FLOAT };
+
+/// How stored values become scene-linear ones. Filtering happens on the stored values, decoding after it, as
+/// Blender users know it from Cycles.
+enum class TransferCurve : uint8_t { LINEAR, SRGB };
+
+/// Pixels in their native depth. `pixels` may be memory of somebody else (a NumPy array) kept alive by the
+/// shared pointer. Row 0 is the bottom row; channels are interleaved; 1 = grey, 2 = grey + alpha, 3 = RGB, 4 = RGBA.
+struct Image {
+  std::string name;
+  int width = 0, height = 0, channels = 0;
+  PixelFormat format = PixelFormat::U8;
+  TransferCurve transfer = TransferCurve::LINEAR;
+  /// Linear colours of the file -> working space; identity when equal. Applied after decoding.
+  std::array<float, 9> to_working_space{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  bool has_colour_matrix = false;
+  /// Colour is stored multiplied by alpha (premultiplied); lookups return it divided again.
+  bool is_premultiplied = false;
+  /// False: the alpha channel is ignored and reads as 1.
+  bool use_alpha = true;
+  std::shared_ptr<const void> pixels;
+};
+
+}  // namespace cistern

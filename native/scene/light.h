@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+
+#include "base/rgb.h"
+#include "base/transform.h"
+
+namespace cistern {
+
+// All quantities are final physical ones; addon/sync/lights.py converts Blender's watts (blender.md §2.4).
+
+/// A sphere of uniform radiance, or with `soft` a disk of the same radius that always faces the shading point,
+/// or with radius 0 a point. `intensity` is W/sr per unit of projected emitter: radiance = intensity / (pi r^2).
+struct PointLight {
+  Vec3 position;
+  float radius = 0.0f;
+  Rgb intensity;
+  bool soft = true;
+};
+
+/// A point light seen through a cone along `-axis_z` of `world_to_local`. The factor is
+/// smoothstep((cos(theta) - cos_half_angle) / ((1 - cos_half_angle) * blend)), theta measured in light space.
+struct SpotLight {
+  PointLight emitter;
+  Transform world_to_local;
+  float cos_half_angle = 0.0f;
+  float blend = 0.0f;
+};
+
+/// A cone of directions around `direction` (from the scene towards the sun) with half angle `angle / 2`.
+/// `irradiance` is W/m^2 on a plane facing it; angle 0 is a single direction.
+struct SunLight {
+  Vec3 direction;
+  float angle = 0.0f;
+  Rgb irradiance;
+};
+
+/// A one-sided parallelogram (or the ellipse inscribed in it) emitting along `normal` = -Z of the light object.
+struct AreaLight {
+  Vec3 center, edge_u, edge_v;  // full edge vectors
+  Vec3 normal;
+  bool is_ellipse = false;
+  Rgb radiance;                 // on axis before the spread factor
+  float spread = kPi;           // full angle in radians; pi = Lambertian emitter
+};
+
+struct Light {
+  std::string name;
+  std::variant<PointLight, SpotLight, SunLight, AreaLight> shape;
+  uint8_t visibility = 31;      // RayVisibility bits by which scattered rays may see the emitter
+  bool casts_shadow = true;
+  bool use_mis = true;          // false: sampled by next-event estimation only
+  int max_bounces = 1024;       // paths with more bounces do not receive it
+  int material = -1;            // emission program multiplying the light, or -1
+  bool removed = false;
+};
+
+}  // namespace cistern

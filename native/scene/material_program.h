@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace cistern {
+
+/// Type of a register. All three are stored in a Vec3; a float uses x.
+enum class ValueType : uint8_t { FLOAT, COLOR, VECTOR };
+
+/// Instructions of a material program. What each reads, writes and means stands in `op_table` (material_program.cpp),
+/// the one place that knows; the add-on finds them by name through the binding.
+enum class Op : uint8_t {
+  // Coordinates and geometry. `shift` 0, 1, 2: at the point, one footprint along dP/dx, along dP/dy (for Bump).
+  ATTRIBUTE, ATTRIBUTE_ALPHA, GENERATED, OBJECT_COORDINATE, NORMAL_COORDINATE, REFLECTION_COORDINATE,
+  CAMERA_COORDINATE, WINDOW_COORDINATE,
+  POSITION, NORMAL, TRUE_NORMAL, TANGENT, INCOMING, BACKFACING, OBJECT_RANDOM, OBJECT_LOCATION,
+  // Path state.
+  LIGHT_PATH,
+  // Conversions.
+  BROADCAST, LUMINANCE, AVERAGE, ENCODE_COLOR,
+  // Arithmetic.
+  MATH, VECTOR_MATH, VECTOR_MATH_VALUE, MIX_FLOAT, MIX_VECTOR, MIX_COLOR, CLAMP, MAP_RANGE,
+  COMBINE_XYZ, SEPARATE_X, SEPARATE_Y, SEPARATE_Z,
+  // Colour.
+  INVERT, GAMMA, BRIGHT_CONTRAST, HUE_SATURATION, RGB_TO_HSV, HSV_TO_RGB, RGB_TO_HSL, HSL_TO_RGB,
+  BLACKBODY, CURVE_LOOKUP, RAMP_LOOKUP, RAMP_LOOKUP_ALPHA,
+  // Vectors.
+  MAPPING, NORMAL_MAP, BUMP, VECTOR_TRANSFORM, VECTOR_ROTATE,
+  // Shading helpers.
+  FRESNEL, LAYER_WEIGHT_FRESNEL, LAYER_WEIGHT_FACING,
+  // Textures.
+  IMAGE, IMAGE_ALPHA, ENVIRONMENT_IMAGE, CHECKER, CHECKER_FACTOR, GRADIENT, NOISE, NOISE_COLOR, VORONOI_DISTANCE,
+  VORONOI_COLOR, VORONOI_POSITION, WAVE, WHITE_NOISE, WHITE_NOISE_COLOR, BRICK, BRICK_FACTOR, MAGIC,
+  // Closures: first input is the weight (float), no output.
+  CLOSURE_PRINCIPLED, CLOSURE_DIFFUSE, CLOSURE_GLOSSY, CLOSURE_GLASS, CLOSURE_REFRACTION, CLOSURE_TRANSLUCENT,
+  CLOSURE_TRANSPARENT, CLOSURE_EMISSION, CLOSURE_SHEEN, CLOSURE_METALLIC, CLOSURE_HOLDOUT,
+  COUNT
+};
+
+/// A value an instruction reads: a register, or with the top bit set a constant.
+struct Operand {
+  uint16_t code = 0;
+  static constexpr uint16_t kConstantBit = 0x8000;
+  bool is_constant() const { return (code & kConstantBit) != 0; }
+  int index() const { return code & (kConstantBit - 1); }
+  friend bool operator==(Operand, Operand) = default;
+};
+
+struct Instruction {
+  Op op{};
+  uint8_t input_count = 0;
+  uint16_t output = 0;          // register written; unused by closures
+  uint32_t first_input = 0;     // into MaterialProgram::inputs
+  /// Static parameters by position, as `op_table` lists them: enum values, image and table indices, flags, shift.
+  int32_t parameters[4] = {0, 0, 0, 0};
+};
+
+/// A node tree flattened to instructions on registers. Constants are folded by the exporter, so that most
+/// materials are one closure with constant operands.
+struct MaterialProgram {
+  std::string name;
+  std::vector<Instruction> instructions;
+  std::vector<Operand> inputs;
+  std::vector<Vec3> constants;
+  std::vector<std::string> attribute_names;     // parameter 0 of ATTRIBUTE; "" = the first UV map
+  std::vector<std::vector<Vec3>> tables;        // ramps and curves: 257 samples over [0, 1]
+  std::vector<std::vector<float>> table_alphas; // alpha of ramps, beside `tables`
+  std::vector<int> images;                      // image handles used; IMAGE's parameter 0 indexes this
+  uint16_t register_count = 0;
+
+  // Derived by `finish_program`.
+  bool may_be_transparent = false;  // a shadow ray may pass: has transparent / alpha closures
+  bool may_emit = false;
+  bool emission_is_constant = false;  // no emission operand depends on the hit: `constant_emission` is exact
+  Vec3 constant_emission;
+  bool needs_tangent = false;
+  bool needs_footprint = false;     // has BUMP
+  bool reads_light_path = false;
+};
+
+struct OpDescription {
+  const char* name;
+  const char* inputs;       // one letter per input: f float, c colour, v vector
+  char output;              // f, c, v, or 0 for closures
+  int parameter_count;
+  bool is_closure;
+};
+
+/// What `op` reads and writes. Total: every Op has an entry.
+const OpDescription& describe(Op op);
+/// The op called `name`; throws Error naming `program_name` if there is none.
+Op find_op(const std::string& name, const std::string& program_name);
+
+/// Checks registers, types, operand counts, images and tables and fills the derived members.
+/// Throws Error naming the program, the instruction and the value. `image_count` bounds the image handles.
+void finish_program(MaterialProgram& program, int image_count);
+
+inline constexpr int kMaxRegisters = 256;
+inline constexpr int kTableSize = 257;
+
+}  // namespace cistern

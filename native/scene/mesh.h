@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace cistern {
+
+/// Where per-element data of a mesh lives; `CORNER` is a vertex of one polygon.
+enum class Domain : uint8_t { POINT, FACE, CORNER };
+
+/// A named per-corner or per-point attribute of 1 to 4 floats (UV maps have 2, colours 4).
+struct MeshAttribute {
+  std::string name;
+  Domain domain = Domain::CORNER;
+  int components = 2;
+  std::shared_ptr<const float[]> values;  // components floats per element
+};
+
+using TriangleIndices = std::array<uint32_t, 3>;
+
+/// A triangle mesh in object space, immutable once built. See scene_builder.h for how polygons become triangles.
+struct Mesh {
+  std::string name;
+  std::vector<Vec3> positions;
+  std::vector<TriangleIndices> vertices;   // per triangle: indices into positions
+  std::vector<TriangleIndices> corners;    // per triangle: indices into corner data; empty without such data
+  std::vector<uint32_t> polygons;          // per triangle: its polygon; empty where every polygon is a triangle
+  std::vector<uint16_t> material_slots;    // per triangle; empty = slot 0 everywhere
+  Domain normals_domain = Domain::FACE;    // FACE: flat shading, no stored normals
+  std::vector<uint32_t> normals;           // octahedral 2x16 bits per point or per corner
+  std::vector<MeshAttribute> attributes;   // UV maps first, in Blender's order
+  Bounds3 bounds;
+  uint32_t dropped_triangles = 0;          // zero-area or with non-finite coordinates: left out, reported
+
+  size_t triangle_count() const { return vertices.size(); }
+  /// Index of the attribute called `name`, or -1.
+  int find_attribute(const std::string& name) const;
+};
+
+/// Unit vector <-> 2 x 16 bit octahedral code. [Cigolle et al. 2014]
+uint32_t encode_octahedral(Vec3 n);
+Vec3 decode_octahedral(uint32_t code);
+
+}  // namespace cistern

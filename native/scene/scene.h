@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scene/camera.h"
+#include "scene/environment.h"
+#include "scene/image.h"
+#include "scene/instance.h"
+#include "scene/light.h"
+#include "scene/material_program.h"
+#include "scene/mesh.h"
+
+namespace cistern {
+
+/// An immutable snapshot of everything to render. Meshes, images and programs are shared between snapshots: an
+/// edit builds a new Scene that keeps every untouched part. Indices are the builder's stable handles; a removed
+/// handle leaves a null pointer (or an instance with mesh = -1, or a light with `removed`).
+struct Scene {
+  std::vector<std::shared_ptr<const Mesh>> meshes;
+  std::vector<std::shared_ptr<const Image>> images;
+  std::vector<std::shared_ptr<const MaterialProgram>> materials;
+  /// Material handle per slot of a mesh; shared by all instances that use the same ones.
+  std::vector<std::vector<int>> material_sets;
+  std::vector<std::string> object_names;
+  std::vector<Instance> instances;
+  std::vector<Light> lights;
+  Environment environment;
+  Camera camera;
+
+  /// Material handle of a triangle; slots beyond the set take its last entry, as in Blender.
+  int material_of(const Instance& instance, uint32_t triangle) const {
+    const std::vector<int>& set = material_sets[instance.material_set];
+    const Mesh& mesh = *meshes[instance.mesh];
+    const size_t slot = mesh.material_slots.empty() ? 0 : mesh.material_slots[triangle];
+    return set[slot < set.size() ? slot : set.size() - 1];
+  }
+};
+
+}  // namespace cistern

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "scene/scene.h"
+
+namespace cistern {
+
+/// Polygons as Blender keeps them; every span is read during the call only.
+struct MeshInput {
+  std::string name;
+  std::span<const Vec3> positions;
+  std::span<const int32_t> corner_vertices;      // per corner: index into positions
+  /// polygon_count + 1 offsets into the corners. Empty: every polygon is a triangle.
+  std::span<const int32_t> polygon_offsets;
+  /// Triangulation made elsewhere: 3 corner indices and one polygon index per triangle. Needed only when a polygon
+  /// has more than 4 corners; empty otherwise.
+  std::span<const int32_t> triangle_corners;
+  std::span<const int32_t> triangle_polygons;
+  std::span<const int32_t> material_indices;     // per polygon; empty = 0
+  Domain normals_domain = Domain::FACE;          // FACE: `normals` is empty
+  std::span<const Vec3> normals;                 // per point or per corner, any length > 0
+  std::span<const uint8_t> sharp_faces;          // per polygon, 1 = flat although normals exist; may be empty
+  std::vector<MeshAttribute> attributes;
+};
+
+/// Collects a scene; keeps handles stable across edits. Not thread-safe; `snapshot` returns an immutable copy that
+/// shares all meshes, images and programs. Bad input throws Error and leaves the builder as it was.
+class SceneBuilder {
+ public:
+  /// Splits polygons into triangles (a concave quad along the diagonal from its reflex corner), drops triangles that
+  /// are degenerate or not finite (counted in Mesh::dropped_triangles), checks every index. A mesh without
+  /// polygons is allowed. Handles count up from 0; passing `replace` keeps a handle.
+  int add_mesh(const MeshInput& input, std::optional<int> replace = {});
+  int add_image(Image image, std::optional<int> replace = {});
+  /// Runs `finish_program`.
+  int add_material(MaterialProgram program, std::optional<int> replace = {});
+  /// A set may be empty: then slot 0 is `default_material`, made on demand (grey diffuse, 0.8).
+  int add_material_set(std::vector<int> materials, const std::string& owner_name);
+  int add_object_name(std::string name);
+  /// Throws Error naming the object for a matrix with non-finite entries. A singular matrix (flat object) is not an
+  /// error: returns the handle of an instance that is left out of the picture and counted in `singular_instances`.
+  int add_instance(const Instance& instance, std::optional<int> replace = {});
+  int add_light(Light light, std::optional<int> replace = {});
+  void set_environment(const Environment& environment);
+  void set_camera(const Camera& camera, const std::string& name);
+  void remove_mesh(int handle);
+  void remove_instance(int handle);
+  void remove_light(int handle);
+  void clear_instances();
+  void clear_lights();
+
+  int singular_instances() const { return singular_instances_; }
+  std::shared_ptr<const Scene> snapshot() const { return std::make_shared<Scene>(scene_); }
+
+ private:
+  Scene scene_;
+  int default_material_ = -1;
+  int singular_instances_ = 0;
+};
+
+}  // namespace cistern

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <variant>
+
+#include "base/frame.h"
+#include "base/rgb.h"
+#include "shading/surface_point.h"
+
+namespace cistern {
+
+/// How a scattering event counts for max bounces, ray visibility and Light Path nodes.
+enum class ScatterKind : uint8_t { DIFFUSE, GLOSSY, TRANSMISSION };
+
+/// Roughness (sqrt of the GGX alpha) below which a lobe is too smooth to reconnect: design.md §3.
+inline constexpr float kReconnectRoughness = 0.2f;
+
+// --- Lobes: one file each (lobe_*.h/.cpp). Each documents f, its density and its source.
+struct LambertLobe { Vec3 n; };
+struct OrenNayarLobe { Vec3 n; float a = 1.0f, b = 0.0f; Rgb multi_scatter; };
+struct TranslucentLobe { Vec3 n; };
+struct SheenLobe { Vec3 n; float a = 1.0f, b = 0.0f; };
+
+enum class FresnelModel : uint8_t { NONE, DIELECTRIC, GENERALIZED_SCHLICK, F82_TINT };
+/// GGX reflection, refraction, or both (glass). `alpha_*` 0 is a perfect mirror (a delta lobe).
+struct MicrofacetLobe {
+  Vec3 n, tangent;
+  float alpha_x = 0.0f, alpha_y = 0.0f;
+  float ior = 1.0f;            // of the far side relative to the near one
+  bool reflects = true, transmits = false;
+  FresnelModel fresnel = FresnelModel::NONE;
+  Rgb f0, f90_or_b;            // GENERALIZED_SCHLICK: F0, F90; F82_TINT: F0, b
+  Rgb reflection_tint{1.0f}, transmission_tint{1.0f};
+  float energy_scale = 1.0f;   // multiple-scattering compensation
+};
+
+struct Lobe {
+  std::variant<LambertLobe, OrenNayarLobe, TranslucentLobe, SheenLobe, MicrofacetLobe> model;
+  Rgb weight;                  // multiplies f
+  float sample_weight = 0.0f;  // unnormalised probability of choosing this lobe
+};
+
+/// The scattering at one point: a sum of lobes, what passes straight through, and what is emitted.
+struct Bsdf {
+  static constexpr int kMaxLobes = 8;
+  std::array<Lobe, kMaxLobes> lobes;  // the first `count` are valid
+  int count = 0;
+  Rgb transparency;            // weight of light passing straight through
+  Rgb emission;                // radiance towards wo
+  float holdout = 0.0f;        // in [0, 1]
+  Vec3 ng, wo;                 // of the surface point: unit, same side
+  float total_sample_weight = 0.0f;  // of the lobes, transparency not included
+
+  bool scatters() const { return count > 0; }
+};
+
+/// f(wo, wi) |cos(theta_i)| summed over the lobes, split by lobe: `smooth` from lobes with roughness below
+/// kReconnectRoughness, `rough` from the others. Delta lobes contribute nothing.
+/// `pdf` is the density of `sample_bsdf` for wi, per solid angle (delta lobes excluded but counted in the choice).
+struct BsdfEvaluation {
+  Rgb rough_cos, smooth_cos;
+  float pdf = 0.0f;
+  Rgb total_cos() const { return rough_cos + smooth_cos; }
+};
+BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, Vec3 wi);
+
+/// One direction. Weights are f cos / pdf over all lobes (for a delta lobe: its own weight / probability).
+/// `pdf` is per solid angle, or for `is_delta` the discrete probability of the lobe.
+struct BsdfSample {
+  Vec3 wi;
+  Rgb rough_weight, smooth_weight;
+  float pdf = 0.0f;
+  ScatterKind kind = ScatterKind::DIFFUSE;
+  bool is_delta = false;
+  Rgb total_weight() const { return rough_weight + smooth_weight; }
+};
+/// Empty when the sample is absorbed (below the surface or zero weight). Uses two dimensions for the direction
+/// and one for the lobe. Transparency is not sampled here.
+std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction);
+
+/// Directional albedo estimate for denoising, [0, 1] for conserving materials; and the mean shading normal.
+Rgb bsdf_albedo(const Bsdf& bsdf);
+Vec3 bsdf_normal(const Bsdf& bsdf);
+
+}  // namespace cistern

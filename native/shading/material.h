@@ -1,0 +1,20 @@
+#pragma once
+
+#include "shading/bsdf.h"
+
+namespace cistern {
+
+/// Runs the program of `point.material` and builds the BSDF. A missing material (-1) is black. Non-finite results
+/// of node arithmetic become 0. Pure: depends on nothing but its arguments.
+Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const PathState& path);
+
+/// Only what is emitted towards wo: same value as evaluate_material(...).emission, cheaper.
+Rgb evaluate_emission(const Scene& scene, const SurfacePoint& point, const PathState& path);
+
+/// Only what passes straight through: same as evaluate_material(...).transparency.
+Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const PathState& path);
+
+/// Radiance arriving from `direction` (unit, away from the scene) by the environment's program; black without one.
+Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& path);
+
+}  // namespace cistern

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "base/rgb.h"
+#include "scene/image.h"
+
+namespace cistern {
+
+enum class Interpolation : uint8_t { LINEAR, CLOSEST, CUBIC };
+enum class Extension : uint8_t { REPEAT, EXTEND, CLIP, MIRROR };
+
+struct Texel {
+  Rgb color;       // scene-linear, not premultiplied
+  float alpha = 1.0f;
+};
+
+/// Texture lookup at (u, v), v up, [0, 1] covering the image once. Outside of a CLIP image: transparent black.
+Texel lookup_image(const Image& image, float u, float v, Interpolation interpolation, Extension extension);
+
+/// Equirectangular lookup: the image centre looks along +X, u = 1/2 - atan2(y, x)/2pi, v = 1 - acos(z)/pi from the top
+/// (blender.md §2.5). `direction` need not be unit.
+Texel lookup_equirectangular(const Image& image, Vec3 direction, Interpolation interpolation);
+
+}  // namespace cistern
