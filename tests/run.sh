@@ -1,0 +1,77 @@
+#!/usr/bin/env bash
+# Runs the tests: the core's own, Python over the binding, and Blender with the add-on.
+#
+#   bash tests/run.sh [--full]
+#
+# --full adds what takes long: tests marked slow, the core's tests under the address and undefined-behaviour
+# sanitizers, clang-tidy where it is installed, and the Blender tests in Blender 4.2 and 4.5 too.
+#
+# CISTERN_TEST_SCENES names a folder of further .blend files; tests that need them are skipped without it.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+full=0
+case "${1:-}" in
+  '') ;;
+  --full) full=1 ;;
+  *) echo "usage: bash tests/run.sh [--full]" >&2 && exit 2 ;;
+esac
+
+resources=$(mktemp -d)
+trap 'rm -rf "$resources"' EXIT
+failed=()
+
+part() { # part NAME COMMAND...: runs it, tells how long it took, remembers a failure and goes on
+  local name=$1 start=$SECONDS
+  shift
+  echo "== $name"
+  if "$@"; then
+    echo "== $name passed ($((SECONDS - start)) s)"
+  else
+    echo "== $name FAILED ($((SECONDS - start)) s)"
+    failed+=("$name")
+  fi
+}
+
+native_tests() { # native_tests PRESET
+  cmake --preset "$1" >/dev/null && cmake --build --preset "$1" -- --quiet &&
+    timeout -k 5 900 ctest --preset "$1" -j "$(nproc)" --timeout 300 | tail -n 15
+}
+
+python_tests() { # python_tests VENV SECONDS FOLDER: pytest in a process with a hard end, Blender's settings kept apart
+  local venv=$1 limit=$2 folder=$3 marks="not slow"
+  [ $full = 0 ] || marks="slow or not slow"
+  BLENDER_USER_RESOURCES=$(mktemp -d -p "$resources") \
+    timeout -k 5 "$limit" "$venv/bin/python" -m pytest -q -m "$marks" "$folder"
+}
+
+tidy() {
+  command -v clang-tidy >/dev/null || { echo "clang-tidy is not installed: left out" && return 0; }
+  git ls-files -z 'native/*.cpp' ':!native/binding' | xargs -0 -n 4 -P "$(nproc)" clang-tidy --quiet -p build/release
+}
+
+bash examples/setup.sh --tests
+if [ -z "${CISTERN_TEST_SCENES:-}" ]; then
+  echo "CISTERN_TEST_SCENES is not set: tests on further scenes are skipped"
+fi
+limit=900
+[ $full = 0 ] || limit=7200
+
+part "native tests" native_tests Release
+part "render tests" python_tests .venv $limit tests/render
+part "Blender 5.0 tests" python_tests .venv $limit tests/blender
+if [ $full = 1 ]; then
+  part "native tests under sanitizers" native_tests Sanitize
+  part "clang-tidy" tidy
+  for version in 4.2.23 4.5.15; do
+    venv=build/venv-${version%.*}
+    part "Blender ${version%.*} set-up" bash examples/setup.sh --tests --bpy $version --venv "$venv"
+    part "Blender ${version%.*} tests" python_tests "$venv" $limit tests/blender
+  done
+fi
+
+if [ ${#failed[@]} -gt 0 ]; then
+  printf 'FAILED after %d s:' $SECONDS && printf ' %s;' "${failed[@]}" && echo
+  exit 1
+fi
+echo "All tests passed in $SECONDS s"
