@@ -16,8 +16,8 @@ struct Ray {
   float t_max = INFINITY;
 };
 
-/// Closest surface along a ray. `normal` is the world-space geometric normal by the triangle's winding, not
-/// normalised. (u, v) weigh vertices 1 and 2.
+/// Closest surface along a ray. `normal` is the geometric normal by the triangle's winding in object space, mapped to
+/// the world and not normalised: the outside of a mirrored object stays outside. (u, v) weigh vertices 1 and 2.
 struct Hit {
   float t;
   float u, v;
@@ -65,6 +65,8 @@ class FlushDenormals {
 
 /// Throws Error when the Embree that answers is not the one compiled against (another library took over its names).
 void check_embree_version();
+/// Version of the Embree compiled against, "3.13.5".
+std::string embree_version();
 
 /// Origin moved off the surface along the geometric normal to the side of `direction`, so that a ray from it does
 /// not hit that surface again. [Wächter and Binder 2019, A Fast and Robust Method for Avoiding Self-Intersection]

@@ -1,0 +1,117 @@
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+#include "accel/accel.h"
+#include "accel/top_level.h"
+
+namespace cistern {
+namespace {
+
+void set_ray(RTCRay& out, const Ray& ray, uint32_t mask) {
+  out.org_x = ray.origin.x;
+  out.org_y = ray.origin.y;
+  out.org_z = ray.origin.z;
+  out.tnear = ray.t_min;
+  out.dir_x = ray.direction.x;
+  out.dir_y = ray.direction.y;
+  out.dir_z = ray.direction.z;
+  out.time = 0.0f;
+  out.tfar = ray.t_max;
+  out.mask = mask;
+  out.id = 0;
+  out.flags = 0;
+}
+
+class EmbreeAccel final : public Accel {
+ public:
+  EmbreeAccel(std::shared_ptr<const TopLevel> top, MeshScenes mesh_scenes)
+      : top_(std::move(top)), mesh_scenes_(std::move(mesh_scenes)) {}
+
+  std::optional<Hit> intersect(const Ray& ray, uint8_t visibility) const override {
+    // A shadow-visibility ray sees both kinds of shadow casters.
+    return closest_hit(ray, visibility | ((visibility & kVisibleToShadow) << 1));
+  }
+  bool occluded(const Ray& ray) const override {
+    RTCRay query;
+    set_ray(query, ray, kOpaqueShadowMask);
+    embree_occluded(top_->scene.get(), query);
+    return query.tfar < 0.0f;
+  }
+  std::optional<Hit> intersect_transparent(const Ray& ray) const override {
+    return closest_hit(ray, kTransparentShadowMask);
+  }
+  bool has_transparent_surfaces() const override { return top_->has_transparent_surfaces; }
+  Bounds3 bounds() const override { return top_->bounds; }
+  size_t memory_bytes() const override {
+    size_t bytes = top_->memory_bytes;
+    for (const auto& [mesh, mesh_scene] : mesh_scenes_) bytes += mesh_scene->memory_bytes;
+    return bytes;
+  }
+
+  const std::shared_ptr<const TopLevel>& top() const { return top_; }
+  const MeshScenes& mesh_scenes() const { return mesh_scenes_; }
+
+ private:
+  std::optional<Hit> closest_hit(const Ray& ray, uint32_t mask) const {
+    RTCRayHit query;
+    set_ray(query.ray, ray, mask);
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    embree_intersect(top_->scene.get(), query);
+    const RTCHit& hit = query.hit;
+    if (hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    const uint32_t instance = hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? hit.geomID : hit.instID[0];
+    const Vec3 normal = top_->normal_maps[instance].transposed_vector({hit.Ng_x, hit.Ng_y, hit.Ng_z});
+    return Hit{query.ray.tfar, hit.u, hit.v, normal, instance, hit.primID};
+  }
+
+  std::shared_ptr<const TopLevel> top_;
+  MeshScenes mesh_scenes_;
+};
+
+/// Scenes of all meshes that are instanced, from `previous` where it has them.
+MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
+                             const std::vector<Placement>& placements, const MeshScenes& previous) {
+  MeshScenes scenes;
+  std::vector<std::shared_ptr<const Mesh>> missing;
+  for (const Placement& placement : placements) {
+    if (!placement.mesh || placement.is_flattened) continue;
+    if (!scenes.try_emplace(placement.mesh.get()).second) continue;
+    const auto known = previous.find(placement.mesh.get());
+    if (known != previous.end()) {
+      scenes[placement.mesh.get()] = known->second;
+    } else {
+      missing.push_back(placement.mesh);
+    }
+  }
+  std::vector<std::shared_ptr<MeshScene>> built(missing.size());
+  const size_t bytes_before = device->memory_bytes();
+  tbb::parallel_for(size_t{0}, missing.size(), [&](size_t i) { built[i] = build_mesh_scene(device, missing[i]); });
+  // Embree counts for the whole device: what the batch took is shared out by triangles.
+  const double bytes = static_cast<double>(device->memory_bytes() - bytes_before);
+  double triangles = 0.0;
+  for (const std::shared_ptr<const Mesh>& mesh : missing) triangles += static_cast<double>(mesh->triangle_count());
+  for (size_t i = 0; i < missing.size(); ++i) {
+    built[i]->memory_bytes = static_cast<size_t>(bytes * static_cast<double>(missing[i]->triangle_count()) / triangles);
+    scenes[missing[i].get()] = built[i];
+  }
+  return scenes;
+}
+
+}  // namespace
+
+std::shared_ptr<const Accel> Accel::build(std::shared_ptr<const Scene> scene,
+                                          const std::shared_ptr<const Accel>& previous, bool keep_instances) {
+  const auto* const old = dynamic_cast<const EmbreeAccel*>(previous.get());
+  std::vector<Placement> placements = place_instances(*scene, keep_instances);
+  if (old && old->top()->placements == placements) {
+    return std::make_shared<EmbreeAccel>(old->top(), old->mesh_scenes());
+  }
+  const std::shared_ptr<const EmbreeDevice> device = old ? old->top()->device : std::make_shared<const EmbreeDevice>();
+  MeshScenes mesh_scenes = build_mesh_scenes(device, placements, old ? old->mesh_scenes() : MeshScenes{});
+  std::shared_ptr<const TopLevel> top = build_top_level(device, std::move(placements), mesh_scenes);
+  return std::make_shared<EmbreeAccel>(std::move(top), std::move(mesh_scenes));
+}
+
+}  // namespace cistern

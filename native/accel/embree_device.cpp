@@ -1,0 +1,68 @@
+#include "accel/embree_device.h"
+
+#include "accel/accel.h"
+#include "base/check.h"
+
+namespace cistern {
+namespace {
+
+const char* error_text(RTCError code) {
+  switch (code) {
+    case RTC_ERROR_NONE:
+      return "no error";
+    case RTC_ERROR_INVALID_ARGUMENT:
+      return "invalid argument";
+    case RTC_ERROR_INVALID_OPERATION:
+      return "invalid operation";
+    case RTC_ERROR_OUT_OF_MEMORY:
+      return "out of memory";
+    case RTC_ERROR_UNSUPPORTED_CPU:
+      return "unsupported processor";
+    case RTC_ERROR_CANCELLED:
+      return "cancelled";
+    default:
+      return "unknown error";
+  }
+}
+
+}  // namespace
+
+EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
+  if (!device_) throw Error("Embree", std::string("no device: ") + error_text(rtcGetDeviceError(nullptr)));
+  if (rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED) == 0) {
+    rtcReleaseDevice(device_);
+    throw Error("Embree", "was built without ray masks, which object visibility needs");
+  }
+  rtcSetDeviceMemoryMonitorFunction(device_, count_memory, this);
+}
+
+EmbreeDevice::~EmbreeDevice() { rtcReleaseDevice(device_); }
+
+bool EmbreeDevice::count_memory(void* device, ssize_t bytes, bool) {
+  static_cast<EmbreeDevice*>(device)->memory_bytes_.fetch_add(static_cast<size_t>(bytes), std::memory_order_relaxed);
+  return true;
+}
+
+void EmbreeDevice::check(const std::string& doing) const {
+  const RTCError code = rtcGetDeviceError(device_);
+  if (code != RTC_ERROR_NONE) throw Error("Embree", doing + ": " + error_text(code));
+}
+
+EmbreeScene new_scene(const EmbreeDevice& device) {
+  EmbreeScene scene(rtcNewScene(device.get()));
+  device.check("making a scene");
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_MEDIUM);
+  return scene;
+}
+
+void check_embree_version() {
+  const RTCDevice device = rtcNewDevice(nullptr);
+  const ssize_t found = device ? rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION) : 0;
+  if (device) rtcReleaseDevice(device);
+  if (found == RTC_VERSION) return;
+  throw Error("Embree", "version " + std::to_string(found) + " answered: must be " + std::to_string(RTC_VERSION) +
+                            ", the one this was built with (another library in the process has taken over its names)");
+}
+
+}  // namespace cistern

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "accel/embree.h"
+
+namespace cistern {
+
+/// An Embree device, shared by all accels that descend from one another.
+class EmbreeDevice {
+ public:
+  EmbreeDevice();
+  ~EmbreeDevice();
+  EmbreeDevice(const EmbreeDevice&) = delete;
+  EmbreeDevice& operator=(const EmbreeDevice&) = delete;
+
+  RTCDevice get() const { return device_; }
+  /// Bytes that Embree holds now for everything made on this device.
+  size_t memory_bytes() const { return memory_bytes_.load(std::memory_order_relaxed); }
+  /// Throws Error with Embree's words when an earlier call on this thread failed. `doing` says what was tried.
+  void check(const std::string& doing) const;
+
+ private:
+  static bool count_memory(void* device, ssize_t bytes, bool post);
+
+  RTCDevice device_;
+  std::atomic<size_t> memory_bytes_{0};
+};
+
+struct ReleaseScene {
+  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+};
+struct ReleaseGeometry {
+  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
+using EmbreeScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, ReleaseScene>;
+using EmbreeGeometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, ReleaseGeometry>;
+
+/// An empty scene with this project's flags.
+EmbreeScene new_scene(const EmbreeDevice& device);
+
+}  // namespace cistern

@@ -1,0 +1,99 @@
+#include "accel/top_level.h"
+
+namespace cistern {
+namespace {
+
+bool may_be_transparent(const Scene& scene, const Instance& instance) {
+  for (const int material : scene.material_sets[instance.material_set]) {
+    const MaterialProgram* const program = material < 0 ? nullptr : scene.materials[material].get();
+    if (program && program->may_be_transparent) return true;
+  }
+  return false;
+}
+
+uint32_t mask_of(const Scene& scene, const Instance& instance) {
+  uint32_t mask = instance.visibility & kVisibleToAll;
+  if ((mask & kOpaqueShadowMask) != 0 && may_be_transparent(scene, instance)) {
+    mask = (mask & ~kOpaqueShadowMask) | kTransparentShadowMask;
+  }
+  return mask;
+}
+
+Transform normal_map(const Placement& placement) {
+  if (!placement.is_flattened) return inverse(placement.object_to_world);
+  const float side = placement.object_to_world.determinant() < 0.0f ? -1.0f : 1.0f;
+  return {{side, 0.0f, 0.0f}, {0.0f, side, 0.0f}, {0.0f, 0.0f, side}, {}};
+}
+
+EmbreeGeometry instance_geometry(const EmbreeDevice& device, const MeshScene& mesh_scene, const Transform& m) {
+  EmbreeGeometry geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+  device.check("making an instance");
+  rtcSetGeometryInstancedScene(geometry.get(), mesh_scene.scene.get());
+  rtcSetGeometryTimeStepCount(geometry.get(), 1);
+  const float rows[12] = {m.row_x.x, m.row_x.y,       m.row_x.z, m.translation.x, m.row_y.x, m.row_y.y,
+                          m.row_y.z, m.translation.y, m.row_z.x, m.row_z.y,       m.row_z.z, m.translation.z};
+  rtcSetGeometryTransform(geometry.get(), 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, rows);
+  return geometry;
+}
+
+void attach(TopLevel& top, size_t index, const MeshScenes& mesh_scenes) {
+  const Placement& placement = top.placements[index];
+  EmbreeGeometry geometry;
+  if (placement.is_flattened) {
+    geometry = flattened_geometry(*top.device, *placement.mesh, placement.object_to_world);
+  } else {
+    geometry = instance_geometry(*top.device, *mesh_scenes.at(placement.mesh.get()), placement.object_to_world);
+  }
+  rtcSetGeometryMask(geometry.get(), placement.mask);
+  rtcCommitGeometry(geometry.get());
+  rtcAttachGeometryByID(top.scene.get(), geometry.get(), static_cast<unsigned>(index));
+  top.normal_maps[index] = normal_map(placement);
+}
+
+Bounds3 scene_bounds(RTCScene scene) {
+  RTCBounds b;
+  rtcGetSceneBounds(scene, &b);
+  return {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
+}
+
+}  // namespace
+
+std::vector<Placement> place_instances(const Scene& scene, bool keep_instances) {
+  std::vector<uint32_t> uses(scene.meshes.size(), 0);
+  for (const Instance& instance : scene.instances) {
+    if (instance.mesh >= 0) ++uses[instance.mesh];
+  }
+  std::vector<Placement> placements(scene.instances.size());
+  for (size_t i = 0; i < placements.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    if (instance.mesh < 0) continue;
+    const std::shared_ptr<const Mesh>& mesh = scene.meshes[instance.mesh];
+    const uint32_t mask = mask_of(scene, instance);
+    if (!mesh || mesh->triangle_count() == 0 || mask == 0) continue;
+    placements[i] = {mesh, instance.object_to_world, mask, !keep_instances && uses[instance.mesh] == 1};
+  }
+  return placements;
+}
+
+std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevice> device,
+                                                std::vector<Placement> placements, const MeshScenes& mesh_scenes) {
+  const auto top = std::make_shared<TopLevel>();
+  const size_t bytes_before = device->memory_bytes();
+  top->scene = new_scene(*device);
+  top->device = std::move(device);
+  top->placements = std::move(placements);
+  top->normal_maps.resize(top->placements.size());
+  for (const auto& [mesh, mesh_scene] : mesh_scenes) top->mesh_scenes.push_back(mesh_scene);
+  for (size_t i = 0; i < top->placements.size(); ++i) {
+    if (!top->placements[i].mesh) continue;
+    attach(*top, i, mesh_scenes);
+    top->has_transparent_surfaces |= (top->placements[i].mask & kTransparentShadowMask) != 0;
+  }
+  rtcJoinCommitScene(top->scene.get());
+  top->device->check("building the scene");
+  top->bounds = scene_bounds(top->scene.get());
+  top->memory_bytes = top->device->memory_bytes() - bytes_before;
+  return top;
+}
+
+}  // namespace cistern

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "accel/mesh_scene.h"
+#include "scene/scene.h"
+
+namespace cistern {
+
+// Ray masks: the RayVisibility bits with the shadow bit divided in two.
+inline constexpr uint32_t kOpaqueShadowMask = kVisibleToShadow;
+inline constexpr uint32_t kTransparentShadowMask = kVisibleToShadow << 1;
+
+using MeshScenes = std::unordered_map<const Mesh*, std::shared_ptr<const MeshScene>>;
+
+/// How one instance enters the top level; equal placements of all instances mean an equal top level.
+struct Placement {
+  std::shared_ptr<const Mesh> mesh;  // null: not there
+  Transform object_to_world;
+  uint32_t mask = 0;
+  bool is_flattened = false;
+  friend bool operator==(const Placement&, const Placement&) = default;
+};
+
+/// Embree's scene of everything, with the instance's index as geometry id.
+struct TopLevel {
+  std::shared_ptr<const EmbreeDevice> device;
+  std::vector<Placement> placements;
+  std::vector<std::shared_ptr<const MeshScene>> mesh_scenes;  // kept alive
+  EmbreeScene scene;
+  /// Maps Embree's normal of an instance to the world when its transpose is applied: world to object, or for
+  /// flattened ones the identity, negated where the transform mirrors (which turns the winding over).
+  std::vector<Transform> normal_maps;
+  Bounds3 bounds;
+  bool has_transparent_surfaces = false;
+  size_t memory_bytes = 0;
+};
+
+/// Which instances are there, what sees them, and which are flattened: those whose mesh has no other instance, unless
+/// `keep_instances`.
+std::vector<Placement> place_instances(const Scene& scene, bool keep_instances);
+
+/// Builds with the threads of the caller's arena; `mesh_scenes` has every mesh that is not flattened. Throws Error.
+std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevice> device,
+                                                std::vector<Placement> placements, const MeshScenes& mesh_scenes);
+
+}  // namespace cistern

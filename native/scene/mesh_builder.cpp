@@ -1,0 +1,190 @@
+#include "scene/mesh_builder.h"
+
+#include "base/check.h"
+#include "base/parallel.h"
+#include "scene/triangulate.h"
+
+namespace cistern {
+namespace {
+
+constexpr size_t kBlockSize = 1 << 14;                     // elements per task
+constexpr Vec3 kNormalWithoutDirection{0.0f, 0.0f, 1.0f};  // where the input has a zero or non-finite normal
+
+const char* domain_name(Domain domain) {
+  constexpr const char* kNames[] = {"POINT", "FACE", "CORNER"};
+  return kNames[static_cast<int>(domain)];
+}
+
+size_t domain_size(const MeshInput& input, Domain domain) {
+  switch (domain) {
+    case Domain::POINT:
+      return input.positions.size();
+    case Domain::CORNER:
+      return input.corner_vertices.size();
+    case Domain::FACE:
+      break;
+  }
+  return polygon_count(input);
+}
+
+void check_length(const MeshInput& input, const char* what, size_t length, size_t expected) {
+  if (length == expected) return;
+  throw Error(input.name, std::string(what) + " have " + std::to_string(length) + " elements: must have " +
+                              std::to_string(expected));
+}
+
+void check_input(const MeshInput& input) {
+  check_topology(input);
+  const size_t polygons = polygon_count(input);
+  if (!input.material_indices.empty()) check_length(input, "material indices", input.material_indices.size(), polygons);
+  if (!input.sharp_faces.empty()) check_length(input, "sharp faces", input.sharp_faces.size(), polygons);
+  const size_t normals = input.normals_domain == Domain::FACE ? 0 : domain_size(input, input.normals_domain);
+  const std::string what = std::string("normals of domain ") + domain_name(input.normals_domain);
+  check_length(input, what.c_str(), input.normals.size(), normals);
+  for (const MeshAttribute& attribute : input.attributes) {
+    if (attribute.components < 1 || attribute.components > 4) {
+      throw Error(input.name, "attribute \"" + attribute.name + "\" has " + std::to_string(attribute.components) +
+                                  " components: must be 1 to 4");
+    }
+    if (!attribute.values && domain_size(input, attribute.domain) > 0) {
+      throw Error(input.name, "attribute \"" + attribute.name + "\" has no values");
+    }
+  }
+}
+
+uint32_t encode_normal(Vec3 n) { return encode_octahedral(normalize_or(n, kNormalWithoutDirection)); }
+
+/// Range of corners of a polygon.
+struct CornerRange {
+  size_t begin, end;
+};
+
+CornerRange corners_of(const MeshInput& input, size_t polygon) {
+  if (input.polygon_offsets.empty()) return {3 * polygon, 3 * polygon + 3};
+  return {static_cast<size_t>(input.polygon_offsets[polygon]), static_cast<size_t>(input.polygon_offsets[polygon + 1])};
+}
+
+/// Area vector of a polygon, not normalised. [Newell's method, as Sutherland et al. 1974 cite it]
+Vec3 polygon_normal(const MeshInput& input, CornerRange corners) {
+  Vec3 sum;
+  const Vec3 origin = input.positions[input.corner_vertices[corners.begin]];
+  for (size_t i = corners.begin + 1; i + 1 < corners.end; ++i) {
+    const Vec3 a = input.positions[input.corner_vertices[i]] - origin;
+    const Vec3 b = input.positions[input.corner_vertices[i + 1]] - origin;
+    sum += cross(a, b);
+  }
+  return sum;
+}
+
+void encode_normals(const MeshInput& input, Mesh& mesh) {
+  mesh.normals.resize(input.normals.size());
+  parallel_blocks(input.normals.size(), kBlockSize, [&](size_t, size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) mesh.normals[i] = encode_normal(input.normals[i]);
+  });
+}
+
+/// Point normals of a mesh with some flat polygons, kept per corner.
+void encode_normals_with_sharp_faces(const MeshInput& input, Mesh& mesh) {
+  mesh.normals.resize(input.corner_vertices.size());
+  parallel_blocks(polygon_count(input), kBlockSize, [&](size_t, size_t begin, size_t end) {
+    for (size_t polygon = begin; polygon < end; ++polygon) {
+      const CornerRange corners = corners_of(input, polygon);
+      if (corners.begin == corners.end) continue;
+      const bool is_flat = input.sharp_faces[polygon] != 0;
+      const uint32_t flat = is_flat ? encode_normal(polygon_normal(input, corners)) : 0;
+      for (size_t c = corners.begin; c < corners.end; ++c) {
+        mesh.normals[c] = is_flat ? flat : encode_normal(input.normals[input.corner_vertices[c]]);
+      }
+    }
+  });
+}
+
+/// With CORNER normals nothing is to be done about sharp faces: Blender's are flat there already.
+void set_normals(const MeshInput& input, Mesh& mesh) {
+  mesh.normals_domain = input.normals_domain;
+  if (input.normals_domain == Domain::FACE) return;
+  const auto is_sharp = [](uint8_t flag) { return flag != 0; };
+  if (input.normals_domain == Domain::CORNER || std::ranges::none_of(input.sharp_faces, is_sharp)) {
+    encode_normals(input, mesh);
+  } else if (std::ranges::all_of(input.sharp_faces, is_sharp)) {
+    mesh.normals_domain = Domain::FACE;
+  } else {
+    mesh.normals_domain = Domain::CORNER;
+    encode_normals_with_sharp_faces(input, mesh);
+  }
+}
+
+MeshAttribute expand_to_corners(const MeshInput& input, const MeshAttribute& attribute) {
+  const size_t components = static_cast<size_t>(attribute.components);
+  const std::shared_ptr<float[]> values = std::make_shared<float[]>(input.corner_vertices.size() * components);
+  parallel_blocks(polygon_count(input), kBlockSize, [&](size_t, size_t begin, size_t end) {
+    for (size_t polygon = begin; polygon < end; ++polygon) {
+      const CornerRange corners = corners_of(input, polygon);
+      for (size_t c = corners.begin; c < corners.end; ++c) {
+        std::copy_n(&attribute.values[polygon * components], components, &values[c * components]);
+      }
+    }
+  });
+  return {attribute.name, Domain::CORNER, attribute.components, values};
+}
+
+void set_attributes(const MeshInput& input, Mesh& mesh) {
+  mesh.attributes.reserve(input.attributes.size());
+  for (const MeshAttribute& attribute : input.attributes) {
+    mesh.attributes.push_back(attribute.domain == Domain::FACE ? expand_to_corners(input, attribute) : attribute);
+  }
+}
+
+/// Slots beyond 16 bits are beyond any material set too, which then takes its last entry; negative ones mean 0.
+uint16_t to_slot(int32_t index) { return static_cast<uint16_t>(std::clamp(index, 0, int32_t{UINT16_MAX})); }
+
+void set_material_slots(const MeshInput& input, Mesh& mesh) {
+  const std::span<const int32_t> indices = input.material_indices;
+  if (std::ranges::all_of(indices, [](int32_t i) { return i <= 0; })) return;
+  mesh.material_slots.resize(mesh.triangle_count());
+  parallel_blocks(mesh.triangle_count(), kBlockSize, [&](size_t, size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      mesh.material_slots[i] = to_slot(indices[mesh.polygons.empty() ? i : mesh.polygons[i]]);
+    }
+  });
+}
+
+Bounds3 finite_bounds(const std::vector<Vec3>& positions) {
+  std::vector<Bounds3> parts(block_count(positions.size(), kBlockSize));
+  parallel_blocks(positions.size(), kBlockSize, [&](size_t block, size_t begin, size_t end) {
+    Bounds3 bounds;
+    for (size_t i = begin; i < end; ++i) {
+      if (is_finite(positions[i])) bounds.extend(positions[i]);
+    }
+    parts[block] = bounds;
+  });
+  Bounds3 bounds;
+  for (const Bounds3& part : parts) bounds.extend(part);
+  return bounds;
+}
+
+}  // namespace
+
+Mesh build_mesh(const MeshInput& input) {
+  check_input(input);
+  Mesh mesh;
+  mesh.name = input.name;
+  mesh.corner_count = static_cast<uint32_t>(input.corner_vertices.size());
+  set_normals(input, mesh);
+  set_attributes(input, mesh);
+  const auto is_per_corner = [](const MeshAttribute& a) { return a.domain == Domain::CORNER; };
+  const bool with_corners =
+      mesh.normals_domain == Domain::CORNER || std::ranges::any_of(mesh.attributes, is_per_corner);
+  Triangulation triangulation = triangulate(input, with_corners);
+  mesh.vertices = std::move(triangulation.vertices);
+  mesh.corners = std::move(triangulation.corners);
+  mesh.polygons = std::move(triangulation.polygons);
+  mesh.dropped_triangles = triangulation.dropped;
+  set_material_slots(input, mesh);
+  mesh.positions.reserve(input.positions.size() + 1);
+  mesh.positions.assign(input.positions.begin(), input.positions.end());
+  mesh.bounds = finite_bounds(mesh.positions);
+  return mesh;
+}
+
+}  // namespace cistern

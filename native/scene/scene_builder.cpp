@@ -1,0 +1,159 @@
+#include "scene/scene_builder.h"
+
+#include <algorithm>
+
+#include "base/check.h"
+#include "scene/mesh_builder.h"
+#include "scene/scene_checks.h"
+
+namespace cistern {
+namespace {
+
+constexpr Vec3 kDefaultGrey{0.8f, 0.8f, 0.8f};
+
+void check_handle(const std::string& owner, const char* what, int handle, size_t count) {
+  if (handle >= 0 && static_cast<size_t>(handle) < count) return;
+  throw Error(owner, std::string(what) + " handle is " + std::to_string(handle) +
+                         ": must be at least 0 and less than " + std::to_string(count));
+}
+
+/// Puts `value` at the handle to replace, or at a new one.
+template <class T>
+int store(std::vector<T>& values, T value, std::optional<int> replace) {
+  if (replace) {
+    values[static_cast<size_t>(*replace)] = std::move(value);
+    return *replace;
+  }
+  values.push_back(std::move(value));
+  return static_cast<int>(values.size() - 1);
+}
+
+void check_replace(const std::string& owner, const char* what, std::optional<int> replace, size_t count) {
+  if (replace) check_handle(owner, what, *replace, count);
+}
+
+/// Grey diffuse, as Blender shades objects without a material.
+MaterialProgram make_default_material() {
+  MaterialProgram program;
+  program.name = "Default Material";
+  program.constants = {{1.0f, 0.0f, 0.0f}, kDefaultGrey, {}};
+  const auto constant = [](int i) { return Operand{static_cast<uint16_t>(Operand::kConstantBit | i)}; };
+  const Operand normal_register{0};
+  program.register_count = 1;
+  program.inputs = {constant(0), constant(1), constant(2), normal_register};
+  Instruction normal, diffuse;
+  normal.op = Op::NORMAL;
+  diffuse.op = Op::CLOSURE_DIFFUSE;
+  diffuse.input_count = 4;
+  program.instructions = {normal, diffuse};
+  return program;
+}
+
+void check_image(const Image& image) {
+  if (image.width < 1 || image.height < 1) {
+    throw Error(image.name, "is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                                " pixels: must be at least 1 x 1");
+  }
+  if (image.channels < 1 || image.channels > 4) {
+    throw Error(image.name, "has " + std::to_string(image.channels) + " channels: must have 1 to 4");
+  }
+  if (!image.pixels) throw Error(image.name, "has no pixels");
+}
+
+/// An instance that was left out because its matrix is singular keeps that matrix; a removed one does not.
+bool is_left_out(const Instance& instance) { return instance.mesh < 0 && is_singular(instance.object_to_world); }
+
+}  // namespace
+
+int SceneBuilder::add_mesh(const MeshInput& input, std::optional<int> replace) {
+  check_replace(input.name, "mesh", replace, scene_.meshes.size());
+  return store(scene_.meshes, std::make_shared<const Mesh>(build_mesh(input)), replace);
+}
+
+int SceneBuilder::add_image(Image image, std::optional<int> replace) {
+  check_replace(image.name, "image", replace, scene_.images.size());
+  check_image(image);
+  return store(scene_.images, std::make_shared<const Image>(std::move(image)), replace);
+}
+
+int SceneBuilder::add_material(MaterialProgram program, std::optional<int> replace) {
+  check_replace(program.name, "material", replace, scene_.materials.size());
+  finish_program(program, static_cast<int>(scene_.images.size()));
+  return store(scene_.materials, std::make_shared<const MaterialProgram>(std::move(program)), replace);
+}
+
+int SceneBuilder::add_material_set(std::vector<int> materials, const std::string& owner_name) {
+  for (const int material : materials) {
+    if (material != -1) check_handle(owner_name, "material", material, scene_.materials.size());
+  }
+  if (materials.empty()) materials.push_back(-1);
+  if (default_material_ < 0 && std::ranges::find(materials, -1) != materials.end()) {
+    default_material_ = add_material(make_default_material());
+  }
+  std::ranges::replace(materials, -1, default_material_);
+  return store(scene_.material_sets, std::move(materials), {});
+}
+
+int SceneBuilder::add_object_name(std::string name) { return store(scene_.object_names, std::move(name), {}); }
+
+int SceneBuilder::add_instance(const Instance& instance, std::optional<int> replace) {
+  static const std::string kUnnamed = "instance";
+  const bool has_name = instance.object >= 0 && static_cast<size_t>(instance.object) < scene_.object_names.size();
+  const std::string& name = has_name ? scene_.object_names[static_cast<size_t>(instance.object)] : kUnnamed;
+  check_replace(name, "instance", replace, scene_.instances.size());
+  check_handle(name, "object", instance.object, scene_.object_names.size());
+  check_handle(name, "mesh", instance.mesh, scene_.meshes.size());
+  check_handle(name, "material set", instance.material_set, scene_.material_sets.size());
+  check_transform(name, "matrix", instance.object_to_world);
+  Instance stored = instance;
+  if (is_singular(instance.object_to_world)) {
+    stored.mesh = -1;
+    ++singular_instances_;
+  }
+  if (replace && is_left_out(scene_.instances[static_cast<size_t>(*replace)])) --singular_instances_;
+  return store(scene_.instances, stored, replace);
+}
+
+int SceneBuilder::add_light(Light light, std::optional<int> replace) {
+  check_replace(light.name, "light", replace, scene_.lights.size());
+  check_light(light);
+  if (light.material != -1) check_handle(light.name, "material", light.material, scene_.materials.size());
+  light.removed = false;
+  return store(scene_.lights, std::move(light), replace);
+}
+
+void SceneBuilder::set_environment(const Environment& environment) {
+  if (environment.material != -1) check_handle("World", "material", environment.material, scene_.materials.size());
+  scene_.environment = environment;
+}
+
+void SceneBuilder::set_camera(const Camera& camera, const std::string& name) {
+  check_camera(camera, name);
+  scene_.camera = camera;
+}
+
+void SceneBuilder::remove_mesh(int handle) {
+  check_handle("scene", "mesh", handle, scene_.meshes.size());
+  scene_.meshes[static_cast<size_t>(handle)].reset();
+}
+
+void SceneBuilder::remove_instance(int handle) {
+  check_handle("scene", "instance", handle, scene_.instances.size());
+  Instance& instance = scene_.instances[static_cast<size_t>(handle)];
+  if (is_left_out(instance)) --singular_instances_;
+  instance = Instance{};
+}
+
+void SceneBuilder::remove_light(int handle) {
+  check_handle("scene", "light", handle, scene_.lights.size());
+  scene_.lights[static_cast<size_t>(handle)].removed = true;
+}
+
+void SceneBuilder::clear_instances() {
+  scene_.instances.clear();
+  singular_instances_ = 0;
+}
+
+void SceneBuilder::clear_lights() { scene_.lights.clear(); }
+
+}  // namespace cistern
