@@ -181,6 +181,7 @@ class Settings:
     secondary: str  # "NEE"
     indirect: str  # "PATH"
     light_sampling: LightSampling
+    sequence: str  # "SOBOL" (Owen-scrambled), "RANDOM" (independent)
     pixel_filter: PixelFilter
     filter_width: float  # pixels
     max_bounces: int
@@ -194,7 +195,8 @@ class Settings:
     clamp_direct: float  # 0: off
     clamp_indirect: float
     time_limit: float  # seconds, 0: none
-    passes: Sequence[str]  # besides Combined: Direct Indirect Emission Environment Depth Normal Position Albedo DenoisingNormal Mist ...
+    # Besides Combined: Direct, Indirect, Emission, Environment, Depth, Normal, Position, Denoising Albedo, Denoising Normal.
+    passes: Sequence[str]
 
 class Progress:
     status: Status

@@ -51,6 +51,8 @@ class SceneBuilder {
   void clear_instances();
   void clear_lights();
 
+  /// The scene as it stands; valid until the next change.
+  const Scene& scene() const { return scene_; }
   int singular_instances() const { return singular_instances_; }
   std::shared_ptr<const Scene> snapshot() const { return std::make_shared<Scene>(scene_); }
 

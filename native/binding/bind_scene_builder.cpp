@@ -1,0 +1,303 @@
+#include <pybind11/stl.h>
+
+#include "binding/arrays.h"
+#include "binding/bind.h"
+#include "binding/scene_handle.h"
+#include "scene/scene_builder.h"
+
+namespace cistern::binding {
+namespace {
+
+template <class T>
+using OptionalArray = std::optional<Array<T>>;
+using Color = std::array<float, 3>;
+
+Domain to_domain(const std::string& name, const std::string& owner) {
+  if (name == "POINT") return Domain::POINT;
+  if (name == "FACE") return Domain::FACE;
+  if (name == "CORNER") return Domain::CORNER;
+  throw Error(owner, "domain '" + name + "' is not one of POINT, FACE, CORNER");
+}
+
+size_t element_count(const MeshInput& mesh, Domain domain) {
+  if (domain == Domain::POINT) return mesh.positions.size();
+  if (domain == Domain::CORNER) return mesh.corner_vertices.size();
+  return mesh.polygon_offsets.empty() ? mesh.corner_vertices.size() / 3 : mesh.polygon_offsets.size() - 1;
+}
+
+using AttributeArgument = std::tuple<std::string, std::string, Array<float>>;
+
+/// Attributes outlive the call, so they are copied here: NumPy memory may be reused by the exporter.
+MeshAttribute to_attribute(const AttributeArgument& argument, const MeshInput& mesh) {
+  const auto& [name, domain_name, values] = argument;
+  const Domain domain = to_domain(domain_name, mesh.name);
+  const auto elements = static_cast<py::ssize_t>(element_count(mesh, domain));
+  if (values.ndim() != 2 || values.shape(0) != elements || values.shape(1) < 1 || values.shape(1) > 4)
+    throw Error(mesh.name, "attribute '" + name + "' must have shape (" + std::to_string(elements) + ", 1 to 4)");
+  const auto count = static_cast<size_t>(values.size());
+  auto copy = std::make_shared<float[]>(count);
+  std::copy_n(values.data(), count, copy.get());
+  MeshAttribute attribute;
+  attribute.name = name;
+  attribute.domain = domain;
+  attribute.components = static_cast<int>(values.shape(1));
+  attribute.values = std::move(copy);
+  return attribute;
+}
+
+template <class T>
+std::span<const T> optional_span(const OptionalArray<T>& array, const std::string& owner, const char* what) {
+  return array ? flat_span(*array, owner, what) : std::span<const T>{};
+}
+
+std::span<const int32_t> triangle_span(const OptionalArray<int32_t>& array, const std::string& owner) {
+  if (!array) return {};
+  return {array->data(), 3 * checked_rows(*array, 3, owner, "triangle_corners")};
+}
+
+int add_mesh(SceneBuilder& builder, const std::string& name, const Array<float>& positions,
+             const Array<int32_t>& corner_vertices, const OptionalArray<int32_t>& polygon_offsets,
+             const OptionalArray<int32_t>& triangle_corners, const OptionalArray<int32_t>& triangle_polygons,
+             const OptionalArray<int32_t>& material_indices, const OptionalArray<float>& normals,
+             const std::string& normals_domain, const OptionalArray<uint8_t>& sharp_faces,
+             const std::vector<AttributeArgument>& attributes, std::optional<int> replace) {
+  MeshInput input;
+  input.name = name;
+  input.positions = vec3_span(positions, name, "positions");
+  input.corner_vertices = flat_span(corner_vertices, name, "corner_vertices");
+  input.polygon_offsets = optional_span(polygon_offsets, name, "polygon_offsets");
+  input.triangle_corners = triangle_span(triangle_corners, name);
+  input.triangle_polygons = optional_span(triangle_polygons, name, "triangle_polygons");
+  input.material_indices = optional_span(material_indices, name, "material_indices");
+  input.normals_domain = to_domain(normals_domain, name);
+  if (normals) input.normals = vec3_span(*normals, name, "normals");
+  input.sharp_faces = optional_span(sharp_faces, name, "sharp_faces");
+  for (const AttributeArgument& attribute : attributes) input.attributes.push_back(to_attribute(attribute, input));
+  const py::gil_scoped_release nogil;
+  return builder.add_mesh(input, replace);
+}
+
+PixelFormat to_pixel_format(const py::array& pixels, const std::string& owner) {
+  if (pixels.dtype().is(py::dtype::of<uint8_t>())) return PixelFormat::U8;
+  if (pixels.dtype().is(py::dtype::of<uint16_t>())) return PixelFormat::U16;
+  if (pixels.dtype().kind() == 'f' && pixels.itemsize() == 2) return PixelFormat::HALF;
+  if (pixels.dtype().is(py::dtype::of<float>())) return PixelFormat::FLOAT;
+  throw Error(owner, "pixels must be uint8, uint16, float16 or float32");
+}
+
+int add_image(SceneBuilder& builder, const std::string& name, const py::array& pixels, const std::string& transfer,
+              const std::optional<std::array<float, 9>>& to_working_space, bool premultiplied, bool use_alpha,
+              std::optional<int> replace) {
+  const bool is_contiguous = (pixels.flags() & py::array::c_style) != 0;
+  if (pixels.ndim() != 3 || !is_contiguous || pixels.shape(2) < 1 || pixels.shape(2) > 4)
+    throw Error(name, "pixels must be a C-contiguous array of shape (height, width, 1 to 4)");
+  if (transfer != "LINEAR" && transfer != "SRGB")
+    throw Error(name, "transfer '" + transfer + "' is not LINEAR or SRGB");
+  Image image;
+  image.name = name;
+  image.height = static_cast<int>(pixels.shape(0));
+  image.width = static_cast<int>(pixels.shape(1));
+  image.channels = static_cast<int>(pixels.shape(2));
+  image.format = to_pixel_format(pixels, name);
+  image.transfer = transfer == "SRGB" ? TransferCurve::SRGB : TransferCurve::LINEAR;
+  image.has_colour_matrix = to_working_space.has_value();
+  if (to_working_space) image.to_working_space = *to_working_space;
+  image.is_premultiplied = premultiplied;
+  image.use_alpha = use_alpha;
+  image.pixels = keep_alive<void>(pixels, pixels.data());
+  return builder.add_image(std::move(image), replace);
+}
+
+int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array<int32_t>& material_set,
+                  const Array<int32_t>& object, const Array<float>& object_to_world, const Array<uint8_t>& visibility,
+                  const OptionalArray<uint8_t>& holdout, const OptionalArray<float>& random) {
+  const std::string owner = "instances";
+  const auto count = static_cast<py::ssize_t>(checked_rows(mesh, 1, owner, "mesh"));
+  const auto require_count = [&](const py::array& array, const char* what) {
+    if (array.ndim() != 1 || array.shape(0) != count)
+      throw Error(owner, std::string("array '") + what + "' must have one entry per instance");
+  };
+  require_count(material_set, "material_set");
+  require_count(object, "object");
+  require_count(visibility, "visibility");
+  if (holdout) require_count(*holdout, "holdout");
+  if (random) require_count(*random, "random");
+  if (object_to_world.ndim() != 3 || object_to_world.shape(0) != count || object_to_world.shape(1) < 3 ||
+      object_to_world.shape(1) > 4 || object_to_world.shape(2) != 4)
+    throw Error(owner, "object_to_world must have shape (n, 4, 4) or (n, 3, 4)");
+  const py::ssize_t stride = object_to_world.shape(1) * 4;
+  int first = -1;
+  for (py::ssize_t i = 0; i < count; ++i) {
+    Instance instance;
+    instance.mesh = mesh.at(i);
+    instance.material_set = material_set.at(i);
+    instance.object = object.at(i);
+    instance.visibility = visibility.at(i);
+    instance.is_holdout = holdout && holdout->at(i) != 0;
+    instance.random = random ? random->at(i) : 0.0f;
+    instance.object_to_world = transform_from_rows(object_to_world.data() + i * stride);
+    const int handle = builder.add_instance(instance);
+    if (i == 0) first = handle;
+  }
+  return first;
+}
+
+/// Keyword arguments that every kind of light takes.
+struct LightCommon {
+  Light light;
+  std::optional<int> replace;
+};
+
+LightCommon light_common(const std::string& name, const py::kwargs& common) {
+  LightCommon result;
+  result.light.name = name;
+  for (const auto& [key, value] : common) {
+    const auto member = key.cast<std::string>();
+    if (member == "visibility") {
+      result.light.visibility = value.cast<uint8_t>();
+    } else if (member == "casts_shadow") {
+      result.light.casts_shadow = value.cast<bool>();
+    } else if (member == "use_mis") {
+      result.light.use_mis = value.cast<bool>();
+    } else if (member == "max_bounces") {
+      result.light.max_bounces = value.cast<int>();
+    } else if (member == "material") {
+      result.light.material = value.cast<int>();
+    } else if (member == "replace") {
+      result.replace = value.cast<std::optional<int>>();
+    } else {
+      throw Error(name, "a light has no member '" + member + "'");
+    }
+  }
+  return result;
+}
+
+int add_light(SceneBuilder& builder, const std::string& name, const py::kwargs& common, decltype(Light::shape) shape) {
+  LightCommon arguments = light_common(name, common);
+  arguments.light.shape = std::move(shape);
+  return builder.add_light(std::move(arguments.light), arguments.replace);
+}
+
+int add_point_light(SceneBuilder& builder, const std::string& name, const Color& position, float radius,
+                    const Color& intensity, bool soft, const py::kwargs& common) {
+  return add_light(builder, name, common, PointLight{to_vec3(position), radius, to_rgb(intensity), soft});
+}
+
+int add_spot_light(SceneBuilder& builder, const std::string& name, const Array<float>& object_to_world, float radius,
+                   const Color& intensity, float spot_size, float blend, bool soft, const py::kwargs& common) {
+  const Transform placed = to_transform(object_to_world, name);
+  if (placed.determinant() == 0.0f || !std::isfinite(placed.determinant()))
+    throw Error(name, "the spot light's matrix cannot be inverted");
+  SpotLight spot{
+      {placed.translation, radius, to_rgb(intensity), soft}, inverse(placed), std::cos(0.5f * spot_size), blend};
+  return add_light(builder, name, common, spot);
+}
+
+int add_sun_light(SceneBuilder& builder, const std::string& name, const Color& direction, float angle,
+                  const Color& irradiance, const py::kwargs& common) {
+  return add_light(builder, name, common, SunLight{to_vec3(direction), angle, to_rgb(irradiance)});
+}
+
+int add_area_light(SceneBuilder& builder, const std::string& name, const Color& center, const Color& edge_u,
+                   const Color& edge_v, const Color& normal, const Color& radiance, bool ellipse, float spread,
+                   const py::kwargs& common) {
+  AreaLight area{to_vec3(center), to_vec3(edge_u), to_vec3(edge_v), to_vec3(normal), ellipse, to_rgb(radiance), spread};
+  return add_light(builder, name, common, area);
+}
+
+void set_camera(SceneBuilder& builder, const std::string& name, const std::string& type, const Array<float>& matrix,
+                float left, float right, float bottom, float top, float clip_start, float clip_end,
+                float aperture_radius, float focus_distance, int blades, float blade_rotation, float aperture_ratio) {
+  if (type != "PERSPECTIVE" && type != "ORTHOGRAPHIC")
+    throw Error(name, "camera type '" + type + "' is not PERSPECTIVE or ORTHOGRAPHIC");
+  Camera camera;
+  camera.type = type == "PERSPECTIVE" ? CameraType::PERSPECTIVE : CameraType::ORTHOGRAPHIC;
+  camera.camera_to_world = to_transform(matrix, name);
+  camera.left = left, camera.right = right, camera.bottom = bottom, camera.top = top;
+  camera.clip_start = clip_start, camera.clip_end = clip_end;
+  camera.aperture_radius = aperture_radius, camera.focus_distance = focus_distance;
+  camera.blades = blades, camera.blade_rotation = blade_rotation, camera.aperture_ratio = aperture_ratio;
+  builder.set_camera(camera, name);
+}
+
+py::dict mesh_statistics(const SceneBuilder& builder, int handle) {
+  const auto& meshes = builder.scene().meshes;
+  const bool exists = handle >= 0 && static_cast<size_t>(handle) < meshes.size() && meshes[handle];
+  if (!exists) throw Error("mesh", "there is no mesh with handle " + std::to_string(handle));
+  const Mesh& mesh = *meshes[handle];
+  py::dict statistics;
+  statistics["triangles"] = mesh.triangle_count();
+  statistics["dropped_triangles"] = mesh.dropped_triangles;
+  statistics["memory_bytes"] = memory_bytes(mesh);
+  return statistics;
+}
+
+void bind_lights(py::class_<SceneBuilder>& builder) {
+  builder
+      .def("add_point_light", &add_point_light, py::arg("name"), py::arg("position"), py::arg("radius"),
+           py::arg("intensity"), py::arg("soft") = true)
+      .def("add_spot_light", &add_spot_light, py::arg("name"), py::arg("object_to_world").noconvert(),
+           py::arg("radius"), py::arg("intensity"), py::arg("spot_size"), py::arg("blend"), py::arg("soft") = true)
+      .def("add_sun_light", &add_sun_light, py::arg("name"), py::arg("direction"), py::arg("angle"),
+           py::arg("irradiance"))
+      .def("add_area_light", &add_area_light, py::arg("name"), py::arg("center"), py::arg("edge_u"), py::arg("edge_v"),
+           py::arg("normal"), py::arg("radiance"), py::arg("ellipse") = false, py::arg("spread") = kPi)
+      .def("remove_light", &SceneBuilder::remove_light, py::arg("handle"))
+      .def("clear_lights", &SceneBuilder::clear_lights);
+}
+
+void bind_geometry(py::class_<SceneBuilder>& builder) {
+  const auto none = py::none();
+  builder
+      .def("add_mesh", &add_mesh, py::arg("name"), py::arg("positions").noconvert(),
+           py::arg("corner_vertices").noconvert(), py::arg("polygon_offsets").noconvert() = none,
+           py::arg("triangle_corners").noconvert() = none, py::arg("triangle_polygons").noconvert() = none,
+           py::arg("material_indices").noconvert() = none, py::arg("normals").noconvert() = none,
+           py::arg("normals_domain") = "FACE", py::arg("sharp_faces").noconvert() = none,
+           py::arg("attributes") = std::vector<AttributeArgument>{}, py::arg("replace") = none)
+      .def("add_instances", &add_instances, py::arg("mesh").noconvert(), py::arg("material_set").noconvert(),
+           py::arg("object").noconvert(), py::arg("object_to_world").noconvert(), py::arg("visibility").noconvert(),
+           py::arg("holdout").noconvert() = none, py::arg("random").noconvert() = none)
+      .def("remove_mesh", &SceneBuilder::remove_mesh, py::arg("handle"))
+      .def("remove_instance", &SceneBuilder::remove_instance, py::arg("handle"))
+      .def("clear_instances", &SceneBuilder::clear_instances)
+      .def("add_object_name", &SceneBuilder::add_object_name, py::arg("name"))
+      .def_property_readonly("singular_instances", &SceneBuilder::singular_instances)
+      .def("mesh_statistics", &mesh_statistics, py::arg("handle"));
+}
+
+void bind_surroundings(py::class_<SceneBuilder>& builder) {
+  builder
+      .def(
+          "set_environment",
+          [](SceneBuilder& b, int material, uint8_t visibility, int width, bool importance_sampling) {
+            b.set_environment({material, width, visibility, importance_sampling});
+          },
+          py::arg("material"), py::arg("visibility") = 31, py::arg("importance_width") = 0,
+          py::arg("importance_sampling") = true)
+      .def("set_camera", &set_camera, py::arg("name"), py::arg("type"), py::arg("camera_to_world").noconvert(),
+           py::arg("left"), py::arg("right"), py::arg("bottom"), py::arg("top"), py::arg("clip_start"),
+           py::arg("clip_end"), py::arg("aperture_radius") = 0.0f, py::arg("focus_distance") = 1.0f,
+           py::arg("blades") = 0, py::arg("blade_rotation") = 0.0f, py::arg("aperture_ratio") = 1.0f);
+}
+
+}  // namespace
+
+void bind_scene_builder(py::module_& m) {
+  py::class_<SceneHandle>(m, "Scene")
+      .def_property_readonly("triangle_count", &SceneHandle::triangle_count)
+      .def_property_readonly("instance_count", &SceneHandle::instance_count);
+  py::class_<SceneBuilder> builder(m, "SceneBuilder");
+  builder.def(py::init<>())
+      .def("add_image", &add_image, py::arg("name"), py::arg("pixels").noconvert(), py::arg("transfer") = "LINEAR",
+           py::arg("to_working_space") = py::none(), py::arg("premultiplied") = false, py::arg("use_alpha") = true,
+           py::arg("replace") = py::none())
+      .def("add_material", &SceneBuilder::add_material, py::arg("program"), py::arg("replace") = py::none())
+      .def("add_material_set", &SceneBuilder::add_material_set, py::arg("materials"), py::arg("owner_name"))
+      .def("snapshot", [](const SceneBuilder& b) { return SceneHandle{b.snapshot()}; });
+  bind_geometry(builder);
+  bind_lights(builder);
+  bind_surroundings(builder);
+}
+
+}  // namespace cistern::binding

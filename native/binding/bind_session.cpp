@@ -1,0 +1,186 @@
+#include <pybind11/native_enum.h>
+#include <pybind11/stl.h>
+
+#include <functional>
+#include <map>
+
+#include "binding/arrays.h"
+#include "binding/bind.h"
+#include "binding/scene_handle.h"
+#include "render/session.h"
+
+namespace cistern::binding {
+namespace {
+
+template <class E>
+E enum_member(const std::string& setting, const std::string& value,
+              const std::vector<std::pair<const char*, E>>& allowed) {
+  std::string names;
+  for (const auto& [name, member] : allowed) {
+    if (value == name) return member;
+    names += std::string(names.empty() ? "" : ", ") + name;
+  }
+  throw Error("setting '" + setting + "'", "'" + value + "' is not one of " + names);
+}
+
+template <class T>
+std::function<void(Settings&, const py::handle&)> member(T Settings::*field) {
+  return [field](Settings& s, const py::handle& value) { s.*field = value.cast<T>(); };
+}
+
+template <class T>
+std::function<void(Settings&, const py::handle&)> limit(T PathLimits::*field) {
+  return [field](Settings& s, const py::handle& value) { s.limits.*field = value.cast<T>(); };
+}
+
+using Setter = std::function<void(Settings&, const py::handle&)>;
+
+Setter set_passes() {
+  return [](Settings& s, const py::handle& value) {
+    s.passes.clear();
+    for (const std::string& name : value.cast<std::vector<std::string>>()) s.passes.push_back(find_pass(name));
+  };
+}
+
+Setter set_region() {
+  return [](Settings& s, const py::handle& value) {
+    const auto [x, y, width, height] = value.cast<std::tuple<int, int, int, int>>();
+    s.region = {x, y, width, height};
+  };
+}
+
+template <class E>
+Setter choice(const char* setting, E Settings::*field, std::vector<std::pair<const char*, E>> allowed) {
+  return [=](Settings& s, const py::handle& value) {
+    s.*field = enum_member(setting, value.cast<std::string>(), allowed);
+  };
+}
+
+std::map<std::string, Setter> make_setters() {
+  return {
+      {"width", member(&Settings::width)},
+      {"height", member(&Settings::height)},
+      {"region", set_region()},
+      {"samples", member(&Settings::samples)},
+      {"seed", member(&Settings::seed)},
+      {"threads", member(&Settings::threads)},
+      {"direct", choice<DirectAnswer>("direct", &Settings::direct, {{"NEE", DirectAnswer::NEE}})},
+      {"secondary", choice<SecondaryAnswer>("secondary", &Settings::secondary, {{"NEE", SecondaryAnswer::NEE}})},
+      {"indirect", choice<IndirectAnswer>("indirect", &Settings::indirect, {{"PATH", IndirectAnswer::PATH}})},
+      {"light_sampling", member(&Settings::light_sampling)},
+      {"sequence", choice<SampleSequence>("sequence", &Settings::sequence,
+                                          {{"SOBOL", SampleSequence::SOBOL}, {"RANDOM", SampleSequence::RANDOM}})},
+      {"pixel_filter", member(&Settings::pixel_filter)},
+      {"filter_width", member(&Settings::filter_width)},
+      {"max_bounces", limit(&PathLimits::max_bounces)},
+      {"max_diffuse_bounces", limit(&PathLimits::max_diffuse_bounces)},
+      {"max_glossy_bounces", limit(&PathLimits::max_glossy_bounces)},
+      {"max_transmission_bounces", limit(&PathLimits::max_transmission_bounces)},
+      {"max_transparent_bounces", limit(&PathLimits::max_transparent_bounces)},
+      {"min_bounces", limit(&PathLimits::min_bounces)},
+      {"clamp_direct", limit(&PathLimits::clamp_direct)},
+      {"clamp_indirect", limit(&PathLimits::clamp_indirect)},
+      {"film_transparent", limit(&PathLimits::film_transparent)},
+      {"film_transparent_glass", limit(&PathLimits::film_transparent_glass)},
+      {"time_limit", member(&Settings::time_limit)},
+      {"passes", set_passes()},
+  };
+}
+
+Settings make_settings(const py::kwargs& members) {
+  Settings settings;
+  const std::map<std::string, Setter> setters = make_setters();
+  for (const auto& [key, value] : members) {
+    const auto name = key.cast<std::string>();
+    const auto found = setters.find(name);
+    if (found == setters.end()) throw Error("setting '" + name + "'", "there is no setting of this name");
+    try {
+      found->second(settings, value);
+    } catch (const py::cast_error&) {
+      throw Error("setting '" + name + "'", "'" + py::str(value).cast<std::string>() + "' has the wrong type");
+    }
+  }
+  check_settings(settings);
+  return settings;
+}
+
+py::array read_pass(Session& session, const std::string& name) {
+  const Pass pass = find_pass(name);
+  auto pixels = std::make_unique<std::vector<float>>();
+  {
+    const py::gil_scoped_release nogil;
+    *pixels = session.read(pass);
+  }
+  const Region& r = session.settings().region;
+  const float* memory = pixels->data();
+  const py::capsule owner(pixels.release(), [](void* p) { delete static_cast<std::vector<float>*>(p); });
+  return py::array_t<float>({r.height, r.width, describe(pass).channels}, memory, owner);
+}
+
+std::vector<std::string> pass_names(const Session& session) {
+  std::vector<std::string> names{describe(Pass::COMBINED).name};
+  for (Pass pass : session.settings().passes)
+    if (pass != Pass::COMBINED) names.emplace_back(describe(pass).name);
+  return names;
+}
+
+void bind_enums(py::module_& m) {
+  py::native_enum<LightSampling>(m, "LightSampling", "enum.Enum")
+      .value("UNIFORM", LightSampling::UNIFORM)
+      .value("POWER", LightSampling::POWER)
+      .value("TREE", LightSampling::TREE)
+      .finalize();
+  py::native_enum<FilterKind>(m, "PixelFilter", "enum.Enum")
+      .value("BOX", FilterKind::BOX)
+      .value("GAUSSIAN", FilterKind::GAUSSIAN)
+      .value("BLACKMAN_HARRIS", FilterKind::BLACKMAN_HARRIS)
+      .finalize();
+  py::native_enum<Status>(m, "Status", "enum.Enum")
+      .value("RUNNING", Status::RUNNING)
+      .value("DONE", Status::DONE)
+      .value("CANCELLED", Status::CANCELLED)
+      .value("FAILED", Status::FAILED)
+      .finalize();
+}
+
+/// Destroying a session joins its thread, which must not wait for the GIL.
+struct SessionDeleter {
+  void operator()(Session* session) const {
+    if (PyGILState_Check() != 0) {
+      const py::gil_scoped_release nogil;
+      delete session;
+    } else {
+      delete session;
+    }
+  }
+};
+
+}  // namespace
+
+void bind_session(py::module_& m) {
+  bind_enums(m);
+  py::class_<Settings>(m, "Settings").def(py::init(&make_settings));
+  py::class_<Progress>(m, "Progress")
+      .def_readonly("status", &Progress::status)
+      .def_readonly("frames_done", &Progress::frames_done)
+      .def_readonly("frames", &Progress::frames)
+      .def_readonly("seconds", &Progress::seconds)
+      .def_readonly("remaining_seconds", &Progress::remaining_seconds)
+      .def_readonly("stage", &Progress::stage)
+      .def_readonly("error", &Progress::error)
+      .def_readonly("memory_bytes", &Progress::memory_bytes)
+      .def_readonly("non_finite_samples", &Progress::non_finite_samples)
+      .def_readonly("version", &Progress::version);
+  using NoGil = py::call_guard<py::gil_scoped_release>;
+  py::class_<Session, std::unique_ptr<Session, SessionDeleter>>(m, "Session")
+      .def(py::init<Settings>(), py::arg("settings"))
+      .def(
+          "start", [](Session& session, const SceneHandle& handle) { session.start(handle.scene); }, py::arg("scene"),
+          NoGil())
+      .def("wait", &Session::wait, py::arg("seconds"), NoGil())
+      .def("cancel", &Session::cancel, NoGil())
+      .def("read", &read_pass, py::arg("pass_name"))
+      .def("pass_names", &pass_names);
+}
+
+}  // namespace cistern::binding

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "scene/scene.h"
+
+namespace cistern::binding {
+
+/// Python's `Scene`: shares an immutable snapshot.
+struct SceneHandle {
+  std::shared_ptr<const Scene> scene;
+
+  /// As rendered: every instance counts its mesh.
+  size_t triangle_count() const {
+    size_t count = 0;
+    for (const Instance& instance : scene->instances)
+      if (instance.mesh >= 0) count += scene->meshes[instance.mesh]->triangle_count();
+    return count;
+  }
+  size_t instance_count() const {
+    size_t count = 0;
+    for (const Instance& instance : scene->instances) count += instance.mesh >= 0;
+    return count;
+  }
+};
+
+}  // namespace cistern::binding

@@ -1,0 +1,113 @@
+#include "film/film.h"
+
+#include <array>
+#include <numeric>
+
+#include "base/check.h"
+
+namespace cistern {
+namespace {
+
+constexpr float kNoHitDepth = 1e10f;
+
+constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{{
+    {"Combined", 4},
+    {"Direct", 3},
+    {"Indirect", 3},
+    {"Emission", 3},
+    {"Environment", 3},
+    {"Depth", 1},
+    {"Normal", 3},
+    {"Position", 3},
+    {"Denoising Albedo", 3},
+    {"Denoising Normal", 3},
+}};
+
+bool is_mean_over_hits(Pass pass) { return pass == Pass::DEPTH || pass == Pass::NORMAL || pass == Pass::POSITION; }
+
+bool is_finite(const PathRecord& r) {
+  return is_finite(r.direct) && is_finite(r.indirect) && is_finite(r.emission) && is_finite(r.environment) &&
+         is_finite(r.albedo) && std::isfinite(r.alpha);
+}
+
+}  // namespace
+
+const PassDescription& describe(Pass pass) { return kPasses[static_cast<size_t>(pass)]; }
+
+Pass find_pass(const std::string& name) {
+  for (size_t i = 0; i < kPasses.size(); ++i)
+    if (name == kPasses[i].name) return static_cast<Pass>(i);
+  throw Error("pass '" + name + "'", "there is no pass of this name");
+}
+
+Film::Film(int width, int height, const std::vector<Pass>& passes) : width_(width), height_(height) {
+  const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
+  const auto keep = [&](Pass pass) {
+    sums_[static_cast<size_t>(pass)].assign(pixels * static_cast<size_t>(describe(pass).channels), 0.0f);
+  };
+  keep(Pass::COMBINED);
+  for (Pass pass : passes) keep(pass);
+  samples_.assign(pixels, 0);
+  hits_.assign(pixels, 0);
+  non_finite_.assign(pixels, 0);
+}
+
+float* Film::sum(Pass pass, uint32_t pixel) {
+  return &sums_[static_cast<size_t>(pass)][size_t{pixel} * static_cast<size_t>(describe(pass).channels)];
+}
+
+void Film::add_color(Pass pass, uint32_t pixel, Rgb value) {
+  if (!has(pass)) return;
+  float* target = sum(pass, pixel);
+  target[0] += value.r, target[1] += value.g, target[2] += value.b;
+}
+
+void Film::add(uint32_t pixel, const PathRecord& record) {
+  ++samples_[pixel];
+  if (!is_finite(record)) {
+    ++non_finite_[pixel];
+    return;
+  }
+  add_color(Pass::COMBINED, pixel, record.direct + record.indirect + record.emission + record.environment);
+  sum(Pass::COMBINED, pixel)[3] += record.alpha;
+  add_color(Pass::DIRECT, pixel, record.direct);
+  add_color(Pass::INDIRECT, pixel, record.indirect);
+  add_color(Pass::EMISSION, pixel, record.emission);
+  add_color(Pass::ENVIRONMENT, pixel, record.environment);
+  add_color(Pass::DENOISING_ALBEDO, pixel, record.albedo);
+  add_color(Pass::DENOISING_NORMAL, pixel, to_rgb(record.denoising_normal));
+  if (record.hit) add_first_hit(pixel, record);
+}
+
+void Film::add_first_hit(uint32_t pixel, const PathRecord& record) {
+  ++hits_[pixel];
+  add_color(Pass::NORMAL, pixel, to_rgb(record.normal));
+  add_color(Pass::POSITION, pixel, to_rgb(record.position));
+  if (has(Pass::DEPTH)) *sum(Pass::DEPTH, pixel) += record.depth;
+}
+
+std::vector<float> Film::resolve(Pass pass) const {
+  const std::vector<float>& sums = sums_[static_cast<size_t>(pass)];
+  if (sums.empty()) throw Error(std::string("pass '") + describe(pass).name + "'", "was not enabled for this render");
+  const std::vector<uint32_t>& counts = is_mean_over_hits(pass) ? hits_ : samples_;
+  const auto channels = static_cast<size_t>(describe(pass).channels);
+  std::vector<float> mean(sums.size());
+  for (size_t pixel = 0; pixel < counts.size(); ++pixel) {
+    const float scale = counts[pixel] > 0 ? 1.0f / static_cast<float>(counts[pixel]) : 0.0f;
+    for (size_t c = 0; c < channels; ++c) mean[pixel * channels + c] = sums[pixel * channels + c] * scale;
+    if (pass == Pass::DEPTH && counts[pixel] == 0) mean[pixel] = kNoHitDepth;
+  }
+  return mean;
+}
+
+uint64_t Film::non_finite_samples() const {
+  return std::accumulate(non_finite_.begin(), non_finite_.end(), uint64_t{0});
+}
+
+size_t Film::memory_bytes() const {
+  size_t floats = samples_.size() + hits_.size() + non_finite_.size();
+  for (const std::vector<float>& s : sums_) floats += s.size();
+  return floats * sizeof(float);
+}
+
+}  // namespace cistern

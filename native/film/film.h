@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "transport/path_tracer.h"
+
+namespace cistern {
+
+enum class Pass : uint8_t {
+  COMBINED,
+  DIRECT,
+  INDIRECT,
+  EMISSION,
+  ENVIRONMENT,
+  DEPTH,
+  NORMAL,
+  POSITION,
+  DENOISING_ALBEDO,
+  DENOISING_NORMAL,
+  COUNT
+};
+
+struct PassDescription {
+  const char* name;
+  int channels;
+};
+const PassDescription& describe(Pass pass);
+/// The pass called `name`; throws Error naming it if there is none.
+Pass find_pass(const std::string& name);
+
+/// Sums of path records per pixel. Each pixel keeps its own sample count, so a cancelled render is a valid picture
+/// everywhere. Different pixels may be added to from different threads at once; a pixel's sum is made in the order of
+/// the calls.
+class Film {
+ public:
+  /// Combined is always there. Bytes per pixel: 4 (count) + 4 per channel of the passes.
+  Film(int width, int height, const std::vector<Pass>& passes);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  bool has(Pass pass) const { return !sums_[static_cast<size_t>(pass)].empty(); }
+
+  /// A record with a non-finite value is counted instead of added; its pixel still counts the sample (as black).
+  void add(uint32_t pixel, const PathRecord& record);
+  /// Mean of the samples, row 0 at the bottom, channels interleaved. Depth, Normal and Position are means over the
+  /// samples that hit something (Depth 1e10 where none did). Combined is premultiplied RGBA. Throws Error for a pass
+  /// that is not kept.
+  std::vector<float> resolve(Pass pass) const;
+  uint64_t non_finite_samples() const;
+  size_t memory_bytes() const;
+
+ private:
+  float* sum(Pass pass, uint32_t pixel);
+  void add_color(Pass pass, uint32_t pixel, Rgb value);
+  void add_first_hit(uint32_t pixel, const PathRecord& record);
+
+  int width_, height_;
+  std::vector<uint32_t> samples_, hits_, non_finite_;
+  std::vector<float> sums_[static_cast<size_t>(Pass::COUNT)];
+};
+
+}  // namespace cistern

@@ -1,0 +1,153 @@
+#include "render/session.h"
+
+#include <tbb/task_arena.h>
+
+#include <new>
+
+#include "base/check.h"
+#include "transport/camera_ray.h"
+
+namespace cistern {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Frames are rendered in batches, for fewer passes over the picture; a batch should not take longer than this, so that
+/// progress and published pixels stay fresh.
+constexpr double kBatchSeconds = 0.5;
+constexpr uint32_t kMaxBatch = 16;
+
+double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+
+}  // namespace
+
+Session::Session(Settings settings) : settings_(std::move(settings)) {
+  check_settings(settings_);
+  published_.resize(static_cast<size_t>(Pass::COUNT));
+}
+
+Session::~Session() {
+  cancelled_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void Session::start(std::shared_ptr<const Scene> scene) {
+  std::lock_guard lock(mutex_);
+  if (scene_) throw Error("session", "was started already; make a new one for another render");
+  scene_ = std::move(scene);
+  started_ = Clock::now();
+  progress_.status = Status::RUNNING;
+  progress_.stage = "Building";
+  progress_.frames = settings_.samples;
+  thread_ = std::thread([this] { run(); });
+}
+
+Progress Session::wait(double seconds) {
+  std::unique_lock lock(mutex_);
+  const auto has_ended = [this] { return progress_.status != Status::RUNNING; };
+  ended_.wait_for(lock, std::chrono::duration<double>(seconds), has_ended);
+  return progress_locked();
+}
+
+Progress Session::progress_locked() const {
+  Progress p = progress_;
+  if (p.status != Status::RUNNING) return p;
+  p.seconds = seconds_since(started_);
+  if (p.frames_done > 0) {
+    const double per_frame = seconds_since(rendering_since_) / p.frames_done;
+    p.remaining_seconds = per_frame * (p.frames - p.frames_done);
+    if (settings_.time_limit > 0.0)
+      p.remaining_seconds = std::min(p.remaining_seconds, settings_.time_limit - seconds_since(rendering_since_));
+  }
+  return p;
+}
+
+void Session::cancel() {
+  cancelled_ = true;
+  std::unique_lock lock(mutex_);
+  ended_.wait(lock, [this] { return progress_.status != Status::RUNNING; });
+}
+
+std::vector<float> Session::read(Pass pass) {
+  std::lock_guard lock(mutex_);
+  wants_pixels_ = true;
+  const std::vector<float>& pixels = published_[static_cast<size_t>(pass)];
+  if (!pixels.empty()) return pixels;
+  const Region& r = settings_.region;
+  return std::vector<float>(static_cast<size_t>(r.width) * r.height * describe(pass).channels, 0.0f);
+}
+
+void Session::run() {
+  try {
+    tbb::task_arena arena(settings_.threads > 0 ? settings_.threads : tbb::task_arena::automatic);
+    arena.execute([this] {
+      film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes);
+      const std::shared_ptr<const Accel> accel = Accel::build(scene_);
+      const LightSet lights(scene_, settings_.light_sampling);
+      const PathContext paths{*scene_, *accel, lights, settings_.limits,
+                              pixel_angle(scene_->camera, settings_.width, settings_.height)};
+      {
+        std::lock_guard lock(mutex_);
+        progress_.memory_bytes = accel->memory_bytes() + lights.memory_bytes() + film_->memory_bytes();
+        progress_.stage = "Rendering";
+        rendering_since_ = Clock::now();
+      }
+      const PixelFilter filter(settings_.pixel_filter, settings_.filter_width);
+      render({settings_, paths, filter});
+      publish();
+    });
+    end(cancelled_ ? Status::CANCELLED : Status::DONE, "");
+  } catch (const std::bad_alloc&) {
+    end(Status::FAILED, "out of memory");
+  } catch (const std::exception& e) {
+    end(Status::FAILED, e.what());
+  }
+}
+
+void Session::render(const FrameContext& context) {
+  const auto frames = static_cast<uint32_t>(settings_.samples);
+  // Every pixel gets at least one sample: the limit holds from the second frame on.
+  StopCondition stop{cancelled_, Clock::time_point::max()};
+  const auto limit = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.time_limit));
+  uint32_t batch = 1;
+  for (uint32_t frame = 0; frame < frames && !cancelled_ && !stop.deadline_passed();) {
+    batch = std::min(batch, frames - frame);
+    const Clock::time_point batch_start = Clock::now();
+    if (!render_frames(context, frame, batch, *film_, stop)) break;
+    const double batch_seconds = seconds_since(batch_start);
+    frame += batch;
+    if (settings_.time_limit > 0.0) stop.deadline = rendering_since_ + limit;
+    bool publish_now;
+    {
+      std::lock_guard lock(mutex_);
+      progress_.frames_done = static_cast<int>(frame);
+      publish_now = wants_pixels_ && frame < frames;
+    }
+    if (publish_now) publish();
+    if (batch_seconds * 2.0 < kBatchSeconds) batch = std::min(2 * batch, kMaxBatch);
+    if (batch_seconds > kBatchSeconds) batch = std::max(batch / 2, 1u);
+  }
+}
+
+void Session::publish() {
+  std::vector<std::vector<float>> resolved(static_cast<size_t>(Pass::COUNT));
+  for (size_t i = 0; i < resolved.size(); ++i)
+    if (film_->has(static_cast<Pass>(i))) resolved[i] = film_->resolve(static_cast<Pass>(i));
+  std::lock_guard lock(mutex_);
+  published_ = std::move(resolved);
+  wants_pixels_ = false;
+  ++progress_.version;
+}
+
+void Session::end(Status status, const std::string& error) {
+  std::lock_guard lock(mutex_);
+  progress_.seconds = seconds_since(started_);
+  progress_.remaining_seconds = 0.0;
+  progress_.non_finite_samples = film_ ? film_->non_finite_samples() : 0;
+  progress_.error = error;
+  progress_.status = status;
+  scene_.reset();
+  ended_.notify_all();
+}
+
+}  // namespace cistern

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "render/frame.h"
+
+namespace cistern {
+
+enum class Status : uint8_t { RUNNING, DONE, CANCELLED, FAILED };
+
+struct Progress {
+  Status status = Status::DONE;
+  int frames_done = 0, frames = 0;
+  double seconds = 0.0;             // since start
+  double remaining_seconds = -1.0;  // negative: not known yet
+  std::string stage;                // "Building" or "Rendering"
+  std::string error;                // why it FAILED
+  size_t memory_bytes = 0;          // scene, accel, lights, film: of the core alone
+  uint64_t non_finite_samples = 0;
+  int version = 0;  // changes whenever `read` returns new pixels
+};
+
+/// One render of one scene on a native thread of its own, TBB inside. All members may be called from any thread and the
+/// object may be destroyed on any; destroying a running session cancels it first.
+class Session {
+ public:
+  /// Throws Error for a setting out of range.
+  explicit Session(Settings settings);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  /// Starts rendering and returns at once. A session renders once; a second start throws Error.
+  void start(std::shared_ptr<const Scene> scene);
+  /// Returns after `seconds` or as soon as the render has ended.
+  Progress wait(double seconds);
+  /// Stops within 100 ms; what was rendered can be read.
+  void cancel();
+  /// Pixels of the region at the last published state (see Film::resolve); zeros before the first one. While the render
+  /// runs, asking makes the next frames publish again.
+  std::vector<float> read(Pass pass);
+  const Settings& settings() const { return settings_; }
+
+ private:
+  void run();
+  void render(const FrameContext& context);
+  void publish();
+  void end(Status status, const std::string& error);
+  Progress progress_locked() const;
+
+  Settings settings_;
+  std::shared_ptr<const Scene> scene_;
+  std::unique_ptr<Film> film_;
+  std::thread thread_;
+  std::atomic<bool> cancelled_{false};
+
+  mutable std::mutex mutex_;  // guards everything below
+  std::condition_variable ended_;
+  Progress progress_;
+  std::vector<std::vector<float>> published_;  // by Pass
+  bool wants_pixels_ = true;
+  std::chrono::steady_clock::time_point started_, rendering_since_;
+};
+
+}  // namespace cistern

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "film/film.h"
+#include "film/pixel_filter.h"
+#include "lights/light_set.h"
+#include "transport/path_tracer.h"
+
+namespace cistern {
+
+/// The three questions of design.md §1. Only the reference answers exist so far.
+enum class DirectAnswer : uint8_t { NEE };
+enum class SecondaryAnswer : uint8_t { NEE };
+enum class IndirectAnswer : uint8_t { PATH };
+
+/// Part of the full frame to render, in pixels, y up. Width 0: all of it.
+struct Region {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
+struct Settings {
+  int width = 1920, height = 1080;  // of the full frame
+  Region region;
+  int samples = 128;  // frames of one sample per pixel
+  uint64_t seed = 0;
+  int threads = 0;  // 0: all
+  DirectAnswer direct = DirectAnswer::NEE;
+  SecondaryAnswer secondary = SecondaryAnswer::NEE;
+  IndirectAnswer indirect = IndirectAnswer::PATH;
+  LightSampling light_sampling = LightSampling::TREE;
+  SampleSequence sequence = SampleSequence::SOBOL;
+  FilterKind pixel_filter = FilterKind::BLACKMAN_HARRIS;
+  float filter_width = 1.5f;  // pixels
+  PathLimits limits;
+  double time_limit = 0.0;   // seconds of rendering, 0: none
+  std::vector<Pass> passes;  // besides Combined
+};
+
+/// Throws Error naming the first setting that is out of range, its value and the range. Fills an empty region.
+void check_settings(Settings& settings);
+
+}  // namespace cistern

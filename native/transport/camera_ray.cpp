@@ -1,0 +1,54 @@
+#include "transport/camera_ray.h"
+
+#include "base/warp.h"
+
+namespace cistern {
+
+Vec2 sample_aperture(const Camera& camera, Vec2 u) {
+  Vec2 p;
+  if (camera.blades < 3) {
+    p = square_to_disk(u);
+  } else {
+    const auto blades = static_cast<float>(camera.blades);
+    const float scaled = u.x * blades;
+    const float blade = std::min(std::floor(scaled), blades - 1.0f);
+    const float angle = 2.0f * kPi / blades;
+    const Vec2 b = square_to_triangle({std::min(scaled - blade, kOneMinusEpsilon), u.y});
+    const float a0 = blade * angle + camera.blade_rotation, a1 = a0 + angle;
+    p = b.x * Vec2{std::cos(a0), std::sin(a0)} + b.y * Vec2{std::cos(a1), std::sin(a1)};
+  }
+  return {p.x / camera.aperture_ratio, p.y};
+}
+
+Ray camera_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
+  const float x = lerp(camera.left, camera.right, film_position.x);
+  const float y = lerp(camera.bottom, camera.top, film_position.y);
+  const bool perspective = camera.type == CameraType::PERSPECTIVE;
+  Vec3 origin = perspective ? Vec3{} : Vec3{x, y, 0.0f};
+  Vec3 direction = perspective ? Vec3{x, y, -1.0f} : Vec3{0.0f, 0.0f, -1.0f};
+  if (camera.aperture_radius > 0.0f) {
+    const Vec3 focus = origin + direction * camera.focus_distance;
+    const Vec2 lens = sample_aperture(camera, u_lens) * camera.aperture_radius;
+    origin += Vec3{lens.x, lens.y, 0.0f};
+    direction = (focus - origin) / camera.focus_distance;  // its z stays -1
+  }
+  const float per_depth = length(direction);  // ray length for one unit of depth
+  Ray ray;
+  ray.origin = camera.camera_to_world.point(origin);
+  ray.direction = normalize(camera.camera_to_world.vector(direction));
+  ray.t_min = camera.clip_start * per_depth;
+  ray.t_max = camera.clip_end * per_depth;
+  return ray;
+}
+
+float camera_depth(const Camera& camera, Vec3 position) {
+  return -dot(camera.camera_to_world.column(2), position - camera.camera_to_world.translation);
+}
+
+float pixel_angle(const Camera& camera, int width, int height) {
+  if (camera.type != CameraType::PERSPECTIVE) return 0.0f;
+  return 0.5f * std::min((camera.right - camera.left) / static_cast<float>(width),
+                         (camera.top - camera.bottom) / static_cast<float>(height));
+}
+
+}  // namespace cistern

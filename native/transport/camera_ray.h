@@ -1,0 +1,21 @@
+#pragma once
+
+#include "accel/accel.h"
+#include "base/frame.h"
+
+namespace cistern {
+
+/// World-space camera ray through the point (s, t) of the full frame, [0, 1]^2 with t up. `u_lens` chooses the point on
+/// the aperture. `t_min` and `t_max` are the clipping planes.
+Ray camera_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens);
+
+/// Depth along the view axis of a world-space point.
+float camera_depth(const Camera& camera, Vec3 position);
+
+/// Angle that half a pixel subtends (for orthographic cameras: 0), for footprints.
+float pixel_angle(const Camera& camera, int width, int height);
+
+/// Point on the unit aperture: a disk or a regular polygon with `blades` corners, uniform in area.
+Vec2 sample_aperture(const Camera& camera, Vec2 u);
+
+}  // namespace cistern

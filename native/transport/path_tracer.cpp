@@ -1,0 +1,317 @@
+#include "transport/path_tracer.h"
+
+#include "base/warp.h"
+#include "shading/material.h"
+#include "transport/camera_ray.h"
+
+namespace cistern {
+namespace {
+
+/// Bump mapping differentiates over a tenth of a pixel, as Cycles does: sharp, and wide enough for single precision.
+constexpr float kBumpFilterWidth = 0.1f;
+/// Shadow rays end this much before the light, relative to their length.
+constexpr float kShadowEpsilon = 1e-4f;
+/// Depth of pixels that see nothing.
+constexpr float kNoHitDepth = 1e10f;
+
+/// Throughput of a path split by what the light it finds will be called: `smooth` while no vertex was rough enough to
+/// reconnect (the light is seen: Emission, Environment), `direct` after exactly one scattering there, `indirect` later.
+struct Throughput {
+  Rgb smooth{1.0f}, direct, indirect;
+
+  Rgb total() const { return smooth + direct + indirect; }
+  void scale(Rgb s) { smooth *= s, direct *= s, indirect *= s; }
+  void scatter(Rgb rough_weight, Rgb smooth_weight) {
+    indirect = (direct + indirect) * (rough_weight + smooth_weight);
+    direct = smooth * rough_weight;
+    smooth = smooth * smooth_weight;
+  }
+};
+
+enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
+
+Rgb clamped(Rgb contribution, float limit) {
+  const float mean = average(contribution);
+  return limit > 0.0f && mean > limit ? contribution * (limit / mean) : contribution;
+}
+
+/// One path on its way. The steps of `trace_path` in the order they happen.
+class Walk {
+ public:
+  Walk(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch)
+      : context_(context), ray_(ray), sampler_(sampler), scratch_(scratch) {
+    state_.footprint_angle = context.pixel_angle * kBumpFilterWidth;
+  }
+
+  PathRecord run() {
+    record_.depth = kNoHitDepth;
+    while (step()) {
+    }
+    return record_;
+  }
+
+ private:
+  /// Follows one segment; false when the path has ended.
+  bool step() {
+    const std::optional<Hit> hit = context_.accel.intersect(ray_, state_.ray_kind);
+    if (context_.lights.has_visible_lamps()) add_lamps(hit ? hit->t : ray_.t_max);
+    if (!hit) {
+      add_environment();
+      return false;
+    }
+    path_length_ += hit->t;
+    state_.ray_length = hit->t;
+    SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
+    point.footprint = state_.footprint_angle * path_length_;
+    if (context_.scene.instances[hit->instance].is_holdout) {
+      hold_out(1.0f);
+      return false;
+    }
+    const Bsdf bsdf = evaluate_material(context_.scene, point, state_);
+    if (!record_.hit && state_.depth == 0) record_first_hit(point, bsdf);
+    if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
+    if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
+    record_features(bsdf);
+    if (!last_segment_ && bsdf.scatters()) add_direct_light(point, bsdf);
+    return continue_path(point, bsdf);
+  }
+
+  void hold_out(float fraction) {
+    if (state_.depth == 0) record_.alpha -= fraction * average(throughput_.smooth);
+  }
+
+  void record_first_hit(const SurfacePoint& point, const Bsdf& bsdf) {
+    record_.hit = true;
+    record_.position = point.position;
+    record_.depth = camera_depth(context_.scene.camera, point.position);
+    record_.normal = bsdf.scatters() ? bsdf_normal(bsdf) : point.ns;
+  }
+
+  /// Albedo and normal for a denoiser, where the path first meets something not mirror-like.
+  void record_features(const Bsdf& bsdf) {
+    if (features_done_ || is_black(throughput_.smooth)) return;
+    const bool ends_here = !bsdf.scatters() && is_black(bsdf.transparency);
+    if (!ends_here && !has_rough_lobe(bsdf)) return;
+    features_done_ = true;
+    const Rgb shown = ends_here ? min(bsdf.emission, Rgb(1.0f)) : bsdf_albedo(bsdf);
+    record_.albedo = throughput_.smooth * shown;
+    record_.denoising_normal = bsdf.scatters() ? bsdf_normal(bsdf) : bsdf.ng;
+  }
+
+  static bool has_rough_lobe(const Bsdf& bsdf) {
+    for (int i = 0; i < bsdf.count; ++i) {
+      const auto* microfacet = std::get_if<MicrofacetLobe>(&bsdf.lobes[i].model);
+      if (!microfacet || microfacet->alpha_x * microfacet->alpha_y >= sqr(sqr(kReconnectRoughness))) return true;
+    }
+    return false;
+  }
+
+  // --- light found by the path itself ---------------------------------------------------------------------------
+
+  /// Weight of this path against next-event estimation for an emitter that has `pdf` (per solid angle, given the
+  /// emitter).
+  float emitter_weight(std::optional<uint32_t> emitter, float pdf) const {
+    if (!emitter || !mis_receiver_) return 1.0f;
+    const float pmf = context_.lights.pmf(*emitter, mis_receiver_->position, mis_receiver_->normal);
+    return power_heuristic(scatter_pdf_, pmf * pdf);
+  }
+
+  void add(Rgb radiance, SourceKind source) {
+    const PathLimits& limits = context_.limits;
+    Rgb& seen = source == SourceKind::ENVIRONMENT ? record_.environment : record_.emission;
+    seen +=
+        state_.depth == 0 ? throughput_.smooth * radiance : clamped(throughput_.smooth * radiance, limits.clamp_direct);
+    record_.direct += clamped(throughput_.direct * radiance, limits.clamp_direct);
+    record_.indirect += clamped(throughput_.indirect * radiance, limits.clamp_indirect);
+  }
+
+  void add_lamps(float t_max) {
+    Ray segment = ray_;
+    segment.t_max = t_max;
+    scratch_.lamp_hits.clear();
+    context_.lights.intersect_lamps(segment, state_.ray_kind, scratch_.lamp_hits);
+    for (const LampHit& lamp : scratch_.lamp_hits)
+      add(lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
+  }
+
+  void add_surface_emission(const SurfacePoint& point, Rgb emission) {
+    const std::optional<uint32_t> emitter = context_.lights.emitter_of(point.instance, point.triangle);
+    const float pdf = emitter && mis_receiver_ ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
+    add(emission * emitter_weight(emitter, pdf), SourceKind::SURFACE);
+  }
+
+  void add_environment() {
+    const PathLimits& limits = context_.limits;
+    const bool through_glass = limits.film_transparent_glass && state_.transmission_depth == state_.depth;
+    if (limits.film_transparent && (state_.depth == 0 || through_glass)) {
+      record_.alpha -= average(throughput_.smooth);
+      return;
+    }
+    if ((context_.scene.environment.visibility & state_.ray_kind) == 0) return;
+    const Rgb radiance = evaluate_environment(context_.scene, ray_.direction, state_);
+    if (is_black(radiance)) return;
+    if (!features_done_ && state_.depth > 0) record_.albedo = throughput_.smooth * min(radiance, Rgb(1.0f));
+    const std::optional<uint32_t> emitter = context_.lights.environment_emitter();
+    const float pdf = emitter && mis_receiver_ ? context_.lights.environment_pdf(ray_.direction) : 0.0f;
+    add(radiance * emitter_weight(emitter, pdf), SourceKind::ENVIRONMENT);
+  }
+
+  // --- next-event estimation --------------------------------------------------------------------------------------
+
+  /// Normal that the light samplers may assume: none where light can also come from behind.
+  static Vec3 receiver_normal(const SurfacePoint& point, const Bsdf& bsdf) {
+    for (int i = 0; i < bsdf.count; ++i) {
+      const auto* microfacet = std::get_if<MicrofacetLobe>(&bsdf.lobes[i].model);
+      const bool transmits =
+          microfacet ? microfacet->transmits : std::holds_alternative<TranslucentLobe>(bsdf.lobes[i].model);
+      if (transmits) return {};
+    }
+    return point.ng;
+  }
+
+  static float scatter_probability(const Bsdf& bsdf) {
+    const float straight = average(bsdf.transparency);
+    return straight > 0.0f ? bsdf.total_sample_weight / (bsdf.total_sample_weight + straight) : 1.0f;
+  }
+
+  void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf) {
+    const int vertex = state_.depth;
+    const float u_choice = sampler_.vertex_1d(vertex, PathSampler::LIGHT_CHOICE);
+    const Vec2 u_light = sampler_.vertex_2d(vertex, PathSampler::LIGHT_POSITION);
+    const auto choice = context_.lights.choose(point.position, receiver_normal(point, bsdf), u_choice, u_light);
+    if (!choice) return;
+    const auto light = context_.lights.evaluate(choice->sample, point.position, state_);
+    if (!light) return;
+    const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
+    if (is_black(f.total_cos())) return;
+    const float pdf = choice->pmf * light->pdf;
+    const bool needs_mis = !light->is_delta && light->use_mis;
+    const float weight = needs_mis ? power_heuristic(pdf, f.pdf * scatter_probability(bsdf)) : 1.0f;
+    Rgb radiance = light->radiance * (weight / pdf);
+    if (light->casts_shadow)
+      radiance *= transmittance(context_, point.position, point.ng, light->wi, light->distance, state_);
+    if (is_black(radiance)) return;
+    const bool is_environment = choice->sample.emitter == context_.lights.environment_emitter();
+    Rgb& seen = is_environment ? record_.environment : record_.emission;
+    const PathLimits& limits = context_.limits;
+    seen += clamped(throughput_.smooth * f.smooth_cos * radiance, limits.clamp_direct);
+    record_.direct += clamped(throughput_.smooth * f.rough_cos * radiance, limits.clamp_direct);
+    record_.indirect +=
+        clamped((throughput_.direct + throughput_.indirect) * f.total_cos() * radiance, limits.clamp_indirect);
+  }
+
+  // --- continuing ---------------------------------------------------------------------------------------------------
+
+  bool continue_path(const SurfacePoint& point, const Bsdf& bsdf) {
+    const float p_scatter = scatter_probability(bsdf);
+    if (p_scatter < 1.0f && sampler_.next_float() >= p_scatter) return pass_through(point, bsdf, 1.0f - p_scatter);
+    if (last_segment_ || !bsdf.scatters()) return false;
+    return scatter(point, bsdf, p_scatter);
+  }
+
+  bool pass_through(const SurfacePoint& point, const Bsdf& bsdf, float probability) {
+    if (state_.transparent_depth++ >= context_.limits.max_transparent_bounces) return false;
+    throughput_.scale(bsdf.transparency * (1.0f / probability));
+    ray_.t_max -= state_.ray_length;  // clipping and light distances stay measured from the last vertex
+    ray_.t_min = 0.0f;
+    ray_.origin = offset_origin(point.position, point.ng, ray_.direction);
+    return survives_roulette();
+  }
+
+  bool scatter(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
+    const int vertex = state_.depth;
+    const float u_lobe = sampler_.vertex_1d(vertex, PathSampler::BSDF_LOBE);
+    const std::optional<BsdfSample> sample =
+        sample_bsdf(bsdf, u_lobe, sampler_.vertex_2d(vertex, PathSampler::BSDF_DIRECTION));
+    if (!sample) return false;
+    throughput_.scatter(sample->rough_weight * (1.0f / p_scatter), sample->smooth_weight * (1.0f / p_scatter));
+    if (is_black(throughput_.total())) return false;
+    count_bounce(*sample);
+    if (sample->is_delta) {
+      mis_receiver_.reset();
+    } else {
+      mis_receiver_ = Receiver{point.position, receiver_normal(point, bsdf)};
+      scatter_pdf_ = sample->pdf * p_scatter;
+    }
+    ray_ = Ray{offset_origin(point.position, point.ng, sample->wi), sample->wi};
+    return survives_roulette();
+  }
+
+  void count_bounce(const BsdfSample& sample) {
+    const PathLimits& limits = context_.limits;
+    ++state_.depth;
+    state_.is_singular = sample.is_delta;
+    bool at_limit = state_.depth > limits.max_bounces;
+    switch (sample.kind) {
+      case ScatterKind::DIFFUSE:
+        state_.ray_kind = kVisibleToDiffuse;
+        at_limit |= ++state_.diffuse_depth > limits.max_diffuse_bounces;
+        break;
+      case ScatterKind::GLOSSY:
+        state_.ray_kind = kVisibleToGlossy;
+        at_limit |= ++state_.glossy_depth > limits.max_glossy_bounces;
+        break;
+      case ScatterKind::TRANSMISSION:
+        state_.ray_kind = kVisibleToTransmission;
+        at_limit |= ++state_.transmission_depth > limits.max_transmission_bounces;
+        break;
+    }
+    last_segment_ = at_limit;
+  }
+
+  bool survives_roulette() {
+    if (state_.depth <= context_.limits.min_bounces) return true;
+    const float p = std::min(1.0f, std::sqrt(max_component(throughput_.total())));
+    if (p >= 1.0f) return true;
+    if (sampler_.next_float() >= p) return false;
+    throughput_.scale(Rgb(1.0f / p));
+    return true;
+  }
+
+  struct Receiver {
+    Vec3 position, normal;
+  };
+
+  const PathContext& context_;
+  Ray ray_;
+  PathSampler& sampler_;
+  PathScratch& scratch_;
+  PathState state_;
+  PathRecord record_;
+  Throughput throughput_;
+  std::optional<Receiver>
+      mis_receiver_;          // last vertex that next-event estimation could have lit; none after a delta lobe
+  float scatter_pdf_ = 0.0f;  // of the current direction, per solid angle
+  float path_length_ = 0.0f;
+  bool last_segment_ = false;  // a bounce limit is reached: only light met directly still counts
+  bool features_done_ = false;
+};
+
+}  // namespace
+
+Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, Vec3 wi, float distance, const PathState& path) {
+  Ray ray{offset_origin(position, ng, wi), wi, 0.0f, distance * (1.0f - kShadowEpsilon)};
+  if (context.accel.occluded(ray)) return Rgb(0.0f);
+  Rgb passed(1.0f);
+  if (!context.accel.has_transparent_surfaces()) return passed;
+  PathState shadow_state = path;
+  shadow_state.ray_kind = kVisibleToShadow;
+  for (int i = 0; i <= context.limits.max_transparent_bounces; ++i) {
+    const std::optional<Hit> hit = context.accel.intersect_transparent(ray);
+    if (!hit) return passed;
+    const SurfacePoint point = make_surface_point(context.scene, ray, *hit);
+    shadow_state.ray_length = hit->t;
+    passed *= evaluate_transparency(context.scene, point, shadow_state);
+    if (is_black(passed)) return passed;
+    ++shadow_state.transparent_depth;
+    ray.t_max -= hit->t;
+    ray.origin = offset_origin(point.position, point.ng, wi);
+  }
+  return Rgb(0.0f);
+}
+
+PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch) {
+  return Walk(context, ray, sampler, scratch).run();
+}
+
+}  // namespace cistern

@@ -1,0 +1,60 @@
+#pragma once
+
+#include "accel/accel.h"
+#include "lights/light_set.h"
+#include "transport/path_sampler.h"
+
+namespace cistern {
+
+/// Limits of a path as Blender users know them: a limit of n allows n scatterings after the first one of its kind is
+/// lit, so 0 is direct light only.
+struct PathLimits {
+  int max_bounces = 12;
+  int max_diffuse_bounces = 12;
+  int max_glossy_bounces = 12;
+  int max_transmission_bounces = 12;
+  int max_transparent_bounces = 8;
+  int min_bounces = 0;        // Russian roulette starts after these
+  float clamp_direct = 0.0f;  // largest mean radiance of one contribution, 0: off
+  float clamp_indirect = 0.0f;
+  bool film_transparent = false;  // the camera sees through to nothing instead of the environment
+  bool film_transparent_glass = false;
+};
+
+/// What a path needs besides its own random numbers; all of it immutable while rendering.
+struct PathContext {
+  const Scene& scene;
+  const Accel& accel;
+  const LightSet& lights;
+  PathLimits limits;
+  float pixel_angle = 0.0f;
+};
+
+/// One camera path's estimate. Combined = direct + indirect + emission + environment (design.md §8).
+struct PathRecord {
+  Rgb direct, indirect, emission, environment;
+  float alpha = 1.0f;
+
+  // First surface the camera ray met, through transparent ones.
+  bool hit = false;
+  float depth = 0.0f;  // along the view axis
+  Vec3 position, normal;
+  // First surface rough enough to be a feature for a denoiser, seen through smooth ones.
+  Rgb albedo;
+  Vec3 denoising_normal;
+};
+
+/// Reusable memory of one thread, so that nothing is allocated per sample.
+struct PathScratch {
+  std::vector<LampHit> lamp_hits;
+};
+
+/// The reference estimator: unidirectional path tracing with next-event estimation at every vertex and multiple
+/// importance sampling (power heuristic) against BSDF sampling [Veach 1997, ch. 9 and 10]. `ray` starts at the camera.
+PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch);
+
+/// Fraction of light that gets from `position` along `wi` over `distance`: 0 behind opaque surfaces, tinted by
+/// transparent ones. The segment leaves the surface at `position` with geometric normal `ng`.
+Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, Vec3 wi, float distance, const PathState& path);
+
+}  // namespace cistern
