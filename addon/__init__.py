@@ -1,0 +1,20 @@
+"""Cistern: a render engine that resamples light in world space.
+
+`register()` never needs the native core; the first render loads it.
+"""
+
+from . import engine, properties, report, ui
+
+__all__ = ["register", "report", "unregister"]
+
+
+def register() -> None:
+    properties.register()
+    ui.register()
+    engine.register()
+
+
+def unregister() -> None:
+    engine.unregister()
+    ui.unregister()
+    properties.unregister()

@@ -1,0 +1,241 @@
+"""The render engine as Blender sees it: final renders of view layers, and material, light and world icons.
+
+Departures from Blender's template, each forced by a crash or a leak seen in a supported version:
+no `__init__` (5.2 runs it twice) and no `__del__` (there is none to call upward): everything native is local to
+`render`, except the exported scene under Persistent Data, which may be freed from any thread.
+"""
+
+import math
+import time
+import traceback
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import bpy
+
+from . import core as core_loader
+from . import passes, report, settings
+from .views import place_view_camera, view_names
+
+if TYPE_CHECKING:
+    from .sync.scene import SceneSync
+
+# How often Esc is looked for, and the display of the progress renewed.
+POLL_SECONDS = 0.1
+
+# Unfinished pictures are shown no more often than this, and in at most a tenth of the time.
+DISPLAY_SECONDS = 1.0
+DISPLAY_SHARE = 0.1
+
+BYTES_PER_MB = 1e6
+
+
+class RenderFailedError(RuntimeError):
+    """The core stopped a render; the text is the core's sentence."""
+
+
+class LayerRender:
+    """The render of one view layer of one frame: export, sessions (one for each view), pixels, figures."""
+
+    def __init__(
+        self, engine: "CisternEngine", depsgraph: bpy.types.Depsgraph, core: ModuleType, figures: report.RenderReport
+    ) -> None:
+        self.engine = engine
+        self.depsgraph = depsgraph
+        self.core = core
+        self.figures = figures
+        self.layer_name = depsgraph.view_layer_eval.name
+        self.passes = passes.enabled_passes(depsgraph.view_layer_eval)
+        self.size = (engine.resolution_x, engine.resolution_y)
+        self.region = settings.render_region(depsgraph.scene_eval.render, *self.size)
+        self.is_cancelled = False
+
+    def run(self) -> None:
+        engine = self.engine
+        engine.update_stats("", "Exporting the scene")
+        exported = self.export()
+        views = view_names(engine, self.layer_name)
+        arguments = settings.core_settings(
+            self.core, self.depsgraph, self.size, self.region, self.passes, engine.is_preview
+        )
+        for index, view in enumerate(views):
+            if self.is_cancelled:
+                break
+            engine.active_view_set(view)
+            if len(views) > 1:
+                place_view_camera(engine, self.depsgraph, exported.builder)
+            session = self.core.Session(self.core.Settings(**arguments))
+            session.start(exported.builder.snapshot())
+            self.render_view(session, view, index / len(views), 1 / len(views))
+
+    def export(self) -> "SceneSync":
+        """Bring the exported scene up to date with the evaluated one."""
+        start = time.perf_counter()
+        exported = self.engine.exported_scene(self.depsgraph.scene_eval.render.use_persistent_data)
+        self.figures.warnings += exported.sync(self.depsgraph).warnings
+        self.figures.sync_seconds = time.perf_counter() - start
+        return exported
+
+    def render_view(self, session: Any, view: str, done_before: float, share: float) -> None:  # noqa: ANN401
+        """Watch a running session to its end and hand over its pixels; `share` is the view's part of the progress."""
+        result = self.engine.begin_result(0, 0, self.region.width, self.region.height, layer=self.layer_name, view=view)
+        is_complete = False
+        try:
+            self.watch(session, result, view, done_before, share)
+            self.write(session, result, view)
+            is_complete = True
+        finally:
+            if not is_complete:
+                session.cancel()
+            self.engine.end_result(result, cancel=not is_complete)
+
+    def watch(self, session: Any, result: bpy.types.RenderResult, view: str, done_before: float, share: float) -> None:  # noqa: ANN401
+        """Poll until the session stops. Raises RenderFailedError."""
+        display = DisplayClock()
+        seen = 0
+        while True:
+            progress = session.wait(POLL_SECONDS)
+            self.show(progress, done_before, share)
+            if progress.status is not self.core.Status.RUNNING:
+                break
+            if self.engine.test_break():
+                self.is_cancelled = True
+                session.cancel()
+            elif progress.version != seen and display.is_due():
+                seen = progress.version
+                self.write(session, result, view)
+                self.engine.update_result(result)
+                display.restart()
+        self.account(progress)
+
+    def show(self, progress: Any, done_before: float, share: float) -> None:  # noqa: ANN401
+        engine = self.engine
+        megabytes = progress.memory_bytes / BYTES_PER_MB
+        self.figures.peak_memory_mb = max(self.figures.peak_memory_mb, megabytes)
+        engine.update_progress(done_before + share * progress.frames_done / max(progress.frames, 1))
+        engine.update_memory_stats(memory_used=megabytes, memory_peak=self.figures.peak_memory_mb)
+        engine.update_stats("", status_text(progress))
+
+    def account(self, progress: Any) -> None:  # noqa: ANN401
+        """Take over the final figures of a view. Raises RenderFailedError."""
+        if progress.status is self.core.Status.FAILED:
+            raise RenderFailedError(progress.error)
+        self.figures.samples = progress.frames_done
+        if progress.non_finite_samples > 0:
+            self.figures.warnings.append(
+                f"{progress.non_finite_samples} samples were not finite and count as black: please report the scene"
+            )
+
+    def write(self, session: Any, result: bpy.types.RenderResult, view: str) -> None:  # noqa: ANN401
+        passes.write_passes(result.layers[0], view, self.passes, session.read)
+
+
+class DisplayClock:
+    """Says when the next unfinished picture is due; in the background, never."""
+
+    def __init__(self) -> None:
+        self.due = math.inf if bpy.app.background else time.perf_counter() + DISPLAY_SECONDS
+        self.started = 0.0
+
+    def is_due(self) -> bool:
+        self.started = time.perf_counter()
+        return self.started >= self.due
+
+    def restart(self) -> None:
+        now = time.perf_counter()
+        self.due = now + max(DISPLAY_SECONDS, (now - self.started) / DISPLAY_SHARE)
+
+
+def clock_text(seconds: float) -> str:
+    """Hours (if any), minutes and seconds."""
+    minutes, whole_seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{whole_seconds:02}" if hours else f"{minutes:02}:{whole_seconds:02}"
+
+
+def status_text(progress: Any) -> str:  # noqa: ANN401
+    """The line beside Blender's own render statistics."""
+    parts = [progress.stage]
+    if progress.frames_done > 0:
+        parts.append(f"Sample {progress.frames_done}/{progress.frames}")
+    if progress.remaining_seconds >= 0.0:
+        parts.append(f"Remaining {clock_text(progress.remaining_seconds)}")
+    return " | ".join(parts)
+
+
+class CisternEngine(bpy.types.RenderEngine):
+    bl_idname = "CISTERN"
+    bl_label = "Cistern"
+    bl_use_preview = True
+    bl_use_postprocess = True
+    bl_use_shading_nodes_custom = False
+    bl_use_eevee_viewport = True
+
+    kept_scene = None  # the exported scene of the previous frame, under Persistent Data
+
+    def update_render_passes(
+        self, scene: bpy.types.Scene | None = None, renderlayer: bpy.types.ViewLayer | None = None
+    ) -> None:
+        passes.register_passes(self, scene, renderlayer)
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        figures = report.RenderReport(depsgraph.scene_eval.frame_current, depsgraph.view_layer_eval.name)
+        start, cpu_start = time.perf_counter(), time.process_time()
+        try:
+            LayerRender(self, depsgraph, core_loader.load(), figures).run()
+        except Exception as error:  # an exception that reaches Blender is lost without a word
+            figures.error = error_sentence(error)
+            self.kept_scene = None
+        figures.seconds = time.perf_counter() - start
+        figures.cpu_seconds = time.process_time() - cpu_start
+        if not self.is_preview:
+            self.announce(figures)
+
+    def exported_scene(self, is_kept: bool) -> "SceneSync":
+        """The exporter to use: the previous frame's if scenes are kept, else a new one."""
+        from .sync.scene import SceneSync
+
+        if not is_kept:
+            self.kept_scene = None
+            return SceneSync()
+        if self.kept_scene is None:
+            self.kept_scene = SceneSync()
+        return self.kept_scene
+
+    def announce(self, figures: report.RenderReport) -> None:
+        """Tell the user in Blender, and scripts on standard output."""
+        for warning in figures.warnings:
+            self.report({"WARNING"}, warning)
+        if figures.error is not None:
+            self.report({"ERROR"}, figures.error)
+            self.error_set(figures.error)
+        else:
+            self.stamp(figures)
+        report.publish(figures)
+
+    def stamp(self, figures: report.RenderReport) -> None:
+        """Write samples and time into the metadata of the saved files."""
+        result = self.get_result()
+        if result is not None:
+            result.stamp_data_add_field(f"cistern.{figures.layer}.samples", str(figures.samples))
+            result.stamp_data_add_field(f"cistern.{figures.layer}.seconds", f"{figures.seconds:.2f}")
+
+
+def error_sentence(error: Exception) -> str:
+    """The sentence for the user; the traceback of an unforeseen error goes to standard error as well."""
+    from .sync import SyncError
+
+    if isinstance(error, core_loader.CoreUnavailableError | SyncError | RenderFailedError):
+        return str(error)
+    if core_loader.is_core_error(error):
+        return str(error)
+    traceback.print_exception(error)
+    return f"Unexpected {type(error).__name__}: {error}"
+
+
+def register() -> None:
+    bpy.utils.register_class(CisternEngine)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(CisternEngine)

@@ -1,0 +1,103 @@
+"""The render passes: one table of Blender's name, channels and switch, and the core's name for the same picture."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+# Blender's value for "nothing there" in a depth pass (metres), which compositing set-ups test for.
+DEPTH_OF_NOTHING = 1e10
+
+# Since 5.0 Blender spells these two passes out.
+HAS_LONG_NAMES = bpy.app.version >= (5, 0, 0)
+
+
+@dataclass(frozen=True)
+class RenderPass:
+    name: str  # as Blender of this version calls it, in the compositor and in files
+    core_name: str
+    channel_ids: str
+    kind: str  # COLOR, VECTOR or VALUE
+    is_enabled: Callable[[bpy.types.ViewLayer], bool]
+
+    @property
+    def channels(self) -> int:
+        return len(self.channel_ids)
+
+
+PASSES = (
+    RenderPass("Combined", "Combined", "RGBA", "COLOR", lambda layer: True),
+    RenderPass("Depth", "Depth", "Z", "VALUE", lambda layer: layer.use_pass_z),
+    RenderPass("Position", "Position", "XYZ", "VECTOR", lambda layer: layer.use_pass_position),
+    RenderPass("Normal", "Normal", "XYZ", "VECTOR", lambda layer: layer.use_pass_normal),
+    RenderPass("Direct", "Direct", "RGB", "COLOR", lambda layer: layer.cistern.use_pass_direct),
+    RenderPass("Indirect", "Indirect", "RGB", "COLOR", lambda layer: layer.cistern.use_pass_indirect),
+    RenderPass("Emission" if HAS_LONG_NAMES else "Emit", "Emission", "RGB", "COLOR", lambda layer: layer.use_pass_emit),
+    RenderPass(
+        "Environment" if HAS_LONG_NAMES else "Env",
+        "Environment",
+        "RGB",
+        "COLOR",
+        lambda layer: layer.use_pass_environment,
+    ),
+    RenderPass(
+        "Denoising Normal",
+        "DenoisingNormal",
+        "XYZ",
+        "VECTOR",
+        lambda layer: layer.cistern.use_pass_denoising_normal,
+    ),
+    RenderPass(
+        "Denoising Albedo",
+        "Albedo",
+        "RGB",
+        "COLOR",
+        lambda layer: layer.cistern.use_pass_denoising_albedo,
+    ),
+)
+
+
+def enabled_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
+    """The passes that this view layer asks for, Combined first."""
+    return [render_pass for render_pass in PASSES if render_pass.is_enabled(view_layer)]
+
+
+def register_passes(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
+    """Announce the passes, so that they appear as sockets in the compositor and as layers in files."""
+    for render_pass in enabled_passes(view_layer):
+        engine.register_pass(
+            scene,
+            view_layer,
+            render_pass.name,
+            render_pass.channels,
+            render_pass.channel_ids,
+            render_pass.kind,
+        )
+
+
+def blender_pixels(render_pass: RenderPass, pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Flat pixels in Blender's meaning of the pass, from the core's (height, width, channels).
+
+    Raises ValueError when the core's picture has another number of channels."""
+    if pixels.shape[2] != render_pass.channels:
+        raise ValueError(
+            f"Pass {render_pass.name}: the core gave {pixels.shape[2]} channels, {render_pass.channels} are needed"
+        )
+    if render_pass.core_name == "Depth":
+        pixels = np.where(pixels > 0.0, pixels, np.float32(DEPTH_OF_NOTHING))
+    return np.ascontiguousarray(pixels, dtype=np.float32).ravel()
+
+
+def write_passes(
+    layer: bpy.types.RenderLayer,
+    view: str,
+    render_passes: list[RenderPass],
+    read: Callable[[str], NDArray[np.float32]],
+) -> None:
+    """Fill the passes of a render result's layer; `read` gives the core's picture by the core's name."""
+    for render_pass in render_passes:
+        target = layer.passes.find_by_name(render_pass.name, view)
+        if target is not None:
+            target.rect.foreach_set(blender_pixels(render_pass, read(render_pass.core_name)))

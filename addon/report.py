@@ -1,0 +1,49 @@
+"""What a rendered view layer cost and what went wrong, as one printed line that scripts can read."""
+
+import json
+import sys
+from dataclasses import asdict, dataclass, field
+
+LINE_PREFIX = "CISTERN "
+
+# More than the view layers of any one frame; keeps a long animation from filling memory.
+KEPT_REPORTS = 256
+
+
+@dataclass
+class RenderReport:
+    """The line of one view layer. Times in seconds include the export of the scene, `sync_seconds` alone is the export;
+    memory is the core's largest use in megabytes (10^6 bytes)."""
+
+    frame: int
+    layer: str
+    samples: int = 0
+    seconds: float = 0.0
+    cpu_seconds: float = 0.0
+    sync_seconds: float = 0.0
+    peak_memory_mb: float = 0.0
+    warnings: list[str] = field(default_factory=list)
+    error: str | None = None
+
+
+# The reports of this process, newest last.
+last: list[RenderReport] = []
+
+
+def last_report() -> RenderReport | None:
+    """The newest report, or None before the first render."""
+    return last[-1] if last else None
+
+
+def line(report: RenderReport) -> str:
+    """`CISTERN {json}`, without line breaks and in ASCII, whatever the names of the data-blocks."""
+    values = {key: round(value, 6) if isinstance(value, float) else value for key, value in asdict(report).items()}
+    return LINE_PREFIX + json.dumps(values)
+
+
+def publish(report: RenderReport) -> None:
+    """Keep the report and print its line."""
+    last.append(report)
+    del last[:-KEPT_REPORTS]
+    sys.stdout.write(line(report) + "\n")
+    sys.stdout.flush()

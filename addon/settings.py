@@ -1,0 +1,94 @@
+"""Blender's settings of one view layer as the core's `Settings`."""
+
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import bpy
+import numpy as np
+
+from . import properties
+from .passes import RenderPass
+
+# Material, light and world icons are small and are drawn often.
+PREVIEW_SAMPLES = 32
+
+# Odd, so that multiplying by it permutes the integers modulo 2^31: every frame number gets a seed of its own.
+FRAME_SEED_STEP = 0x3C6EF373
+
+
+@dataclass(frozen=True)
+class Region:
+    """The rendered part of the full frame in pixels, y up."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+def render_region(render: bpy.types.RenderSettings, width: int, height: int) -> Region:
+    """The border of a frame of the given size, or all of it. Follows Blender, which cuts off (float32) fractions."""
+    if not render.use_border:
+        return Region(0, 0, width, height)
+
+    def pixel(fraction: float, size: int) -> int:
+        return int(np.float32(fraction) * np.float32(size))
+
+    left, right = pixel(render.border_min_x, width), pixel(render.border_max_x, width)
+    bottom, top = pixel(render.border_min_y, height), pixel(render.border_max_y, height)
+    return Region(left, bottom, max(right - left, 1), max(top - bottom, 1))
+
+
+def frame_seed(settings: properties.CisternSceneSettings, frame: int) -> int:
+    """The seed of a frame; the same for all frames unless the seed is animated."""
+    if not settings.use_animated_seed:
+        return settings.seed
+    return (settings.seed + frame * FRAME_SEED_STEP) & properties.MAX_INT
+
+
+def sample_count(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, is_preview: bool) -> int:
+    """Samples per pixel: the view layer's own number where it has one, few for icons."""
+    if is_preview:
+        return PREVIEW_SAMPLES
+    return view_layer.samples or scene.cistern.samples
+
+
+def core_settings(
+    core: ModuleType,
+    depsgraph: bpy.types.Depsgraph,
+    size: tuple[int, int],
+    region: Region,
+    render_passes: list[RenderPass],
+    is_preview: bool,
+) -> dict[str, Any]:
+    """The keyword arguments of the core's `Settings`; `size` is the full frame's."""
+    scene = depsgraph.scene_eval
+    settings = scene.cistern
+    technique = properties.techniques(settings)
+    return {
+        "width": size[0],
+        "height": size[1],
+        "region": (region.x, region.y, region.width, region.height),
+        "samples": sample_count(scene, depsgraph.view_layer_eval, is_preview),
+        "seed": frame_seed(settings, scene.frame_current),
+        "threads": scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
+        "direct": technique["direct"],
+        "secondary": technique["secondary"],
+        "indirect": technique["indirect"],
+        "light_sampling": core.LightSampling[technique["light_sampler"]],
+        "pixel_filter": core.PixelFilter[settings.pixel_filter],
+        "filter_width": settings.filter_width,
+        "max_bounces": settings.max_bounces,
+        "max_diffuse_bounces": settings.max_diffuse_bounces,
+        "max_glossy_bounces": settings.max_glossy_bounces,
+        "max_transmission_bounces": settings.max_transmission_bounces,
+        "max_transparent_bounces": settings.max_transparent_bounces,
+        "min_bounces": settings.min_bounces,
+        "film_transparent": scene.render.film_transparent,
+        "film_transparent_glass": settings.film_transparent_glass,
+        "clamp_direct": settings.clamp_direct,
+        "clamp_indirect": settings.clamp_indirect,
+        "time_limit": settings.time_limit,
+        "passes": [render_pass.core_name for render_pass in render_passes if render_pass.core_name != "Combined"],
+    }
