@@ -1,0 +1,27 @@
+"""Turns an evaluated dependency graph into the arrays of the native core.
+
+Converters are functions from evaluated data-blocks to NumPy arrays or plain keyword arguments; none of them looks at
+the user interface, and none keeps a reference to Blender's data after it returned.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+class SyncError(ValueError):
+    """The scene cannot be rendered as it is; the text names the data-block and what is missing."""
+
+
+@dataclass
+class SyncReport:
+    """What one sync has to tell the user."""
+
+    warnings: list[str] = field(default_factory=list)
+    """One line each, naming the data-block; no line twice."""
+    seconds: dict[str, float] = field(default_factory=dict)
+    """Wall time by stage."""
+
+    def warn(self, text: str) -> None:
+        if text not in self.warnings:
+            self.warnings.append(text)

@@ -1,0 +1,94 @@
+"""The scene camera to the window, lens and matrix of the core."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+from numpy.typing import NDArray
+
+from . import SyncError, SyncReport
+
+# f-stops below this would open the lens without bound; Blender's own slider ends at 0.1.
+_SMALLEST_FSTOP = 1e-5
+
+
+def camera_arguments(scene: bpy.types.Scene, camera_object: bpy.types.Object | None, report: SyncReport) -> dict[str, Any]:
+    """Keyword arguments of `SceneBuilder.set_camera` for an evaluated camera object. Raises SyncError without one."""
+    if camera_object is None or camera_object.type != "CAMERA":
+        raise SyncError(f"Scene '{scene.name}' has no camera")
+    camera = camera_object.data
+    if camera.type not in {"PERSP", "ORTHO"}:
+        report.warn(f"Camera '{camera_object.name}': type {camera.type} is not supported, rendered as perspective")
+    left, right, bottom, top = camera_window(camera, scene.render)
+    return {
+        "name": camera_object.name,
+        "type": "ORTHOGRAPHIC" if camera.type == "ORTHO" else "PERSPECTIVE",
+        "camera_to_world": rigid_matrix(camera_object.matrix_world),
+        "left": left,
+        "right": right,
+        "bottom": bottom,
+        "top": top,
+        "clip_start": camera.clip_start,
+        "clip_end": camera.clip_end,
+        **lens_arguments(camera_object),
+    }
+
+
+def camera_window(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> tuple[float, float, float, float]:
+    """(left, right, bottom, top) of the full frame: at unit distance, or in metres for an orthographic camera."""
+    width = _pixels(render.resolution_x, render) * render.pixel_aspect_x
+    height = _pixels(render.resolution_y, render) * render.pixel_aspect_y
+    vertical = camera.sensor_fit == "VERTICAL" or (camera.sensor_fit == "AUTO" and width < height)
+    fitted_side = height if vertical else width
+    if camera.type == "ORTHO":
+        scale = camera.ortho_scale
+    else:
+        scale = (camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width) / camera.lens
+    half_width, half_height = 0.5 * scale * width / fitted_side, 0.5 * scale * height / fitted_side
+    center_x, center_y = camera.shift_x * scale, camera.shift_y * scale
+    return center_x - half_width, center_x + half_width, center_y - half_height, center_y + half_height
+
+
+def rigid_matrix(matrix: Matrix) -> NDArray[np.float32]:
+    """The matrix with unit columns: scaling a camera object does not scale its picture."""
+    rigid = np.array(matrix, np.float64)
+    lengths = np.linalg.norm(rigid[:3, :3], axis=0)
+    rigid[:3, :3] /= np.where(lengths > 0.0, lengths, 1.0)
+    return np.ascontiguousarray(rigid, np.float32)
+
+
+def lens_arguments(camera_object: bpy.types.Object) -> dict[str, Any]:
+    """Aperture and focus; a pinhole when depth of field is off."""
+    camera = camera_object.data
+    dof = camera.dof
+    if not dof.use_dof:
+        return {}
+    focal_length = 1.0 if camera.type == "ORTHO" else camera.lens * 1e-3
+    return {
+        "aperture_radius": focal_length / (2.0 * max(dof.aperture_fstop, _SMALLEST_FSTOP)),
+        "focus_distance": focus_distance(camera_object),
+        "blades": dof.aperture_blades,
+        "blade_rotation": dof.aperture_rotation,
+        "aperture_ratio": dof.aperture_ratio,
+    }
+
+
+def focus_distance(camera_object: bpy.types.Object) -> float:
+    """Distance of the plane in focus along the view axis, in metres."""
+    dof = camera_object.data.dof
+    if dof.focus_object is None:
+        return dof.focus_distance
+    target = dof.focus_object.matrix_world
+    if dof.focus_object.pose is not None and dof.focus_subtarget:
+        bone = dof.focus_object.pose.bones.get(dof.focus_subtarget)
+        target = target @ bone.matrix if bone is not None else target
+    to_camera = camera_object.matrix_world.translation - target.translation
+    return math.fabs(to_camera.dot(camera_object.matrix_world.col[2].to_3d().normalized()))
+
+
+def _pixels(size: int, render: bpy.types.RenderSettings) -> int:
+    return max(1, int(size * render.resolution_percentage / 100))

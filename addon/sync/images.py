@@ -1,0 +1,180 @@
+"""Images to pixel arrays in their native depth.
+
+Files are decoded by OpenImageIO on a thread pool that starts before the materials are compiled; what it cannot open,
+and images painted or generated inside Blender, come from Blender's own pixels.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from . import SyncReport, versions
+from .colour import image_colour
+
+_MISSING = -1
+_NATIVE_TYPES = (np.uint8, np.uint16, np.float16, np.float32)
+_DECODE_THREADS = 4
+
+
+@dataclass(frozen=True)
+class ImageSource:
+    """Where the pixels of an image come from; equal sources give equal pixels."""
+
+    path: str = ""
+    modified: float = 0.0
+    packed: int = 0
+    """Size of a packed file in bytes; 0 for a file on disk."""
+
+
+class ImageCache:
+    """Decoded files, kept from sync to sync. `begin` starts a sync, `handle` adds an image to the builder once."""
+
+    def __init__(self) -> None:
+        self._pool = ThreadPoolExecutor(_DECODE_THREADS, thread_name_prefix="cistern-image")
+        self._decoded: dict[ImageSource, Future] = {}
+        self._used: set[ImageSource] = set()
+        self._handles: dict[tuple, int] = {}
+
+    def begin(self) -> None:
+        """Forget the builder's handles, and the files that the sync before did not use."""
+        self._decoded = {source: pixels for source, pixels in self._decoded.items() if source in self._used}
+        self._used = set()
+        self._handles = {}
+
+    def close(self) -> None:
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def prefetch(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> None:
+        """Start decoding an image that `handle` will be asked for."""
+        source = image_source(image, image_user)
+        if source is not None:
+            self._decode(source, image)
+
+    def handle(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None, builder, report: SyncReport) -> int:
+        """The builder's handle, or -1 after a warning for an image that cannot be read."""
+        source = image_source(image, image_user)
+        key = (image.as_pointer(), source)
+        if key not in self._handles:
+            self._handles[key] = self._add(image, source, builder, report)
+        return self._handles[key]
+
+    def _decode(self, source: ImageSource, image: bpy.types.Image) -> Future:
+        self._used.add(source)
+        if source not in self._decoded:
+            packed = bytes(image.packed_file.data) if source.packed else None
+            self._decoded[source] = self._pool.submit(read_file, source.path, packed)
+        return self._decoded[source]
+
+    def _add(self, image: bpy.types.Image, source: ImageSource | None, builder, report: SyncReport) -> int:
+        if image.source == "TILED":
+            report.warn(f"Image '{image.name}': only the first tile is used")
+        if image.source == "MOVIE":
+            report.warn(f"Image '{image.name}': movies are not supported, its current frame is used")
+        pixels = self._decode(source, image).result() if source is not None else None
+        if pixels is None:
+            pixels = blender_pixels(image)
+        if pixels is None:
+            report.warn(f"Image '{image.name}': {image_path(image, image_user=None)!r} cannot be read, shown magenta")
+            return _MISSING
+        colour = image_colour(image.colorspace_settings.name, versions.working_space())
+        if not colour.is_known:
+            report.warn(f"Image '{image.name}': colour space {image.colorspace_settings.name} is read as sRGB")
+        return builder.add_image(
+            image.name,
+            pixels,
+            transfer=colour.transfer,
+            to_working_space=colour.matrix,
+            premultiplied=image.alpha_mode == "PREMUL",
+            use_alpha=image.alpha_mode != "NONE",
+        )
+
+
+def image_source(image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> ImageSource | None:
+    """The file behind an image, or None where only Blender has its pixels or there is no file."""
+    if image.is_dirty or image.source not in {"FILE", "SEQUENCE", "TILED"}:
+        return None
+    path = image_path(image, image_user)
+    if image.packed_file is not None and image.source == "FILE":
+        return ImageSource(path, 0.0, image.packed_file.size)
+    try:
+        return ImageSource(path, os.stat(path).st_mtime)
+    except OSError:
+        return None
+
+
+def image_path(image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> str:
+    """Absolute path of an image, of the current frame of a sequence, or of the first tile."""
+    path = image.filepath
+    if image.source == "SEQUENCE" and image_user is not None:
+        path = image.filepath_from_user(image_user=image_user)
+    if image.source == "TILED" and len(image.tiles):
+        path = path.replace("<UDIM>", str(image.tiles[0].number))
+    return bpy.path.abspath(path, library=image.library)
+
+
+def read_file(path: str, packed: bytes | None = None) -> NDArray | None:
+    """Pixels (height, width, channels), row 0 at the bottom, in the file's own depth; None if it cannot be decoded."""
+    oiio = versions.image_reader()
+    if oiio is None:
+        return None
+    config = oiio.ImageSpec()
+    config.attribute("oiio:UnassociatedAlpha", 1)  # PNG and TIFF as stored; EXR stores premultiplied colours
+    with _file(path, packed) as name:
+        reader = oiio.ImageInput.open(name, config)
+        if reader is None:
+            return None
+        try:
+            pixels = reader.read_image(reader.spec().format)
+        finally:
+            reader.close()
+    if pixels is None or pixels.ndim != 3:
+        return None
+    return _native(pixels)
+
+
+def _native(pixels: NDArray) -> NDArray:
+    if pixels.dtype not in _NATIVE_TYPES:
+        pixels = pixels.astype(np.float32)
+    return np.ascontiguousarray(pixels[::-1, :, :4])
+
+
+@contextmanager
+def _file(path: str, packed: bytes | None) -> Iterator[str]:
+    """A name under which the bytes of a packed file can be opened: OpenImageIO's binding reads only files."""
+    if packed is None:
+        yield path
+    elif hasattr(os, "memfd_create"):
+        descriptor = os.memfd_create("image")
+        try:
+            with open(descriptor, "wb", closefd=False) as memory:
+                memory.write(packed)
+            yield f"/proc/self/fd/{descriptor}"
+        finally:
+            os.close(descriptor)
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            name = Path(folder) / f"image{Path(path).suffix}"
+            name.write_bytes(packed)
+            yield str(name)
+
+
+def blender_pixels(image: bpy.types.Image) -> NDArray | None:
+    """Blender's own copy: uint8 for byte images (the stored code values), float32 (linear) otherwise."""
+    width, height = image.size
+    if width == 0 or height == 0:
+        return None
+    pixels = np.empty((height, width, image.channels), np.float32)
+    image.pixels.foreach_get(pixels.ravel())
+    if image.is_float:
+        return pixels
+    return np.rint(np.clip(pixels, 0.0, 1.0) * 255.0).astype(np.uint8)

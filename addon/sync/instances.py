@@ -1,0 +1,246 @@
+"""Everything the dependency graph places in the world, by one path: objects, collections, particles, geometry nodes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Set
+from dataclasses import dataclass
+from operator import attrgetter
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from . import SyncReport
+from .lights import is_portal, light_call
+from .materials import MaterialTable
+from .meshes import MeshArrays, has_own_texture_space, mesh_arrays
+
+# Bits of native/scene/instance.h by the names Blender gives an object's `visible_*` flags.
+RAY_BITS = {"camera": 1, "diffuse": 2, "glossy": 4, "transmission": 8, "shadow": 16}
+_SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+# These have no surface to draw: nothing is missing when they are left out.
+_INVISIBLE_TYPES = {"EMPTY", "ARMATURE", "LATTICE", "CAMERA", "SPEAKER", "LIGHT_PROBE"}
+_LARGEST_BELOW_ONE = np.nextafter(np.float32(1.0), np.float32(0.0))
+_UINT32_MASK = 0xFFFFFFFF
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What all instances of one geometry of one object have in common."""
+
+    mesh: int
+    material_set: int
+    object: int
+    visibility: int
+    holdout: bool
+    random: float
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """What all instances of one lamp object have in common. Lives no longer than the sync that made it."""
+
+    name: str
+    light: bpy.types.Light
+    visibility: int
+
+
+@dataclass(frozen=True)
+class Placements:
+    """Which prototype each visible item of `depsgraph.object_instances` shows; the arrays are parallel."""
+
+    prototypes: list[Surface | Lamp]
+    prototype_of: NDArray[np.int32]
+    item: NDArray[np.int32]
+    is_instance: NDArray[np.bool_]
+
+
+class InstanceSync:
+    """One pass over the instances of a dependency graph; every geometry, material set and name is added once."""
+
+    def __init__(
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        builder,
+        materials: MaterialTable,
+        wanted_attributes: Set[str],
+        report: SyncReport,
+    ) -> None:
+        self._depsgraph = depsgraph
+        self._builder = builder
+        self._materials = materials
+        self._wanted_attributes = wanted_attributes
+        self._report = report
+        self._meshes: dict[int, int | None] = {}
+        self._names: dict[str, int] = {}
+        self.mesh_seconds = 0.0
+
+    def run(self) -> None:
+        """Add all surfaces and lamps of the dependency graph to the builder."""
+        placements = self._place()
+        count = len(self._depsgraph.object_instances)
+        matrices = np.empty((count, 4, 4), np.float32)  # Blender fills them column by column
+        random_ids = np.empty(count, np.int32)
+        self._depsgraph.object_instances.foreach_get("matrix_world", matrices.ravel())
+        self._depsgraph.object_instances.foreach_get("random_id", random_ids)
+        arrays = instance_arrays(placements, matrices, random_ids)
+        if len(arrays["mesh"]):
+            self._builder.add_instances(**arrays)
+        self._add_lamps(placements, matrices)
+
+    def _place(self) -> Placements:
+        prototypes: list[Surface | Lamp] = []
+        slots: dict = {}
+        placed: list[tuple[int, int, bool]] = []
+        read = attrgetter("show_self", "object", "object.data", "instance_object", "parent")
+        for item, (show, obj, data, instanced, parent) in enumerate(map(read, self._depsgraph.object_instances)):
+            if not show:
+                continue
+            # Instances share one temporary object, which therefore cannot be part of the key.
+            key = obj if instanced is None else (data, instanced, parent)
+            slot = slots.get(key)
+            if slot is None:
+                prototype = self._prototype(obj, obj if parent is None else parent)
+                slot = slots[key] = -1 if prototype is None else len(prototypes)
+                if prototype is not None:
+                    prototypes.append(prototype)
+            if slot >= 0:
+                placed.append((slot, item, instanced is not None))
+        table = np.array(placed, np.int32).reshape(-1, 3)
+        return Placements(prototypes, table[:, 0], table[:, 1], table[:, 2].astype(np.bool_))
+
+    def _prototype(self, obj: bpy.types.Object, parent: bpy.types.Object) -> Surface | Lamp | None:
+        """None for what has no surface, or is hidden from every kind of ray."""
+        view_layer = self._depsgraph.view_layer_eval
+        holdout = parent.holdout_get(view_layer=view_layer)
+        visibility = ray_visibility(obj) & ray_visibility(parent)
+        if parent.indirect_only_get(view_layer=view_layer) and not holdout:
+            visibility &= ~RAY_BITS["camera"]
+        if obj.type == "LIGHT":
+            return self._lamp(obj, visibility)
+        if obj.type not in _SURFACE_TYPES:
+            if obj.type not in _INVISIBLE_TYPES:
+                self._report.warn(f"Object '{obj.name}': type {obj.type} is not supported and left out")
+            return None
+        mesh = self._mesh_handle(obj) if visibility and view_layer.use_solid else None
+        if mesh is None:
+            return None
+        return Surface(
+            mesh, self._materials.set_handle(obj), self._name_handle(obj.name), visibility, holdout, name_random(obj.name)
+        )
+
+    def _lamp(self, obj: bpy.types.Object, visibility: int) -> Lamp | None:
+        if is_portal(obj.data):
+            self._report.warn(f"Light '{obj.name}': portals are not supported, it is left out")
+            return None
+        return Lamp(obj.name, obj.data, visibility)
+
+    def _mesh_handle(self, obj: bpy.types.Object) -> int | None:
+        """One mesh per evaluated geometry; None for one without polygons."""
+        key = obj.data.as_pointer()
+        if key not in self._meshes:
+            start = time.perf_counter()
+            self._meshes[key] = self._add_mesh(obj)
+            self.mesh_seconds += time.perf_counter() - start
+        return self._meshes[key]
+
+    def _add_mesh(self, obj: bpy.types.Object) -> int | None:
+        arrays = object_mesh_arrays(obj, self._wanted_attributes)
+        if arrays is None:
+            return None
+        if obj.type == "MESH" and has_own_texture_space(obj.data):
+            self._report.warn(f"Mesh '{obj.data.name}': its own texture space is ignored, Generated uses the bounding box")
+        return self._builder.add_mesh(obj.data.name, **vars(arrays))
+
+    def _name_handle(self, name: str) -> int:
+        if name not in self._names:
+            self._names[name] = self._builder.add_object_name(name)
+        return self._names[name]
+
+    def _add_lamps(self, placements: Placements, matrices: NDArray[np.float32]) -> None:
+        for slot, item in zip(placements.prototype_of.tolist(), placements.item.tolist(), strict=True):
+            lamp = placements.prototypes[slot]
+            if not isinstance(lamp, Lamp):
+                continue
+            call = light_call(lamp.light, matrices[item].T.astype(np.float64))
+            if call is None:
+                self._report.warn(f"Light '{lamp.name}': an area light without area gives no light")
+                continue
+            material = self._materials.light_handle(lamp.light)
+            method = getattr(self._builder, call.method)
+            method(name=lamp.name, visibility=lamp.visibility, material=material, **call.arguments)
+
+
+def object_mesh_arrays(obj: bpy.types.Object, wanted_attributes: Set[str] = frozenset()) -> MeshArrays | None:
+    """The surface of an evaluated object, meshed by Blender where it is none yet; None without polygons."""
+    if isinstance(obj.data, bpy.types.Mesh):
+        return mesh_arrays(obj.data, wanted_attributes) if len(obj.data.polygons) else None
+    mesh = obj.to_mesh()
+    if mesh is None:
+        return None
+    try:
+        return mesh_arrays(mesh, wanted_attributes) if len(mesh.polygons) else None
+    finally:
+        obj.to_mesh_clear()
+
+
+def instance_arrays(
+    placements: Placements, matrices: NDArray[np.float32], random_ids: NDArray[np.int32]
+) -> dict[str, NDArray]:
+    """The arguments of `SceneBuilder.add_instances` for all placed surfaces; `matrices` (n, 4, 4) hold columns."""
+    is_surface = np.array([isinstance(p, Surface) for p in placements.prototypes], np.bool_)
+    chosen = is_surface[placements.prototype_of]
+    slot, item = placements.prototype_of[chosen], placements.item[chosen]
+
+    def column(member: str, dtype: type) -> NDArray:
+        return np.array([getattr(p, member, 0) for p in placements.prototypes], dtype)[slot]
+
+    instanced = placements.is_instance[chosen]
+    random = np.where(instanced, random_fraction(random_ids[item]), column("random", np.float32))
+    return {
+        "mesh": column("mesh", np.int32),
+        "material_set": column("material_set", np.int32),
+        "object": column("object", np.int32),
+        "object_to_world": np.ascontiguousarray(matrices[item].transpose(0, 2, 1)),
+        "visibility": column("visibility", np.uint8),
+        "holdout": column("holdout", np.uint8),
+        "random": random,
+    }
+
+
+def ray_visibility(obj: bpy.types.Object) -> int:
+    """Bits of the rays that an object lets itself be seen by."""
+    return sum(bit for name, bit in RAY_BITS.items() if getattr(obj, f"visible_{name}"))
+
+
+def random_fraction(random_ids: NDArray[np.int32]) -> NDArray[np.float32]:
+    """Object Info > Random of instance ids, in [0, 1): the id as an unsigned fraction, as in Cycles."""
+    fraction = (random_ids.view(np.uint32) / float(_UINT32_MASK)).astype(np.float32)
+    return np.minimum(fraction, _LARGEST_BELOW_ONE)
+
+
+def name_random(name: str) -> float:
+    """Object Info > Random of an object that is no instance: a hash of its name, as in Cycles."""
+    code = 0
+    for byte in name.encode():
+        signed = byte - 256 if byte > 127 else byte
+        code = (code * 37 + signed) & _UINT32_MASK
+    return float(random_fraction(np.array([hash_pair(code, 0)], np.uint32).view(np.int32))[0])
+
+
+def hash_pair(x: int, y: int) -> int:
+    """Jenkins' lookup3 for two words (burtleburtle.net/bob/c/lookup3.c, `final`)."""
+
+    def rotated(v: int, bits: int) -> int:
+        return ((v << bits) | (v >> (32 - bits))) & _UINT32_MASK
+
+    start = (0xDEADBEEF + (2 << 2) + 13) & _UINT32_MASK
+    a, b, c = (start + x) & _UINT32_MASK, (start + y) & _UINT32_MASK, start
+    c = ((c ^ b) - rotated(b, 14)) & _UINT32_MASK
+    a = ((a ^ c) - rotated(c, 11)) & _UINT32_MASK
+    b = ((b ^ a) - rotated(a, 25)) & _UINT32_MASK
+    c = ((c ^ b) - rotated(b, 16)) & _UINT32_MASK
+    a = ((a ^ c) - rotated(c, 4)) & _UINT32_MASK
+    b = ((b ^ a) - rotated(a, 14)) & _UINT32_MASK
+    return ((c ^ b) - rotated(b, 24)) & _UINT32_MASK

@@ -1,0 +1,144 @@
+"""Evaluated meshes to arrays, by the fastest routes Blender offers.
+
+Attributes whose buffer has exactly the stored type are copied as one block; the same data through `vertices` or
+`loops` is converted element by element and costs ten to fifty times as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Set
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+# Attribute type -> (property of an element, components). Other types carry nothing a shader can read.
+_READABLE_TYPES = {
+    "FLOAT": ("value", 1),
+    "INT": ("value", 1),
+    "INT8": ("value", 1),
+    "BOOLEAN": ("value", 1),
+    "FLOAT2": ("vector", 2),
+    "FLOAT_VECTOR": ("vector", 3),
+    "FLOAT_COLOR": ("color", 4),
+    "BYTE_COLOR": ("color", 4),
+    "QUATERNION": ("value", 4),
+}
+_READABLE_DOMAINS = ("POINT", "FACE", "CORNER")
+_LARGEST_POLYGON_OF_CORE = 4
+
+
+@dataclass(frozen=True)
+class MeshArrays:
+    """The arguments of `SceneBuilder.add_mesh` save name and handle."""
+
+    positions: NDArray[np.float32]
+    corner_vertices: NDArray[np.int32]
+    polygon_offsets: NDArray[np.int32] | None = None
+    triangle_corners: NDArray[np.int32] | None = None
+    triangle_polygons: NDArray[np.int32] | None = None
+    material_indices: NDArray[np.int32] | None = None
+    normals: NDArray[np.float32] | None = None
+    normals_domain: str = "FACE"
+    sharp_faces: NDArray[np.uint8] | None = None
+    attributes: list[tuple[str, str, NDArray[np.float32]]] = field(default_factory=list)
+
+
+def mesh_arrays(mesh: bpy.types.Mesh, wanted_attributes: Set[str] = frozenset()) -> MeshArrays:
+    """Copy a mesh out. All UV maps come along, the active render one first; other attributes when they are wanted."""
+    corner_count, polygon_count = len(mesh.loops), len(mesh.polygons)
+    offsets = _polygon_offsets(mesh, polygon_count, corner_count)
+    triangle_corners, triangle_polygons = _tessellation(mesh, offsets)
+    normals, normals_domain = _normals(mesh, corner_count)
+    sharp = _column(mesh, "sharp_face", "value", np.bool_, polygon_count)
+    return MeshArrays(
+        positions=_positions(mesh),
+        corner_vertices=_corner_vertices(mesh, corner_count),
+        polygon_offsets=offsets,
+        triangle_corners=triangle_corners,
+        triangle_polygons=triangle_polygons,
+        material_indices=_column(mesh, "material_index", "value", np.int32, polygon_count),
+        normals=normals,
+        normals_domain=normals_domain,
+        sharp_faces=sharp.view(np.uint8) if sharp is not None and normals_domain == "CORNER" else None,
+        attributes=_attributes(mesh, wanted_attributes),
+    )
+
+
+def has_own_texture_space(mesh: bpy.types.Mesh) -> bool:
+    """Whether the user moved the texture space, so that Generated coordinates are not the bounding box."""
+    return not mesh.use_auto_texspace
+
+
+def _positions(mesh: bpy.types.Mesh) -> NDArray[np.float32]:
+    positions = np.empty((len(mesh.vertices), 3), np.float32)
+    if len(positions):
+        mesh.attributes["position"].data.foreach_get("vector", positions.ravel())
+    return positions
+
+
+def _corner_vertices(mesh: bpy.types.Mesh, corner_count: int) -> NDArray[np.int32]:
+    corners = _column(mesh, ".corner_vert", "value", np.int32, corner_count)
+    return corners if corners is not None else np.empty(0, np.int32)
+
+
+def _column(mesh: bpy.types.Mesh, name: str, member: str, dtype: type, count: int) -> NDArray | None:
+    attribute = mesh.attributes.get(name)
+    if attribute is None or count == 0 or len(attribute.data) != count:
+        return None
+    values = np.empty(count, dtype)
+    attribute.data.foreach_get(member, values)
+    return values
+
+
+def _polygon_offsets(mesh: bpy.types.Mesh, polygon_count: int, corner_count: int) -> NDArray[np.int32] | None:
+    """First corner of every polygon and the total; None where every polygon is a triangle."""
+    if corner_count == 3 * polygon_count:
+        return None
+    offsets = np.empty(polygon_count + 1, np.int32)
+    mesh.polygons.foreach_get("loop_start", offsets[:-1])
+    offsets[-1] = corner_count
+    return offsets
+
+
+def _tessellation(mesh: bpy.types.Mesh, offsets: NDArray[np.int32] | None):
+    """Blender's triangles where a polygon is larger than the core can split, else (None, None)."""
+    if offsets is None or np.diff(offsets).max(initial=0) <= _LARGEST_POLYGON_OF_CORE:
+        return None, None
+    mesh.calc_loop_triangles()
+    count = len(mesh.loop_triangles)
+    corners, polygons = np.empty((count, 3), np.int32), np.empty(count, np.int32)
+    mesh.loop_triangles.foreach_get("loops", corners.ravel())
+    mesh.loop_triangle_polygons.foreach_get("value", polygons)
+    return corners, polygons
+
+
+def _normals(mesh: bpy.types.Mesh, corner_count: int) -> tuple[NDArray[np.float32] | None, str]:
+    if corner_count == 0 or mesh.normals_domain == "FACE":
+        return None, "FACE"
+    source, domain = (
+        (mesh.vertex_normals, "POINT") if mesh.normals_domain == "POINT" else (mesh.corner_normals, "CORNER")
+    )
+    normals = np.empty((len(source), 3), np.float32)
+    source.foreach_get("vector", normals.ravel())
+    return normals, domain
+
+
+def _attributes(mesh: bpy.types.Mesh, wanted: Set[str]) -> list[tuple[str, str, NDArray[np.float32]]]:
+    uv_maps = sorted(mesh.uv_layers, key=lambda layer: not layer.active_render)  # stable: Blender's order otherwise
+    names = [layer.name for layer in uv_maps]
+    names += [a.name for a in mesh.attributes if a.name in wanted and a.name not in names]
+    columns = (_attribute_values(mesh, name) for name in names)
+    return [column for column in columns if column is not None]
+
+
+def _attribute_values(mesh: bpy.types.Mesh, name: str) -> tuple[str, str, NDArray[np.float32]] | None:
+    attribute = mesh.attributes.get(name)
+    if attribute is None or attribute.domain not in _READABLE_DOMAINS or attribute.data_type not in _READABLE_TYPES:
+        return None
+    member, components = _READABLE_TYPES[attribute.data_type]
+    values = np.empty((len(attribute.data), components), np.float32)
+    if len(values):
+        attribute.data.foreach_get(member, values.ravel())
+    return name, attribute.domain, values

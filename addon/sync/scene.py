@@ -1,0 +1,93 @@
+"""One sync: an evaluated dependency graph into a scene builder."""
+
+from __future__ import annotations
+
+import importlib
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import ModuleType
+
+import bpy
+
+from . import SyncReport
+from .camera import camera_arguments
+from .images import ImageCache
+from .instances import InstanceSync
+from .materials import MaterialContext, MaterialTable, tree_uses
+from .world import sync_world
+
+
+class SceneSync:
+    """Syncs scene after scene and keeps what stays valid between them: the decoded image files.
+
+    `builder` holds the last synced scene; it is a new one each time, because Blender hands out no proof that a
+    mesh is the same as before.
+    """
+
+    def __init__(self, core: ModuleType | None = None) -> None:
+        self._core = core if core is not None else importlib.import_module("cistern_core")
+        self._images = ImageCache()
+        self.builder = None
+
+    def sync(self, depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None = None) -> SyncReport:
+        """Fill `builder`. `camera` overrides the scene's. Raises SyncError or the core's Error."""
+        self.builder = self._core.SceneBuilder()
+        return sync_scene(depsgraph, self.builder, core=self._core, camera=camera, images=self._images)
+
+    def close(self) -> None:
+        """Drop the scene and stop the decoding threads."""
+        self.builder = None
+        self._images.close()
+
+
+def sync_scene(
+    depsgraph: bpy.types.Depsgraph,
+    builder,
+    *,
+    core: ModuleType,
+    camera: bpy.types.Object | None = None,
+    images: ImageCache | None = None,
+) -> SyncReport:
+    """Add everything the dependency graph shows to an empty builder. `camera` overrides the scene's.
+
+    Raises SyncError without a camera, and lets the core's Error through: its text names the data-block."""
+    report = SyncReport()
+    cache = images if images is not None else ImageCache()
+    try:
+        _sync(depsgraph, builder, core, camera, cache, report)
+    finally:
+        if images is None:
+            cache.close()
+    return report
+
+
+def _sync(depsgraph, builder, core: ModuleType, camera, images: ImageCache, report: SyncReport) -> None:
+    scene = depsgraph.scene_eval
+    with _timed(report, "camera"):
+        camera_object = camera if camera is not None else scene.camera
+        if camera_object is not None:
+            camera_object = camera_object.evaluated_get(depsgraph)
+        builder.set_camera(**camera_arguments(scene, camera_object, report))
+    with _timed(report, "trees"):
+        uses = tree_uses(depsgraph)
+        images.begin()
+        for image, image_user in uses.images:
+            images.prefetch(image, image_user)
+    context = MaterialContext(core, builder, depsgraph, images, report)
+    materials = MaterialTable(context, depsgraph.view_layer_eval.material_override)
+    with _timed(report, "world"):
+        sync_world(depsgraph, builder, materials)
+    with _timed(report, "instances"):
+        instances = InstanceSync(depsgraph, builder, materials, uses.attributes, report)
+        instances.run()
+    report.seconds["meshes"] = instances.mesh_seconds
+
+
+@contextmanager
+def _timed(report: SyncReport, stage: str) -> Iterator[None]:
+    start = time.perf_counter()
+    try:
+        yield
+    finally:
+        report.seconds[stage] = time.perf_counter() - start

@@ -1,0 +1,55 @@
+"""What differs between Blender 4.2 and 5.x, found out by looking for the feature, never by comparing versions."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import bpy
+import numpy as np
+
+
+def image_reader() -> ModuleType | None:
+    """OpenImageIO from the Python path, or the copy that Blender carries beside its interpreter, or None."""
+    bundled = bpy.utils.system_resource("PYTHON")
+    if bundled:
+        version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+        site_packages = str(Path(bundled) / "lib" / version / "site-packages")
+        if site_packages not in sys.path:
+            sys.path.append(site_packages)
+    try:
+        return importlib.import_module("OpenImageIO")
+    except ImportError:
+        return None
+
+
+def working_space() -> str:
+    """Name of the file's scene-linear colour space; before files could choose, it was always Rec. 709."""
+    settings = getattr(bpy.data, "colorspace", None)
+    return settings.working_space if settings is not None else "Linear Rec.709"
+
+
+def light_strength(light: bpy.types.Light) -> np.ndarray:
+    """Colour times energy times 2^exposure, tinted by the colour temperature: (3,) scene-linear, unit by light type."""
+    strength = np.array(light.color, np.float64) * light.energy * 2.0 ** getattr(light, "exposure", 0.0)
+    if getattr(light, "use_temperature", False):
+        strength = strength * np.array(light.temperature_color, np.float64)
+    return strength
+
+
+def light_is_normalized(light: bpy.types.Light) -> bool:
+    """Whether the energy is a power, independent of the light's size."""
+    return getattr(light, "normalize", True)
+
+
+def light_casts_shadow(light: bpy.types.Light) -> bool:
+    """Cycles' own switch where it still exists, else the one all engines share."""
+    cycles = getattr(light, "cycles", None)
+    return getattr(cycles, "cast_shadow", light.use_shadow)
+
+
+def cycles_setting(data_block: bpy.types.ID, name: str, default):
+    """A setting that lives with the Cycles add-on, or `default` where that add-on is disabled."""
+    return getattr(getattr(data_block, "cycles", None), name, default)

@@ -1,0 +1,173 @@
+"""A stand-in for `cistern_core` that records what it is given and is as strict about arrays as the real one."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Sequence
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+STUB = Path(__file__).resolve().parents[2] / "native" / "binding" / "cistern_core.pyi"
+
+
+class MaterialProgram:
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.steps: list[tuple] = []
+
+    def _operand(self, *step: Any) -> int:
+        self.steps.append(step)
+        return len(self.steps) - 1
+
+    def constant(self, x: float, y: float = 0.0, z: float = 0.0) -> int:
+        return self._operand("constant", x, y, z)
+
+    def emit(self, op: str, inputs: Sequence[int] = (), parameters: Sequence[int] = ()) -> int:
+        return self._operand("emit", op, tuple(inputs), tuple(parameters))
+
+    def closure(self, op: str, inputs: Sequence[int], parameters: Sequence[int] = ()) -> None:
+        self._operand("closure", op, tuple(inputs), tuple(parameters))
+
+    def attribute(self, name: str) -> int:
+        return self._operand("attribute", name)
+
+    def table(self, values: np.ndarray, alpha: np.ndarray | None = None) -> int:
+        return self._operand("table", values, alpha)
+
+    def image(self, handle: int) -> int:
+        return self._operand("image", handle)
+
+
+def _signatures() -> dict[str, tuple[set[str], set[str], bool]]:
+    """Method of SceneBuilder -> (required names, all names, takes more keywords), read from the contract itself."""
+    builder = next(
+        node
+        for node in ast.parse(STUB.read_text()).body
+        if isinstance(node, ast.ClassDef) and node.name == "SceneBuilder"
+    )
+    found = {}
+    for method in (node for node in builder.body if isinstance(node, ast.FunctionDef)):
+        names = [argument.arg for argument in method.args.args][1:]
+        required = names[: len(names) - len(method.args.defaults)]
+        found[method.name] = (set(required), set(names), method.args.kwarg is not None)
+    return found
+
+
+_COMMON_OF_LIGHTS = {"visibility", "casts_shadow", "use_mis", "max_bounces", "material", "replace"}
+_SIGNATURES = _signatures()
+
+
+def check_array(values: np.ndarray, dtype: type, *shape: int | None) -> None:
+    assert isinstance(values, np.ndarray)
+    assert values.dtype == dtype, (values.dtype, dtype)
+    assert values.flags.c_contiguous
+    assert len(values.shape) == len(shape), (values.shape, shape)
+    assert all(want is None or have == want for have, want in zip(values.shape, shape, strict=True)), values.shape
+
+
+class SceneBuilder:
+    """`calls` holds (method, arguments) in order; handles count up per kind."""
+
+    def __init__(self) -> None:
+        self.calls: list[tuple[str, dict[str, Any]]] = []
+        self._handles: dict[str, int] = {}
+
+    def of(self, method: str) -> list[dict[str, Any]]:
+        return [arguments for name, arguments in self.calls if name == method]
+
+    def __getattr__(self, method: str):
+        if method not in _SIGNATURES:
+            raise AttributeError(method)
+
+        def call(*positional: Any, **named: Any) -> int:
+            return self._record(method, positional, named)
+
+        return call
+
+    def _record(self, method: str, positional: tuple, named: dict[str, Any]) -> int:
+        required, known, takes_more = _SIGNATURES[method]
+        order = next(
+            [argument.arg for argument in node.args.args][1:] for node in _method_nodes() if node.name == method
+        )
+        arguments = dict(zip(order, positional, strict=False)) | named
+        assert required <= set(arguments), (method, required - set(arguments))
+        assert set(arguments) <= known | (_COMMON_OF_LIGHTS if takes_more else set()), (method, set(arguments) - known)
+        checker = getattr(self, f"check_{method}", None)
+        if checker is not None:
+            checker(**arguments)
+        self.calls.append((method, arguments))
+        handle = self._handles.get(method, 0)
+        self._handles[method] = handle + (len(arguments["mesh"]) if method == "add_instances" else 1)
+        return handle
+
+    @staticmethod
+    def check_add_mesh(
+        name,
+        positions,
+        corner_vertices,
+        polygon_offsets=None,
+        triangle_corners=None,
+        triangle_polygons=None,
+        material_indices=None,
+        normals=None,
+        normals_domain="FACE",
+        sharp_faces=None,
+        attributes=(),
+        replace=None,
+    ) -> None:
+        check_array(positions, np.float32, None, 3)
+        check_array(corner_vertices, np.int32, None)
+        polygons = len(corner_vertices) // 3
+        if polygon_offsets is not None:
+            check_array(polygon_offsets, np.int32, None)
+            polygons = len(polygon_offsets) - 1
+            assert polygon_offsets[0] == 0 and polygon_offsets[-1] == len(corner_vertices)
+        lengths = {"POINT": len(positions), "CORNER": len(corner_vertices), "FACE": polygons}
+        if triangle_corners is not None:
+            check_array(triangle_corners, np.int32, None, 3)
+            check_array(triangle_polygons, np.int32, len(triangle_corners))
+        if material_indices is not None:
+            check_array(material_indices, np.int32, polygons)
+        assert (normals is None) == (normals_domain == "FACE")
+        if normals is not None:
+            check_array(normals, np.float32, lengths[normals_domain], 3)
+        if sharp_faces is not None:
+            check_array(sharp_faces, np.uint8, polygons)
+        for _, domain, values in attributes:
+            check_array(values, np.float32, lengths[domain], None)
+            assert 1 <= values.shape[1] <= 4
+
+    @staticmethod
+    def check_add_instances(mesh, material_set, object, object_to_world, visibility, holdout=None, random=None) -> None:  # noqa: A002
+        for column in (mesh, material_set, object):
+            check_array(column, np.int32, len(mesh))
+        check_array(object_to_world, np.float32, len(mesh), 4, 4)
+        for column in (visibility, holdout):
+            check_array(column, np.uint8, len(mesh))
+        check_array(random, np.float32, len(mesh))
+
+    @staticmethod
+    def check_add_image(name, pixels, transfer="LINEAR", to_working_space=None, **_) -> None:
+        assert pixels.ndim == 3 and pixels.dtype in (np.uint8, np.uint16, np.float16, np.float32)
+        assert pixels.flags.c_contiguous and transfer in ("LINEAR", "SRGB")
+        assert to_working_space is None or len(to_working_space) == 9
+
+    @staticmethod
+    def check_set_camera(camera_to_world, **_) -> None:
+        check_array(camera_to_world, np.float32, 4, 4)
+
+
+def _method_nodes() -> list[ast.FunctionDef]:
+    return [
+        node
+        for parent in ast.parse(STUB.read_text()).body
+        if isinstance(parent, ast.ClassDef) and parent.name == "SceneBuilder"
+        for node in parent.body
+        if isinstance(node, ast.FunctionDef)
+    ]
+
+
+CORE = SimpleNamespace(SceneBuilder=SceneBuilder, MaterialProgram=MaterialProgram)
