@@ -53,10 +53,14 @@ install_system_packages() {
     as_root=(sudo)
   fi
   echo "Installing system packages: ${missing[*]}"
-  "${as_root[@]}" apt-get update -qq
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-    apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null ||
+  local log
+  log=$(mktemp)
+  if ! { "${as_root[@]}" apt-get update && "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -y --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+    cat "$log" >&2
     fail "apt-get could not install: ${missing[*]}"
+  fi
+  rm -f "$log"
 }
 
 make_environment() {

@@ -1,0 +1,178 @@
+"""Renders one frame of a .blend file, or of the demo scene, and writes a PNG and a multilayer EXR.
+
+Runs in the virtual environment that examples/setup.sh makes; examples/run.sh does both.
+"""
+
+import argparse
+import atexit
+import os
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import bpy
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(REPOSITORY), str(REPOSITORY / "examples")]
+
+import addon  # noqa: E402
+import make_demo_scene  # noqa: E402
+from addon import report  # noqa: E402
+
+
+class UserError(Exception):
+    """Something the user can put right; the text says what."""
+
+
+def parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="run.sh", description="Render a .blend file, or the demo scene, with Cistern."
+    )
+    parser.add_argument("blend", nargs="?", type=Path, help="the file to render (default: the demo scene)")
+    parser.add_argument("settings", nargs="*", metavar="SETTING=VALUE", help="any setting of scene.cistern")
+    parser.add_argument("--samples", type=int, help="samples per pixel")
+    parser.add_argument("--width", type=int, help="pixels; the height follows unless given")
+    parser.add_argument("--height", type=int, help="pixels; the width follows unless given")
+    parser.add_argument("--seed", type=int)
+    parser.add_argument("--preset", help="FINAL, INTERACTIVE or CUSTOM")
+    parser.add_argument("--light-sampler", help="UNIFORM, POWER or TREE")
+    parser.add_argument("--frame", type=int, help="frame number (default: the file's current frame)")
+    parser.add_argument("--output", type=Path, default=REPOSITORY / "out", help="folder (default: out)")
+    parser.add_argument("--engine", default="CISTERN", help="CYCLES renders the same picture with Cycles, to compare")
+    arguments = parser.parse_intermixed_args()
+    if arguments.blend and "=" in arguments.blend.name and not arguments.blend.exists():
+        arguments.settings.insert(0, str(arguments.blend))
+        arguments.blend = None
+    return arguments
+
+
+def open_scene(blend: Path | None, output: Path) -> str:
+    """Opens the file, or the demo scene, which is built only when its scripts are newer; returns a name for the pictures."""
+    if blend is None:
+        blend = make_demo_scene.ensure(output / "cistern_demo.blend")
+    elif not blend.is_file():
+        raise UserError(f"there is no file {blend}")
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(blend.resolve()), load_ui=False)
+    except RuntimeError as error:
+        raise UserError(f"Blender {bpy.app.version_string} cannot open {blend}: {error}") from error
+    return blend.stem
+
+
+def set_property(owner: bpy.types.bpy_struct, name: str, text: str) -> None:
+    """Gives a setting the value that `text` writes, by the type of the setting."""
+    prop = owner.bl_rna.properties.get(name)
+    if prop is None or name == "rna_type":
+        names = ", ".join(p.identifier for p in owner.bl_rna.properties if p.identifier not in ("rna_type", "name"))
+        raise UserError(f"there is no setting {name!r}; there are {names}")
+    try:
+        if prop.type == "BOOLEAN":
+            value = {"1": True, "true": True, "on": True, "0": False, "false": False, "off": False}[text.lower()]
+        else:
+            value = {"INT": int, "FLOAT": float, "ENUM": str.upper, "STRING": str}[prop.type](text)
+        setattr(owner, name, value)
+    except (KeyError, TypeError, ValueError) as error:
+        raise UserError(f"{text!r} is no value for {name}: {error}") from error
+
+
+def set_resolution(render: bpy.types.RenderSettings, width: int | None, height: int | None) -> None:
+    """One of the two keeps the shape of the picture, both together set a new one."""
+    aspect = render.resolution_x / render.resolution_y
+    if width is None and height is None:
+        return
+    render.resolution_percentage = 100
+    render.resolution_x = width if width is not None else max(1, round(height * aspect))
+    render.resolution_y = height if height is not None else max(1, round(width / aspect))
+
+
+def apply_settings(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
+    scene.render.engine = arguments.engine
+    set_resolution(scene.render, arguments.width, arguments.height)
+    if arguments.frame is not None:
+        scene.frame_set(arguments.frame)
+    settings = [("preset", arguments.preset), ("samples", arguments.samples), ("seed", arguments.seed)]
+    settings.append(("light_sampler", arguments.light_sampler))
+    for setting in arguments.settings:
+        name, equals, value = setting.partition("=")
+        if not equals:
+            raise UserError(f"expected SETTING=VALUE, found {setting!r}")
+        settings.append((name, value))
+    for name, value in settings:
+        if value is not None:
+            set_property(scene.cistern, name, str(value))
+    if arguments.engine == "CYCLES" and arguments.samples is not None:
+        scene.cycles.samples = arguments.samples
+        scene.cycles.use_denoising = False
+
+
+def set_format(settings: bpy.types.ImageFormatSettings, file_format: str) -> None:
+    multilayer = file_format == "OPEN_EXR_MULTILAYER"
+    if hasattr(settings, "media_type"):  # Blender 5.0 and later
+        settings.media_type = "MULTI_LAYER_IMAGE" if multilayer else "IMAGE"
+    settings.file_format = file_format
+    settings.color_mode = "RGBA"
+    settings.color_depth = "32" if multilayer else "8"
+
+
+def render_files(scene: bpy.types.Scene, folder: Path) -> tuple[Path, Path]:
+    """Renders into `folder`: the multilayer EXR as the render's own file, the PNG from the same result."""
+    exr, png = folder / "picture.exr", folder / "picture.png"
+    scene.render.use_file_extension = False
+    scene.render.filepath = str(exr)
+    set_format(scene.render.image_settings, "OPEN_EXR_MULTILAYER")
+    bpy.ops.render.render(write_still=True)
+    set_format(scene.render.image_settings, "PNG")
+    bpy.data.images["Render Result"].save_render(str(png), scene=scene)
+    return exr, png
+
+
+def check_report(engine: str) -> None:
+    """Blender itself says FINISHED even when an engine failed; the add-on's report does not."""
+    if engine != "CISTERN":
+        return
+    if not report.last:
+        raise UserError("the render ended without a report")
+    for layer in report.last:
+        for warning in layer.warnings:
+            print(f"Warning: {warning}")
+        if layer.error:
+            raise UserError(f"the render failed: {layer.error}")
+
+
+def main() -> int:
+    arguments = parse_arguments()
+    output: Path = arguments.output.resolve()
+    output.mkdir(parents=True, exist_ok=True)
+    addon.register()
+    atexit.register(addon.unregister)
+    try:
+        name = open_scene(arguments.blend, output)
+        scene = bpy.context.scene
+        apply_settings(scene, arguments)
+        if arguments.frame is not None:
+            name += f"_{arguments.frame:04d}"
+        if arguments.engine != "CISTERN":
+            name += f"_{arguments.engine.lower()}"
+        start = time.monotonic()
+        # Written beside the destination and moved there whole, so that no half picture ever carries its name.
+        partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=output))
+        atexit.register(shutil.rmtree, partial, ignore_errors=True)
+        files = render_files(scene, partial)
+        check_report(arguments.engine)
+        print(f"Rendered in {time.monotonic() - start:.1f} s")
+        for file in files:
+            destination = output / f"{name}{file.suffix}"
+            os.replace(file, destination)
+            print(f"Wrote {destination}")
+    except UserError as error:
+        print(f"run.sh: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    sys.exit(status)
