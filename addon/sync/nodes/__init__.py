@@ -1,0 +1,140 @@
+"""Shader node trees to material programs of the core.
+
+`context` offers `core` (the module cistern_core), `image_handle(image, image_user) -> int` (-1: missing) and
+`warn(text)`. Nothing here raises for what a tree contains: what cannot be expressed becomes a default, with one line
+per material that says so.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from . import closures, color, converter, inputs, textures, vector  # noqa: F401 - they register their nodes
+from .compiler import Compiler, flatten_shader
+from .graph import Port, Scope, active_output, socket_named, source_of
+from .instructions import COLOR, MAX_REGISTERS, constant
+
+DEFAULT_SURFACE = (0.8, 0.8, 0.8)  # what Blender shows without a material
+WHITE = (1.0, 1.0, 1.0)
+ONE = constant(1.0)
+
+
+def compile_material(material: Any | None, context: Any) -> Any:
+    """The program of a material; of None, the grey of an object without one. Without a surface it is black."""
+    name = material.name if material else "default"
+    owner = f"Material '{name}'"
+    if material is None or not _uses_nodes(material):
+        rgb = tuple(material.diffuse_color[:3]) if material else DEFAULT_SURFACE
+        return _compile(lambda compiler: _diffuse(compiler, rgb), name, owner, context, True)
+    surface = _output_port(material.node_tree, "ShaderNodeOutputMaterial")
+
+    def build(compiler: Compiler) -> None:
+        if surface is not None:
+            _warn_other_outputs(compiler, surface)
+            _flatten_surface(compiler, surface)
+
+    return _compile(build, name, owner, context, True)
+
+
+def compile_world(world: Any | None, context: Any) -> Any | None:
+    """The program of a world, whose emission is the radiance from a direction; None for a black one."""
+    if world is None:
+        return None
+    owner = f"World '{world.name}'"
+    if not _uses_nodes(world):
+        rgb = tuple(world.color[:3])
+        return _compile(lambda compiler: _emit(compiler, rgb), world.name, owner, context, False) if any(rgb) else None
+    surface = _output_port(world.node_tree, "ShaderNodeOutputWorld")
+
+    def build(compiler: Compiler) -> None:
+        _warn_other_outputs(compiler, surface)
+        flatten_shader(compiler, surface, ONE)
+
+    return _compile(build, world.name, owner, context, False, needs_closures=True) if surface else None
+
+
+def compile_light(light: Any, context: Any) -> Any | None:
+    """The program that scales a lamp's own emission; None where the tree leaves it as it is (white, strength 1)."""
+    if not _uses_nodes(light):
+        return None
+    surface = _output_port(light.node_tree, "ShaderNodeOutputLight")
+    if surface is None or (source := source_of(surface)) is None:
+        return None
+    if source.node.bl_idname == "ShaderNodeEmission" and _is_plain_emission(source):
+        return None
+    owner = f"Light '{light.name}'"
+    return _compile(lambda compiler: flatten_shader(compiler, surface, ONE), light.name, owner, context, False)
+
+
+def _is_plain_emission(source: Port) -> bool:
+    color_socket, strength = (socket_named(source.node.inputs, name) for name in ("Color", "Strength"))
+    linked = any(source.scope.link_into(source.node, socket) for socket in (color_socket, strength))
+    return not linked and tuple(color_socket.default_value[:3]) == WHITE and strength.default_value == 1.0
+
+
+def _uses_nodes(block: Any) -> bool:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # from 5.0 on every block has a tree
+        return block.node_tree is not None and getattr(block, "use_nodes", True)
+
+
+def _output_port(tree: Any, idname: str) -> Port | None:
+    node = active_output(tree, idname)
+    return Port(Scope(tree), node, socket_named(node.inputs, "Surface")) if node else None
+
+
+def _warn_other_outputs(compiler: Compiler, surface: Port) -> None:
+    for identifier, text in (("Volume", "volumes are"), ("Displacement", "displacement is")):
+        socket = socket_named(surface.node.inputs, identifier)
+        if socket is not None and surface.scope.link_into(surface.node, socket) is not None:
+            compiler.warn(f"{text} not supported and ignored")
+
+
+def _flatten_surface(compiler: Compiler, surface: Port) -> None:
+    """A volume without a surface is looked through, everything else without one is black."""
+    volume = socket_named(surface.node.inputs, "Volume")
+    if surface.scope.link_into(surface.node, surface.socket) is None and volume is not None:
+        if surface.scope.link_into(surface.node, volume) is not None:
+            compiler.code.closure("CLOSURE_TRANSPARENT", (ONE, constant(*WHITE, COLOR)))
+    flatten_shader(compiler, surface, ONE)
+
+
+def _diffuse(compiler: Compiler, rgb: Sequence[float]) -> None:
+    normal = compiler.code.emit("NORMAL")
+    compiler.code.closure("CLOSURE_DIFFUSE", (ONE, constant(*rgb, COLOR), constant(0.0), normal))
+
+
+def _emit(compiler: Compiler, rgb: Sequence[float]) -> None:
+    compiler.code.closure("CLOSURE_EMISSION", (ONE, constant(*rgb, COLOR), ONE))
+
+
+def _compile(
+    build: Callable[[Compiler], None],
+    name: str,
+    owner: str,
+    context: Any,
+    is_surface: bool,
+    needs_closures: bool = False,
+) -> Any | None:
+    """Compile; a tree too large for the core loses its bumps, then its nodes."""
+    reasons: list[str] = []
+    for allow_bump in (True, False):
+        compiler = Compiler(name, owner, context, is_surface)
+        compiler.allow_bump = allow_bump
+        try:
+            build(compiler)
+        except RecursionError:
+            break
+        if len(compiler.code.needed()) <= MAX_REGISTERS:
+            for reason in reasons:
+                compiler.warn(reason)
+            compiler.report()
+            return compiler.code.write() if compiler.code.closures or not needs_closures else None
+        reasons.append("the node tree is too large for bump, which is left out")
+    compiler = Compiler(name, owner, context, is_surface)
+    compiler.warn("the node tree is too large: plain grey is used")
+    (_diffuse if is_surface else _emit)(compiler, DEFAULT_SURFACE)
+    compiler.report()
+    return compiler.code.write()

@@ -1,0 +1,177 @@
+"""Shader nodes: each appends closure instructions under a weight."""
+
+from __future__ import annotations
+
+from .compiler import NodeView, closure_node, flatten_shader
+from .enums import CLAMP_TYPES, DISTRIBUTIONS
+from .fold import Triple
+from .instructions import COLOR, VECTOR, Value, constant
+from .vector import default_tangent
+
+ONE = constant(1.0)
+ZERO_VECTOR = constant(0.0, letter=VECTOR)
+F82_COSINE = 1.0 / 7.0  # where the edge tint of "F82" is given (Kutz et al. 2021, Novel aspects of the Adobe material)
+
+
+@closure_node("ShaderNodeMixShader")
+def mix_shader(node: NodeView, weight: Value) -> None:
+    factor = node.emit("CLAMP", (node.value("Fac"), constant(0.0), ONE), (CLAMP_TYPES.index("MINMAX"),))
+    rest = node.math("SUBTRACT", ONE, factor)
+    for identifier, share in (("Shader", rest), ("Shader_001", factor)):
+        flatten_shader(node.compiler, node.port(identifier), node.math("MULTIPLY", weight, share))
+
+
+@closure_node("ShaderNodeAddShader")
+def add_shader(node: NodeView, weight: Value) -> None:
+    for identifier in ("Shader", "Shader_001"):
+        flatten_shader(node.compiler, node.port(identifier), weight)
+
+
+@closure_node("ShaderNodeBsdfPrincipled")
+def principled(node: NodeView, weight: Value) -> None:
+    _warn_thin_film(node)
+    anisotropic = node.value("Anisotropic")
+    value = node.value
+    inputs = [
+        weight,
+        *node.values("Base Color, Metallic, Roughness, IOR, Alpha"),
+        node.normal(),
+        *node.values("Diffuse Roughness, Subsurface Weight, Specular IOR Level, Specular Tint"),
+        anisotropic,
+        value("Anisotropic Rotation"),
+        _tangent(node, anisotropic),
+        *node.values("Transmission Weight, Coat Weight, Coat Roughness, Coat IOR, Coat Tint"),
+        _coat_normal(node),
+        *node.values("Sheen Weight, Sheen Roughness, Sheen Tint, Emission Color, Emission Strength"),
+    ]
+    multiple_scattering = node.node.distribution == "MULTI_GGX"
+    node.compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (int(multiple_scattering),))
+
+
+def _coat_normal(node: NodeView) -> Value:
+    """Without a coat its normal is not read: do not compile a bump for it."""
+    weight = node.value("Coat Weight")
+    return node.emit("NORMAL") if weight.constant == (0.0, 0.0, 0.0) else node.normal("Coat Normal")
+
+
+def _tangent(node: NodeView, anisotropy: Value) -> Value:
+    """Read only where the lobe is anisotropic; unlinked, it circles around the object's Z axis."""
+    if anisotropy.constant == (0.0, 0.0, 0.0):
+        return ZERO_VECTOR
+    return node.linked("Tangent") or default_tangent(node)
+
+
+def _warn_thin_film(node: NodeView) -> None:
+    if node.value("Thin Film Thickness").constant != (0.0, 0.0, 0.0):
+        node.warn("thin film is not supported and is ignored")
+
+
+def _distribution(node: NodeView) -> tuple[int]:
+    return (DISTRIBUTIONS.index(node.node.distribution),)
+
+
+@closure_node("ShaderNodeBsdfDiffuse")
+def diffuse(node: NodeView, weight: Value) -> None:
+    inputs = (weight, *node.values("Color, Roughness"), node.normal())
+    node.compiler.code.closure("CLOSURE_DIFFUSE", inputs)
+
+
+@closure_node("ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfGlossy")
+def glossy(node: NodeView, weight: Value) -> None:
+    anisotropy = node.value("Anisotropy")
+    inputs = (weight, *node.values("Color, Roughness"), anisotropy, node.value("Rotation"), node.normal())
+    tangent = _tangent(node, anisotropy)
+    node.compiler.code.closure("CLOSURE_GLOSSY", (*inputs, tangent), _distribution(node))
+
+
+@closure_node("ShaderNodeBsdfGlass")
+def glass(node: NodeView, weight: Value) -> None:
+    _warn_thin_film(node)
+    inputs = (weight, *node.values("Color, Roughness, IOR"), node.normal())
+    node.compiler.code.closure("CLOSURE_GLASS", inputs, _distribution(node))
+
+
+@closure_node("ShaderNodeBsdfRefraction")
+def refraction(node: NodeView, weight: Value) -> None:
+    inputs = (weight, *node.values("Color, Roughness, IOR"), node.normal())
+    node.compiler.code.closure("CLOSURE_REFRACTION", inputs, _distribution(node))
+
+
+@closure_node("ShaderNodeBsdfTranslucent")
+def translucent(node: NodeView, weight: Value) -> None:
+    node.compiler.code.closure("CLOSURE_TRANSLUCENT", (weight, node.value("Color"), node.normal()))
+
+
+@closure_node("ShaderNodeBsdfTransparent")
+def transparent(node: NodeView, weight: Value) -> None:
+    node.compiler.code.closure("CLOSURE_TRANSPARENT", (weight, node.value("Color")))
+
+
+@closure_node("ShaderNodeEmission", "ShaderNodeBackground")
+def emission(node: NodeView, weight: Value) -> None:
+    node.compiler.code.closure("CLOSURE_EMISSION", (weight, *node.values("Color, Strength")))
+
+
+@closure_node("ShaderNodeBsdfSheen")
+def sheen(node: NodeView, weight: Value) -> None:
+    if node.node.distribution != "MICROFIBER":
+        node.warn("Ashikhmin sheen is rendered as microfiber")
+    node.compiler.code.closure("CLOSURE_SHEEN", (weight, *node.values("Color, Roughness"), node.normal()))
+
+
+@closure_node("ShaderNodeSubsurfaceScattering")
+def subsurface_scattering(node: NodeView, weight: Value) -> None:
+    node.warn("Subsurface Scattering is rendered as diffuse")
+    inputs = (weight, node.value("Color"), constant(0.0), node.normal())
+    node.compiler.code.closure("CLOSURE_DIFFUSE", inputs)
+
+
+@closure_node("ShaderNodeHoldout")
+def holdout(node: NodeView, weight: Value) -> None:
+    node.compiler.code.closure("CLOSURE_HOLDOUT", (weight,))
+
+
+@closure_node("ShaderNodeBsdfMetallic")
+def metallic(node: NodeView, weight: Value) -> None:
+    _warn_thin_film(node)
+    base, edge = node.values("Base Color, Edge Tint")
+    if node.node.fresnel_type == "PHYSICAL_CONDUCTOR":
+        base, edge = _conductor_colors(node)
+    anisotropy = node.value("Anisotropy")
+    rest = (node.value("Roughness"), anisotropy, node.value("Rotation"), node.normal(), _tangent(node, anisotropy))
+    node.compiler.code.closure("CLOSURE_METALLIC", (weight, base, edge, *rest), _distribution(node))
+
+
+def _conductor_colors(node: NodeView) -> tuple[Value, Value]:
+    """Colours of the F82 model through the conductor's reflectance at normal incidence and at F82_COSINE."""
+    ior, extinction = node.values("IOR, Extinction")
+    if ior.constant is None or extinction.constant is None:
+        node.warn("a conductor with textured IOR is rendered with its base colour")
+        return tuple(node.values("Base Color, Edge Tint"))
+    pairs = list(zip(ior.constant, extinction.constant, strict=True))
+    base: Triple = tuple(conductor_reflectance(1.0, n, k) for n, k in pairs)
+    schlick = (f0 + (1.0 - f0) * (1.0 - F82_COSINE) ** 5 for f0 in base)
+    edge = [conductor_reflectance(F82_COSINE, n, k) / max(f, 1e-6) for (n, k), f in zip(pairs, schlick, strict=True)]
+    return constant(*base, letter=COLOR), constant(*(min(x, 1.0) for x in edge), letter=COLOR)
+
+
+def conductor_reflectance(cosine: float, n: float, k: float) -> float:
+    """Unpolarised Fresnel reflectance of a conductor n + ik in air (Born and Wolf, Principles of Optics, 14.2)."""
+    eta2, k2, sine2 = n * n, k * k, 1.0 - cosine * cosine
+    t0 = eta2 - k2 - sine2
+    a2b2 = (t0 * t0 + 4.0 * eta2 * k2) ** 0.5
+    a = (max(0.5 * (a2b2 + t0), 0.0)) ** 0.5
+    t1, t2 = a2b2 + cosine * cosine, 2.0 * cosine * a
+    perpendicular = (t1 - t2) / (t1 + t2)
+    t3, t4 = cosine * cosine * a2b2 + sine2 * sine2, t2 * sine2
+    return 0.5 * (perpendicular + perpendicular * (t3 - t4) / (t3 + t4))
+
+
+@closure_node("unsupported")
+def unsupported(node: NodeView, weight: Value) -> None:
+    """Stand-in for a shader the core does not have: diffuse of its colour, nothing for a volume."""
+    output = node.node.outputs[0].name if len(node.node.outputs) else ""
+    if output == "Volume" or node.port("Color") is None and node.port("Base Color") is None:
+        return
+    color = node.value("Color") if node.port("Color") else node.value("Base Color")
+    node.compiler.code.closure("CLOSURE_DIFFUSE", (weight, color, constant(0.0), node.emit("NORMAL")))

@@ -1,0 +1,227 @@
+"""Compiles one node tree: asks nodes for values from the output backwards, each value once per bump shift."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from .enums import MATH_OPERATIONS, VECTOR_MATH_OPERATIONS
+from .graph import SHADER, Port, Scope, entry_of, is_group, is_pass_through, socket_named, source_of
+from .instructions import COLOR, FLOAT, VECTOR, InstructionList, Value, constant
+
+LETTERS = {
+    "VALUE": FLOAT,
+    "INT": FLOAT,
+    "BOOLEAN": FLOAT,
+    "RGBA": COLOR,
+    "VECTOR": VECTOR,
+    "ROTATION": VECTOR,
+}
+
+ValueHandler = Callable[["NodeView", str], "Value | None"]
+ClosureHandler = Callable[["NodeView", Value], None]
+VALUE_NODES: dict[str, ValueHandler] = {}
+CLOSURE_NODES: dict[str, ClosureHandler] = {}
+
+
+def value_node(*idnames: str) -> Callable[[ValueHandler], ValueHandler]:
+    """Registers what computes an output (by identifier) of these nodes; None means the output is not supported."""
+
+    def register(handler: ValueHandler) -> ValueHandler:
+        VALUE_NODES.update(dict.fromkeys(idnames, handler))
+        return handler
+
+    return register
+
+
+def closure_node(*idnames: str) -> Callable[[ClosureHandler], ClosureHandler]:
+    """Registers what appends the closures of these nodes under a weight."""
+
+    def register(handler: ClosureHandler) -> ClosureHandler:
+        CLOSURE_NODES.update(dict.fromkeys(idnames, handler))
+        return handler
+
+    return register
+
+
+def default_of(socket: Any) -> Value:
+    """The value shown on an unlinked socket; 0 for kinds that hold no number."""
+    letter = LETTERS.get(socket.type, FLOAT)
+    default = getattr(socket, "default_value", 0.0)
+    if letter == FLOAT:
+        return constant(float(default)) if isinstance(default, int | float) else constant(0.0)
+    x, y, z = (*tuple(default)[:3], 0.0, 0.0, 0.0)[:3]
+    return constant(x, y, z, letter)
+
+
+class Compiler:
+    """State of one compilation: the instructions so far, the bump shift, and what to tell the user."""
+
+    def __init__(self, name: str, owner: str, context: Any, is_surface: bool) -> None:
+        self.code = InstructionList(context.core, name)
+        self.owner = owner  # as shown in warnings, e.g. "Material 'Wood'"
+        self.context = context
+        self.is_surface = is_surface  # worlds and lights have no mesh under them
+        self.shift = 0  # 0 at the point, 1 and 2 beside it: Bump compiles its height three times
+        self.allow_bump = True
+        self._values: dict[tuple, Value] = {}
+        self._in_progress: set[tuple] = set()
+        self._unsupported: dict[str, None] = {}  # insertion-ordered set
+        self._warnings: dict[str, None] = {}
+
+    def warn(self, text: str) -> None:
+        self._warnings[f"{self.owner}: {text}"] = None
+
+    def unsupported(self, node: Any, output: str = "") -> None:
+        self._unsupported[f"{node.bl_label} ({output})" if output else node.bl_label] = None
+
+    def report(self) -> None:
+        """One line for all unsupported nodes, and one per other matter."""
+        if self._unsupported:
+            self.warn(f"nodes replaced by their defaults: {', '.join(self._unsupported)}")
+        for text in self._warnings:
+            self.context.warn(text)
+
+    @contextmanager
+    def shifted(self, shift: int) -> Iterator[None]:
+        before, self.shift = self.shift, shift
+        yield
+        self.shift = before
+
+    def input(self, port: Port) -> Value | None:
+        """The linked value, converted to the socket's type; None when nothing reaches the socket."""
+        source = source_of(port)
+        value = self.output(source) if source else None
+        letter = LETTERS.get(port.socket.type)
+        return self.code.convert(value, letter) if value is not None and letter else value
+
+    def input_or_default(self, port: Port) -> Value:
+        value = self.input(port)
+        return default_of(port.socket) if value is None else value
+
+    def output(self, port: Port) -> Value | None:
+        key = (port.scope, port.node.name, port.socket.identifier, self.shift)
+        if key not in self._values:
+            if key in self._in_progress:
+                return None
+            self._in_progress.add(key)
+            self._values[key] = self._evaluate(port)
+            self._in_progress.discard(key)
+        return self._values[key]
+
+    def _evaluate(self, port: Port) -> Value | None:
+        letter = LETTERS.get(port.socket.type, FLOAT)
+        if is_pass_through(port.node):
+            entry = entry_of(port)
+            if entry is None:
+                return self._dead_end(port)
+            value = self.input(entry) if port.node.bl_idname == "NodeReroute" else self.input_or_default(entry)
+        else:
+            handler = VALUE_NODES.get(port.node.bl_idname)
+            value = handler(NodeView(self, port.scope, port.node), port.socket.identifier) if handler else None
+            if value is None:
+                self.unsupported(port.node, port.socket.name if handler else "")
+                value = substitute(port)
+        return None if value is None else self.code.convert(value, letter)
+
+    def _dead_end(self, port: Port) -> Value | None:
+        """A muted node without a way through counts as no link; a broken group as its default."""
+        if port.node.mute or not is_group(port.node):
+            return None
+        self.warn_broken_group(port)
+        return default_of(port.socket)
+
+    def warn_broken_group(self, port: Port) -> None:
+        tree = port.node.node_tree
+        if tree is None:
+            self.warn(f"node group '{port.node.name}' is missing; its default is used")
+        elif port.scope.child(port.node) is None:
+            self.warn(f"node group '{tree.name}' contains itself; its default is used")
+
+
+def substitute(port: Port) -> Value:
+    """Stand-in for an unsupported output: the first unlinked input default of its type, else its own default."""
+    for socket in port.node.inputs:
+        plain = socket.enabled and socket.type == port.socket.type and not socket.hide_value
+        if plain and port.scope.link_into(port.node, socket) is None:
+            return default_of(socket)
+    return default_of(port.socket)
+
+
+class NodeView:
+    """A node as its handler sees it: values by socket identifier, properties, and a place to emit."""
+
+    def __init__(self, compiler: Compiler, scope: Scope, node: Any) -> None:
+        self.compiler = compiler
+        self.scope = scope
+        self.node = node
+        self.emit = compiler.code.emit
+
+    def port(self, identifier: str) -> Port | None:
+        socket = socket_named(self.node.inputs, identifier)
+        return Port(self.scope, self.node, socket) if socket else None
+
+    def linked(self, identifier: str) -> Value | None:
+        port = self.port(identifier)
+        return self.compiler.input(port) if port else None
+
+    def value(self, identifier: str, missing: Value | float = 0.0) -> Value:
+        """The socket's value; `missing` where this version of Blender has no such socket."""
+        port = self.port(identifier)
+        if port is None:
+            return missing if isinstance(missing, Value) else constant(missing)
+        return self.compiler.input_or_default(port)
+
+    def values(self, identifiers: str) -> list[Value]:
+        """Values of comma-separated identifiers."""
+        return [self.value(identifier.strip()) for identifier in identifiers.split(",")]
+
+    def normal(self, identifier: str = "Normal") -> Value:
+        """The linked normal, else the shading normal; a zero vector from a group's default counts as no link."""
+        value = self.linked(identifier)
+        if value is None or value.constant == (0.0, 0.0, 0.0):
+            return self.emit("NORMAL")
+        return value
+
+    def at_shift(self, op: str, parameters: Sequence[int] = ()) -> Value:
+        """A coordinate at the current bump shift."""
+        return self.emit(op, (), (*parameters, self.compiler.shift))
+
+    def vector_math(self, operation: str, a: Value, b: Value | None = None, c: Value | None = None) -> Value:
+        zero = constant(0.0, letter=VECTOR)
+        index = VECTOR_MATH_OPERATIONS.index(operation)
+        return self.emit("VECTOR_MATH", (a, b or zero, c or zero, constant(1.0)), (index,))
+
+    def math(self, operation: str, a: Value, b: Value | None = None) -> Value:
+        zero = constant(0.0)
+        return self.emit("MATH", (a, b or zero, zero), (MATH_OPERATIONS.index(operation), 0))
+
+    def warn(self, text: str) -> None:
+        self.compiler.warn(text)
+
+
+def flatten_shader(compiler: Compiler, port: Port, weight: Value) -> None:
+    """Append the closures that reach a shader input, scaled by `weight`."""
+    if weight.constant is not None and weight.constant[0] == 0.0:
+        return
+    source = source_of(port)
+    if source is None:
+        return
+    if source.socket.type != SHADER:
+        color = compiler.output(source)
+        if color is not None:  # a value plugged into a shader socket glows, as in Cycles
+            compiler.code.closure("CLOSURE_EMISSION", (weight, color, constant(1.0)))
+        return
+    if is_pass_through(source.node):
+        entry = entry_of(source)
+        if entry is not None:
+            flatten_shader(compiler, entry, weight)
+        elif is_group(source.node):
+            compiler.warn_broken_group(source)
+        return
+    handler = CLOSURE_NODES.get(source.node.bl_idname)
+    if handler is None:
+        compiler.unsupported(source.node)
+        handler = CLOSURE_NODES["unsupported"]
+    handler(NodeView(compiler, source.scope, source.node), weight)

@@ -1,0 +1,112 @@
+"""Walking a shader node tree: links, groups, reroutes and muted nodes.
+
+Nothing is copied: a node inside a group is told apart from its twin in another use of the group by its `Scope`.
+Sockets are named by identifier, since positions and labels change between Blender versions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+SHADER = "SHADER"
+
+
+class Scope:
+    """One use of a node tree: the material's own tree, or what stands inside one group node."""
+
+    def __init__(self, tree: Any, parent: Scope | None = None, group_node: Any = None) -> None:
+        self.tree = tree
+        self.parent = parent
+        self.group_node = group_node
+        self._links = {
+            (link.to_node.name, link.to_socket.identifier): link for link in tree.links if _carries_values(link)
+        }
+        self._children: dict[str, Scope | None] = {}
+
+    def link_into(self, node: Any, socket: Any) -> Any | None:
+        return self._links.get((node.name, socket.identifier))
+
+    def child(self, group_node: Any) -> Scope | None:
+        """The inside of a group node; None without a tree or when the group contains itself."""
+        if group_node.name not in self._children:
+            tree = group_node.node_tree
+            empty = tree is None or self._is_inside(tree)
+            self._children[group_node.name] = None if empty else Scope(tree, self, group_node)
+        return self._children[group_node.name]
+
+    def _is_inside(self, tree: Any) -> bool:
+        return self.tree == tree or (self.parent is not None and self.parent._is_inside(tree))
+
+
+def _carries_values(link: Any) -> bool:
+    usable = link.is_valid and not link.is_muted
+    return usable and link.from_socket.enabled and link.to_socket.enabled
+
+
+@dataclass(frozen=True)
+class Port:
+    """A socket of a node in a scope; whether it is an input or an output is known from the context."""
+
+    scope: Scope
+    node: Any
+    socket: Any
+
+
+def socket_named(sockets: Any, identifier: str) -> Any | None:
+    return next((socket for socket in sockets if socket.identifier == identifier), None)
+
+
+def source_of(port: Port) -> Port | None:
+    """The output linked to an input; None when there is none, or when it carries a shader to a value."""
+    link = port.scope.link_into(port.node, port.socket)
+    if link is None:
+        return None
+    if link.from_socket.type == SHADER and port.socket.type != SHADER:
+        return None
+    return Port(port.scope, link.from_node, link.from_socket)
+
+
+def is_pass_through(node: Any) -> bool:
+    return node.mute or node.bl_idname in ("NodeReroute", "NodeGroupInput") or is_group(node)
+
+
+def is_group(node: Any) -> bool:
+    return node.bl_idname in ("ShaderNodeGroup", "ShaderNodeCustomGroup")
+
+
+def entry_of(output: Port) -> Port | None:
+    """The input whose value leaves through this output of a pass-through node; None if nothing does."""
+    node, scope = output.node, output.scope
+    if node.mute:
+        socket = _bypass(node, output.socket)
+    elif node.bl_idname == "NodeReroute":
+        socket = node.inputs[0]
+    elif node.bl_idname == "NodeGroupInput":
+        if scope.parent is None:
+            return None
+        node, scope = scope.group_node, scope.parent
+        socket = socket_named(node.inputs, output.socket.identifier)
+    else:
+        scope = scope.child(node)
+        node = group_output(scope.tree) if scope else None
+        socket = socket_named(node.inputs, output.socket.identifier) if node else None
+    return Port(scope, node, socket) if socket else None
+
+
+def _bypass(node: Any, socket: Any) -> Any | None:
+    for link in node.internal_links:
+        if link.to_socket.identifier == socket.identifier:
+            return socket_named(node.inputs, link.from_socket.identifier)
+    return None
+
+
+def group_output(tree: Any) -> Any | None:
+    outputs = [node for node in tree.nodes if node.bl_idname == "NodeGroupOutput"]
+    return next((node for node in outputs if node.is_active_output), outputs[0] if outputs else None)
+
+
+def active_output(tree: Any, idname: str) -> Any | None:
+    """The output node Cycles would take: one for Cycles before one for all renderers, the active one of equals."""
+    outputs = [node for node in tree.nodes if node.bl_idname == idname and node.target in ("CYCLES", "ALL")]
+    return max(outputs, key=lambda node: (node.target == "CYCLES", node.is_active_output), default=None)

@@ -1,0 +1,151 @@
+"""Input nodes: coordinates, geometry, attributes, object, light path and plain values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .compiler import NodeView, default_of, value_node
+from .enums import LIGHT_PATH_OUTPUTS, VECTOR_MATH_VALUES
+from .graph import socket_named
+from .instructions import COLOR, VECTOR, Value, constant
+from .vector import default_tangent, separate, vector_constant
+
+DOT_PRODUCT = VECTOR_MATH_VALUES.index("DOT_PRODUCT")
+DEFAULT_COLOR_ATTRIBUTE = "Color"  # Blender's name for a new colour attribute
+
+
+@value_node("ShaderNodeRGB", "ShaderNodeValue")
+def plain_value(node: NodeView, output: str) -> Value:
+    return default_of(socket_named(node.node.outputs, output))
+
+
+def uv_coordinate(node: NodeView, uv_map: str = "") -> Value:
+    """(u, v, 0) of the named map, "" is the first; 0 where there is no mesh."""
+    if not node.compiler.is_surface:
+        return vector_constant(0.0, 0.0, 0.0)
+    return node.at_shift("ATTRIBUTE", (node.compiler.code.program.attribute(uv_map),))
+
+
+def position(node: NodeView) -> Value:
+    """World position of the hit; in the world's own tree the direction of view, as Cycles has it."""
+    return node.at_shift("POSITION" if node.compiler.is_surface else "GENERATED")
+
+
+@value_node("ShaderNodeTexCoord")
+def texture_coordinate(node: NodeView, output: str) -> Value | None:
+    if node.node.from_instancer and output in ("Generated", "UV"):
+        node.warn("coordinates from the instancer are not supported: the object's own are used")
+    if output == "UV":
+        return uv_coordinate(node)
+    if output == "Object":
+        return _object_coordinate(node, node.node.object)
+    ops = {
+        "Generated": "GENERATED",
+        "Normal": "NORMAL_COORDINATE",
+        "Camera": "CAMERA_COORDINATE",
+        "Window": "WINDOW_COORDINATE",
+        "Reflection": "REFLECTION_COORDINATE",
+    }
+    return node.at_shift(ops[output]) if output in ops else None
+
+
+def _object_coordinate(node: NodeView, other: Any | None) -> Value:
+    if other is None:
+        return node.at_shift("OBJECT_COORDINATE") if node.compiler.is_surface else position(node)
+    matrix = other.matrix_world.inverted_safe()
+    at = position(node)
+    rows = [node.emit("VECTOR_MATH_VALUE", (at, vector_constant(*row[:3])), (DOT_PRODUCT,)) for row in matrix[:3]]
+    return node.vector_math("ADD", node.emit("COMBINE_XYZ", rows), vector_constant(*(row[3] for row in matrix[:3])))
+
+
+@value_node("ShaderNodeUVMap")
+def uv_map(node: NodeView, output: str) -> Value:
+    if node.node.from_instancer:
+        node.warn("a UV map from the instancer is not supported: the object's own is used")
+    return uv_coordinate(node, node.node.uv_map)
+
+
+@value_node("ShaderNodeNewGeometry")
+def geometry(node: NodeView, output: str) -> Value | None:
+    if output == "Position":
+        return position(node)
+    if output == "Tangent":
+        return default_tangent(node)
+    ops = {"Normal": "NORMAL", "True Normal": "TRUE_NORMAL", "Incoming": "INCOMING", "Backfacing": "BACKFACING"}
+    return node.emit(ops[output]) if output in ops else None
+
+
+@value_node("ShaderNodeObjectInfo")
+def object_info(node: NodeView, output: str) -> Value | None:
+    if output in ("Location", "Random"):
+        return node.emit("OBJECT_LOCATION" if output == "Location" else "OBJECT_RANDOM")
+    defaults = {"Color": constant(1.0, 1.0, 1.0, COLOR), "Alpha": constant(1.0)}  # of a new object; indices are 0
+    node.compiler.unsupported(node.node, output)
+    return defaults.get(output, constant(0.0))
+
+
+@value_node("ShaderNodeLightPath")
+def light_path(node: NodeView, output: str) -> Value:
+    if output not in LIGHT_PATH_OUTPUTS:
+        return constant(0.0)  # volume scattering and portals: there are none
+    return node.emit("LIGHT_PATH", (), (LIGHT_PATH_OUTPUTS[output],))
+
+
+@value_node("ShaderNodeAttribute")
+def attribute(node: NodeView, output: str) -> Value:
+    name = node.node.attribute_name
+    if node.node.attribute_type != "GEOMETRY":
+        node.warn(f"attribute '{name}' of type {node.node.attribute_type} is not supported: it reads 0")
+        name = ""
+    if not name or not node.compiler.is_surface:
+        return constant(0.0)
+    return _attribute(node, name, output)
+
+
+@value_node("ShaderNodeVertexColor")
+def color_attribute(node: NodeView, output: str) -> Value:
+    name = node.node.layer_name
+    if not name:
+        node.warn(f"a Color Attribute node without a name reads '{DEFAULT_COLOR_ATTRIBUTE}'")
+    return _attribute(node, name or DEFAULT_COLOR_ATTRIBUTE, output)
+
+
+def _attribute(node: NodeView, name: str, output: str) -> Value:
+    index = node.compiler.code.program.attribute(name)
+    if output == "Alpha":
+        return node.at_shift("ATTRIBUTE_ALPHA", (index,))
+    value = node.at_shift("ATTRIBUTE", (index,))
+    return node.emit("AVERAGE", (value,)) if output == "Fac" else value
+
+
+@value_node("ShaderNodeCameraData")
+def camera_data(node: NodeView, output: str) -> Value | None:
+    at = node.at_shift("CAMERA_COORDINATE")
+    if output == "View Vector":
+        return node.vector_math("NORMALIZE", at)
+    if output == "View Z Depth":
+        return separate(node, at, 2)
+    length = VECTOR_MATH_VALUES.index("LENGTH")
+    return node.emit("VECTOR_MATH_VALUE", (at, constant(0.0, letter=VECTOR)), (length,))
+
+
+@value_node("ShaderNodeFresnel")
+def fresnel(node: NodeView, output: str) -> Value:
+    return node.emit("FRESNEL", (node.value("IOR"), node.normal()))
+
+
+@value_node("ShaderNodeLayerWeight")
+def layer_weight(node: NodeView, output: str) -> Value:
+    op = "LAYER_WEIGHT_FRESNEL" if output == "Fresnel" else "LAYER_WEIGHT_FACING"
+    return node.emit(op, (node.value("Blend"), node.normal()))
+
+
+@value_node("ShaderNodeAmbientOcclusion")
+def ambient_occlusion(node: NodeView, output: str) -> Value:
+    node.warn("Ambient Occlusion is not supported: everything counts as open")
+    return constant(1.0) if output == "AO" else node.value("Color")
+
+
+@value_node("ShaderNodeLightFalloff")
+def light_falloff(node: NodeView, output: str) -> Value | None:
+    return node.value("Strength") if output == "Quadratic" else None

@@ -1,0 +1,176 @@
+"""Texture nodes: images and procedural patterns."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from . import enums
+from .compiler import NodeView, value_node
+from .inputs import position, uv_coordinate
+from .instructions import COLOR, VECTOR, Value, constant
+from .vector import separate, vector_constant
+
+MISSING_IMAGE = (1.0, 0.0, 1.0)  # magenta, as everywhere in Blender
+AXES = {"X": 0, "Y": 1, "Z": 2}
+
+
+def _generated(node: NodeView) -> Value:
+    return node.at_shift("GENERATED")
+
+
+def texture_vector(node: NodeView, unlinked: Any = _generated) -> Value:
+    """The linked vector, else the texture's own coordinate, through the node's texture mapping panel."""
+    vector = node.linked("Vector")
+    vector = unlinked(node) if vector is None else vector
+    mapping = getattr(node.node, "texture_mapping", None)
+    return vector if mapping is None else _texture_mapping(node, vector, mapping)
+
+
+def _texture_mapping(node: NodeView, vector: Value, mapping: Any) -> Value:
+    axes = (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z)
+    if axes != ("X", "Y", "Z"):
+        vector = node.emit("COMBINE_XYZ", [_axis(node, vector, axis) for axis in axes])
+    parts = [vector_constant(*xyz) for xyz in (mapping.translation, mapping.rotation, mapping.scale)]
+    vector = node.emit("MAPPING", (vector, *parts), (enums.MAPPING_TYPES.index(mapping.vector_type),))
+    if mapping.use_min:
+        vector = node.vector_math("MAXIMUM", vector, vector_constant(*mapping.min))
+    if mapping.use_max:
+        vector = node.vector_math("MINIMUM", vector, vector_constant(*mapping.max))
+    return vector
+
+
+def _axis(node: NodeView, vector: Value, axis: str) -> Value:
+    return constant(0.0) if axis == "NONE" else separate(node, vector, AXES[axis])
+
+
+def _image_index(node: NodeView) -> int:
+    """Index for the instruction's parameter, -1 when there is no image to read."""
+    image = node.node.image
+    if image is None:
+        node.warn(f"node '{node.node.name}' has no image: it is magenta")
+        return -1
+    handle = node.compiler.context.image_handle(image, node.node.image_user)
+    return -1 if handle < 0 else node.compiler.code.program.image(handle)
+
+
+@value_node("ShaderNodeTexImage")
+def image_texture(node: NodeView, output: str) -> Value:
+    index = _image_index(node)
+    if index < 0:
+        return constant(1.0) if output == "Alpha" else constant(*MISSING_IMAGE, COLOR)
+    tree_node = node.node
+    projection = enums.PROJECTIONS.index(tree_node.projection)
+    if tree_node.projection == "BOX":
+        projection |= round(100.0 * tree_node.projection_blend) << 8
+    extension = enums.EXTENSIONS.index(tree_node.extension)
+    parameters = (index, enums.INTERPOLATIONS[tree_node.interpolation], extension, projection)
+    vector = texture_vector(node, uv_coordinate)
+    return node.emit("IMAGE_ALPHA" if output == "Alpha" else "IMAGE", (vector,), parameters)
+
+
+@value_node("ShaderNodeTexEnvironment")
+def environment_texture(node: NodeView, output: str) -> Value:
+    index = _image_index(node)
+    if index < 0:
+        return constant(*MISSING_IMAGE, COLOR)
+    projection = enums.ENVIRONMENT_PROJECTIONS.index(node.node.projection)
+    parameters = (index, enums.INTERPOLATIONS[node.node.interpolation], projection)
+    return node.emit("ENVIRONMENT_IMAGE", (texture_vector(node, position),), parameters)
+
+
+@value_node("ShaderNodeTexChecker")
+def checker(node: NodeView, output: str) -> Value:
+    vector, scale = texture_vector(node), node.value("Scale")
+    if output == "Fac":
+        return node.emit("CHECKER_FACTOR", (vector, scale))
+    return node.emit("CHECKER", (vector, *node.values("Color1, Color2"), scale))
+
+
+@value_node("ShaderNodeTexGradient")
+def gradient(node: NodeView, output: str) -> Value:
+    kind = enums.GRADIENT_TYPES.index(node.node.gradient_type)
+    return node.emit("GRADIENT", (texture_vector(node),), (kind,))
+
+
+@value_node("ShaderNodeTexNoise")
+def noise(node: NodeView, output: str) -> Value:
+    tree_node = node.node
+    kind = tree_node.noise_type
+    offset, gain = node.value("Offset", 0.0).constant, node.value("Gain", 1.0).constant
+    has_gain = kind in ("HYBRID_MULTIFRACTAL", "RIDGED_MULTIFRACTAL")
+    has_offset = has_gain or kind == "HETERO_TERRAIN"
+    if (has_offset and offset != (0.0, 0.0, 0.0)) or (has_gain and gain != (1.0, 0.0, 0.0)):
+        node.warn("offset and gain of Noise Texture are not supported: 0 and 1 are used")
+    parameters = (enums.DIMENSIONS[tree_node.noise_dimensions], int(tree_node.normalize), enums.NOISE_TYPES.index(kind))
+    inputs = (texture_vector(node), *node.values("W, Scale, Detail, Roughness, Lacunarity, Distortion"))
+    return node.emit("NOISE_COLOR" if output == "Color" else "NOISE", inputs, parameters)
+
+
+@value_node("ShaderNodeTexVoronoi")
+def voronoi(node: NodeView, output: str) -> Value | None:
+    if output == "W":
+        return None
+    tree_node = node.node
+    if node.value("Detail").constant != (0.0, 0.0, 0.0):
+        node.warn("detail of Voronoi Texture is not supported: 0 is used")
+    dimensions = enums.DIMENSIONS[tree_node.voronoi_dimensions]
+    metric = enums.VORONOI_METRICS.index(tree_node.distance)
+    parameters = (dimensions, metric, enums.VORONOI_FEATURES.index(tree_node.feature))
+    inputs = (texture_vector(node), *node.values("W, Scale, Smoothness, Exponent, Randomness"))
+    if output in ("Color", "Position"):
+        return node.emit(f"VORONOI_{output.upper()}", inputs, parameters)
+    distance = node.emit("VORONOI_DISTANCE", inputs, parameters)
+    if not getattr(tree_node, "normalize", False) or tree_node.feature == "N_SPHERE_RADIUS":
+        return distance
+    return node.math("DIVIDE", distance, _largest_distance(node, dimensions))
+
+
+def _largest_distance(node: NodeView, dimensions: int) -> Value:
+    """Distance of a cell's centre from the farthest place a feature point can have, as Blender normalises by."""
+    randomness = node.emit("CLAMP", (node.value("Randomness"), constant(0.0), constant(1.0)), (0,))
+    half = constant(0.5)
+    reach = node.math("ADD", half, node.math("MULTIPLY", half, randomness))
+    if node.node.feature == "DISTANCE_TO_EDGE":
+        return reach
+    if node.node.feature == "F2":
+        reach = node.math("MULTIPLY", reach, constant(2.0))
+    if dimensions == 1 or node.node.distance == "CHEBYCHEV":
+        return reach
+    count = constant(float(dimensions))
+    if node.node.distance == "MANHATTAN":
+        return node.math("MULTIPLY", reach, count)
+    exponent = constant(2.0) if node.node.distance == "EUCLIDEAN" else node.value("Exponent")
+    root = node.math("POWER", count, node.math("DIVIDE", constant(1.0), exponent))
+    return node.math("MULTIPLY", reach, root)
+
+
+@value_node("ShaderNodeTexWave")
+def wave(node: NodeView, output: str) -> Value:
+    tree_node = node.node
+    direction = tree_node.bands_direction if tree_node.wave_type == "BANDS" else tree_node.rings_direction
+    inputs = node.values("Scale, Distortion, Detail, Detail Scale, Detail Roughness, Phase Offset")
+    profile = enums.WAVE_PROFILES.index(tree_node.wave_profile)
+    parameters = (enums.WAVE_TYPES.index(tree_node.wave_type), enums.WAVE_DIRECTIONS[direction], profile)
+    return node.emit("WAVE", (texture_vector(node), *inputs), parameters)
+
+
+@value_node("ShaderNodeTexWhiteNoise")
+def white_noise(node: NodeView, output: str) -> Value:
+    """Its unlinked vector is the socket's zero, not a coordinate."""
+    op = "WHITE_NOISE_COLOR" if output == "Color" else "WHITE_NOISE"
+    return node.emit(op, node.values("Vector, W"), (enums.DIMENSIONS[node.node.noise_dimensions],))
+
+
+@value_node("ShaderNodeTexBrick")
+def brick(node: NodeView, output: str) -> Value:
+    tree_node = node.node
+    inputs = node.values("Color1, Color2, Mortar, Scale, Mortar Size, Mortar Smooth, Bias, Brick Width, Row Height")
+    offset, squash = round(1000.0 * tree_node.offset), round(1000.0 * tree_node.squash)
+    parameters = (offset, tree_node.offset_frequency, squash, tree_node.squash_frequency)
+    return node.emit("BRICK_FACTOR" if output == "Fac" else "BRICK", (texture_vector(node), *inputs), parameters)
+
+
+@value_node("ShaderNodeTexMagic")
+def magic(node: NodeView, output: str) -> Value:
+    color = node.emit("MAGIC", (texture_vector(node), *node.values("Scale, Distortion")), (node.node.turbulence_depth,))
+    return node.emit("AVERAGE", (color.retyped(VECTOR),)) if output == "Fac" else color
