@@ -1,0 +1,93 @@
+"""Sessions: progress, cancel, limits, errors."""
+
+import time
+
+import cistern_core as core
+import numpy as np
+import pytest
+
+from tests.support.core_scenes import DEFAULTS, SceneDescription
+
+from .test_determinism import room
+
+
+def session(**settings) -> core.Session:
+    return core.Session(core.Settings(**(DEFAULTS | dict(width=64, height=64, samples=4) | settings)))
+
+
+def test_cancel_returns_within_a_tenth_of_a_second_and_keeps_what_was_rendered() -> None:
+    s = session(width=2048, height=1024, samples=10000)
+    s.start(room())
+    time.sleep(1.0)
+    start = time.perf_counter()
+    s.cancel()
+    assert time.perf_counter() - start < 0.1
+    progress = s.wait(0.0)
+    assert progress.status is core.Status.CANCELLED
+    assert s.read("Combined").shape == (1024, 2048, 4)
+    assert s.read("Combined").mean() > 0.0
+
+
+def test_a_running_session_may_be_dropped() -> None:
+    s = session(width=1024, height=1024, samples=10000)
+    s.start(room())
+    start = time.perf_counter()
+    del s
+    assert time.perf_counter() - start < 1.0
+
+
+def test_time_limit_ends_a_render_with_every_pixel_sampled() -> None:
+    s = session(samples=1 << 20, time_limit=0.5)
+    s.start(room())
+    progress = s.wait(30.0)
+    assert progress.status is core.Status.DONE
+    assert progress.seconds < 2.0
+    assert (s.read("Combined")[..., 3] > 0.99).all()
+
+
+def test_progress_counts_up() -> None:
+    s = session(samples=200)
+    s.start(room())
+    seen = [s.wait(0.02)]
+    while seen[-1].status is core.Status.RUNNING:
+        seen.append(s.wait(0.02))
+    done = [p.frames_done for p in seen]
+    assert done == sorted(done) and done[-1] == 200
+    assert seen[-1].memory_bytes > 0
+
+
+def test_a_session_renders_once() -> None:
+    s = session()
+    s.start(room())
+    with pytest.raises(core.Error, match="started already"):
+        s.start(room())
+
+
+@pytest.mark.parametrize(
+    ("member", "value"),
+    [
+        ("samples", 0), ("width", 0), ("height", 100000), ("region", (60, 0, 10, 10)), ("filter_width", 0.0),
+        ("max_bounces", -1), ("passes", ["Beauty"]), ("direct", "MAGIC"), ("samples", "many"), ("colour", 1),
+    ],
+)  # fmt: skip
+def test_bad_settings_are_named(member: str, value: object) -> None:
+    with pytest.raises(core.Error, match=r"Beauty" if member == "passes" else member.split("_")[0]):
+        session(**{member: value})
+
+
+@pytest.mark.parametrize(("width", "height"), [(1, 1), (8192, 1), (1, 4096), (17, 3)])
+def test_odd_picture_sizes(width: int, height: int) -> None:
+    s = session(width=width, height=height, samples=1)
+    s.start(room())
+    assert s.wait(60.0).status is core.Status.DONE
+    picture = s.read("Combined")
+    assert picture.shape == (height, width, 4) and np.isfinite(picture).all()
+
+
+def test_a_scene_without_anything_is_black() -> None:
+    scene = SceneDescription()
+    scene.set_camera((0, -3, 0), (0, 0, 0))
+    s = session()
+    s.start(scene.snapshot())
+    assert s.wait(10.0).status is core.Status.DONE
+    assert (s.read("Combined")[..., :3] == 0).all()

@@ -1,0 +1,149 @@
+"""Small scenes built straight on the native core, for tests that need no Blender. Everything is in metres, z up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cistern_core as core
+import numpy as np
+
+Color = tuple[float, float, float]
+
+
+def principled(
+    base: Color = (0.8, 0.8, 0.8),
+    metallic: float = 0.0,
+    roughness: float = 0.5,
+    specular: float = 0.0,
+    emission: float = 0.0,
+    multiscatter: bool = True,
+    **inputs: float,
+) -> core.MaterialProgram:
+    """A Principled BSDF of constants. Without specular it is Lambertian."""
+    p = core.MaterialProgram("principled")
+    normal = p.emit("NORMAL")
+    zero, one = p.constant(0.0), p.constant(1.0)
+    white = p.constant(1.0, 1.0, 1.0)
+    value = {name: p.constant(number) for name, number in inputs.items()}
+    operands = [
+        one, p.constant(*base), p.constant(metallic), p.constant(roughness), value.get("ior", p.constant(1.5)),
+        value.get("alpha", one), normal, zero, zero, p.constant(specular), white, zero, zero, normal,
+        value.get("transmission", zero), value.get("coat", zero), value.get("coat_roughness", zero),
+        p.constant(1.5), white, normal, value.get("sheen", zero), p.constant(0.5), white, white, p.constant(emission),
+    ]  # fmt: skip
+    p.closure("CLOSURE_PRINCIPLED", operands, [1 if multiscatter else 0])
+    return p
+
+
+def emission(color: Color, strength: float = 1.0) -> core.MaterialProgram:
+    p = core.MaterialProgram("emission")
+    p.closure("CLOSURE_EMISSION", [p.constant(1.0), p.constant(*color), p.constant(strength)])
+    return p
+
+
+class SceneDescription:
+    """A builder with one-line ways to add things; `render` runs a session to its end."""
+
+    def __init__(self) -> None:
+        self.builder = core.SceneBuilder()
+        self.instances: list[tuple[int, int, np.ndarray]] = []
+
+    def add_mesh(
+        self,
+        positions: Sequence[Sequence[float]],
+        polygons: Sequence[Sequence[int]],
+        material: core.MaterialProgram,
+        matrix: np.ndarray | None = None,
+        smooth: bool = False,
+        name: str = "mesh",
+    ) -> None:
+        points = np.array(positions, np.float32)
+        corners = np.concatenate([np.asarray(p, np.int32) for p in polygons])
+        offsets = np.concatenate([[0], np.cumsum([len(p) for p in polygons])]).astype(np.int32)
+        shading = {"normals": points / np.linalg.norm(points, axis=1, keepdims=True), "normals_domain": "POINT"}
+        mesh = self.builder.add_mesh(name, points, corners, offsets, **(shading if smooth else {}))
+        materials = self.builder.add_material_set([self.builder.add_material(material)], name)
+        self.instances.append((mesh, materials, np.eye(4) if matrix is None else matrix))
+
+    def add_quad(
+        self, corner: Color, edge_u: Color, edge_v: Color, material: core.MaterialProgram, name: str = "quad"
+    ) -> None:
+        """Faces along edge_u x edge_v."""
+        c, u, v = (np.array(x, np.float64) for x in (corner, edge_u, edge_v))
+        self.add_mesh([c, c + u, c + u + v, c + v], [(0, 1, 2, 3)], material, name=name)
+
+    def add_box(self, half: float, material: core.MaterialProgram, name: str = "box") -> None:
+        """An axis-aligned cube around the origin."""
+        signs = [(x, y, z) for x in (-half, half) for y in (-half, half) for z in (-half, half)]
+        faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        self.add_mesh(signs, faces, material, name=name)
+
+    def add_sphere(
+        self, radius: float, material: core.MaterialProgram, center: Color = (0, 0, 0), rings: int = 32
+    ) -> None:
+        """A smooth-shaded latitude-longitude sphere."""
+        theta = np.linspace(0.0, np.pi, rings + 1)[1:-1]
+        phi = np.arange(2 * rings) * np.pi / rings
+        across, along = np.outer(np.sin(theta), np.cos(phi)), np.outer(np.sin(theta), np.sin(phi))
+        ring = np.stack([across, along, np.broadcast_to(np.cos(theta)[:, None], across.shape)], -1)
+        points = [(0, 0, 1), *ring.reshape(-1, 3), (0, 0, -1)]
+        n, last = 2 * rings, len(points) - 1
+        faces = [(0, 1 + k, 1 + (k + 1) % n) for k in range(n)]
+        for r in range(rings - 2):
+            low, high = 1 + r * n, 1 + (r + 1) * n
+            faces += [(low + k, high + k, high + (k + 1) % n, low + (k + 1) % n) for k in range(n)]
+        bottom = 1 + (rings - 2) * n
+        faces += [(last, bottom + (k + 1) % n, bottom + k) for k in range(n)]
+        matrix = np.diag([radius, radius, radius, 1.0])
+        matrix[:3, 3] = center
+        self.add_mesh(points, faces, material, matrix, smooth=True, name="sphere")
+
+    def set_environment(self, color: Color) -> None:
+        self.builder.set_environment(self.builder.add_material(emission(color)))
+
+    def set_camera(self, position: Color, target: Color, half_width: float = 0.5) -> None:
+        """Square perspective picture; half_width is the tangent of half the field of view."""
+        eye, aim = np.array(position, np.float64), np.array(target, np.float64)
+        back = (eye - aim) / np.linalg.norm(eye - aim)
+        up = np.array([0.0, 1.0, 0.0]) if abs(back[2]) > 0.99 else np.array([0.0, 0.0, 1.0])
+        right = np.cross(up, back)
+        right /= np.linalg.norm(right)
+        matrix = np.eye(4)
+        matrix[:3, :4] = np.stack([right, np.cross(back, right), back, eye], 1)
+        window = dict(left=-half_width, right=half_width, bottom=-half_width, top=half_width)
+        self.builder.set_camera(
+            "camera", "PERSPECTIVE", matrix.astype(np.float32), **window, clip_start=1e-3, clip_end=1e9
+        )
+
+    def snapshot(self) -> core.Scene:
+        if self.instances:
+            mesh, materials, matrices = zip(*self.instances, strict=True)
+            count = len(mesh)
+            name = self.builder.add_object_name("objects")
+            self.builder.add_instances(
+                np.array(mesh, np.int32), np.array(materials, np.int32), np.full(count, name, np.int32),
+                np.array(matrices, np.float32), np.full(count, 31, np.uint8),
+            )  # fmt: skip
+            self.instances = []
+        return self.builder.snapshot()
+
+
+DEFAULTS = dict(pixel_filter=core.PixelFilter.BOX, filter_width=1.0, max_bounces=1024, max_diffuse_bounces=1024,
+                max_glossy_bounces=1024, max_transmission_bounces=1024)  # fmt: skip
+
+
+def render(scene: core.Scene, size: int = 16, samples: int = 16, **settings) -> dict[str, np.ndarray]:
+    """All passes of a finished render; raises when it failed or produced non-finite samples."""
+    passes = settings.pop("passes", ["Direct", "Indirect", "Emission", "Environment"])
+    members = DEFAULTS | dict(width=size, height=size, samples=samples, passes=passes) | settings
+    session = core.Session(core.Settings(**members))
+    session.start(scene)
+    progress = session.wait(600.0)
+    assert progress.status is core.Status.DONE, progress.error
+    assert progress.non_finite_samples == 0
+    return {name: session.read(name) for name in session.pass_names()}
+
+
+def replicas(scene: core.Scene, count: int, first_seed: int = 1, **settings) -> np.ndarray:
+    """Combined RGB of `count` renders with different seeds: (count, height, width, 3)."""
+    return np.array([render(scene, seed=first_seed + k, **settings)["Combined"][..., :3] for k in range(count)])
