@@ -17,22 +17,34 @@ enum class ScatterKind : uint8_t { DIFFUSE, GLOSSY, TRANSMISSION };
 inline constexpr float kReconnectRoughness = 0.2f;
 
 // --- Lobes: one file each (lobe_*.h/.cpp). Each documents f, its density and its source.
-struct LambertLobe { Vec3 n; };
-struct OrenNayarLobe { Vec3 n; float a = 1.0f, b = 0.0f; Rgb multi_scatter; };
-struct TranslucentLobe { Vec3 n; };
-struct SheenLobe { Vec3 n; float a = 1.0f, b = 0.0f; };
+struct LambertLobe {
+  Vec3 n;
+};
+struct OrenNayarLobe {
+  Vec3 n;
+  float a = 1.0f, b = 0.0f;
+  Rgb multi_scatter;
+};
+struct TranslucentLobe {
+  Vec3 n;
+};
+struct SheenLobe {
+  Vec3 n;
+  float a = 1.0f, b = 0.0f;
+};
 
 enum class FresnelModel : uint8_t { NONE, DIELECTRIC, GENERALIZED_SCHLICK, F82_TINT };
-/// GGX reflection, refraction, or both (glass). `alpha_*` 0 is a perfect mirror (a delta lobe).
+/// GGX reflection, refraction, or both (glass). `alpha_*` 0 is a perfect mirror (a delta lobe). `tangent` is unit and
+/// orthogonal to n; read only where alpha_x and alpha_y differ.
 struct MicrofacetLobe {
   Vec3 n, tangent;
   float alpha_x = 0.0f, alpha_y = 0.0f;
-  float ior = 1.0f;            // of the far side relative to the near one
+  float ior = 1.0f;  // of the far side relative to the near one
   bool reflects = true, transmits = false;
   FresnelModel fresnel = FresnelModel::NONE;
-  Rgb f0, f90_or_b;            // GENERALIZED_SCHLICK: F0, F90; F82_TINT: F0, b
+  Rgb f0, f90_or_b;  // GENERALIZED_SCHLICK: F0, F90; F82_TINT: F0, b
   Rgb reflection_tint{1.0f}, transmission_tint{1.0f};
-  float energy_scale = 1.0f;   // multiple-scattering compensation
+  float energy_scale = 1.0f;  // multiple-scattering compensation
 };
 
 struct Lobe {
@@ -41,30 +53,45 @@ struct Lobe {
   float sample_weight = 0.0f;  // unnormalised probability of choosing this lobe
 };
 
-/// The scattering at one point: a sum of lobes, what passes straight through, and what is emitted.
+/// The scattering at one point: a sum of lobes, what passes straight through, and what is emitted. Lobes beyond `count`
+/// are never touched: neither constructed nor copied, since most materials have one and a Bsdf is made at every hit.
 struct Bsdf {
   static constexpr int kMaxLobes = 8;
-  std::array<Lobe, kMaxLobes> lobes;  // the first `count` are valid
+  union {
+    std::array<Lobe, kMaxLobes> lobes;  // the first `count` are valid
+  };
   int count = 0;
-  Rgb transparency;            // weight of light passing straight through
-  Rgb emission;                // radiance towards wo
-  float holdout = 0.0f;        // in [0, 1]
-  Vec3 ng, wo;                 // of the surface point: unit, same side
+  Rgb transparency;                  // weight of light passing straight through
+  Rgb emission;                      // radiance towards wo
+  float holdout = 0.0f;              // in [0, 1]
+  Vec3 ng, wo;                       // of the surface point: unit, same side
+  Vec3 ns;                           // interpolated normal, before bump mapping; zero: no bump shadowing
   float total_sample_weight = 0.0f;  // of the lobes, transparency not included
+
+  Bsdf() {}
+  Bsdf(const Bsdf& other) { *this = other; }
+  Bsdf& operator=(const Bsdf& other);
 
   bool scatters() const { return count > 0; }
 };
 
+/// Appends a lobe. Nothing happens, and false is returned, without a finite sample weight above 0 or once there are
+/// kMaxLobes.
+bool add_lobe(Bsdf& bsdf, const Lobe& lobe);
+
 /// f(wo, wi) |cos(theta_i)| summed over the lobes, split by lobe: `smooth` from lobes with roughness below
 /// kReconnectRoughness, `rough` from the others. Delta lobes contribute nothing.
 /// `pdf` is the density of `sample_bsdf` for wi, per solid angle (delta lobes excluded but counted in the choice).
+/// A lobe is 0 where wi lies on different sides of its normal and of ng. Diffuse lobes on bump-mapped normals fade out
+/// near the horizon of ns. [Conty Estevez et al. 2019, A Microfacet-Based Shadowing Function to Solve the Bump
+/// Terminator Problem]
 struct BsdfEvaluation {
   Rgb rough_cos, smooth_cos;
   float pdf = 0.0f;
   Rgb total_cos() const { return rough_cos + smooth_cos; }
 };
-/// Lobes whose kind (diffuse, glossy, transmission) is not among the RayVisibility bits of `visibility` add nothing to f but stay in the pdf:
-/// so lights can be hidden from a kind of scattering.
+/// Lobes whose kind (diffuse, glossy, transmission) is not among the RayVisibility bits of `visibility` add nothing to
+/// f but stay in the pdf: so lights can be hidden from a kind of scattering.
 BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, Vec3 wi, uint8_t visibility = kVisibleToAll);
 
 /// One direction. Weights are f cos / pdf over all lobes (for a delta lobe: its own weight / probability).

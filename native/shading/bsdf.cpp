@@ -1,0 +1,164 @@
+#include "shading/bsdf.h"
+
+#include <memory>
+
+#include "shading/lobe_microfacet.h"
+#include "shading/lobe_sheen.h"
+
+namespace cistern {
+namespace {
+
+Vec3 normal_of(const Lobe& lobe) {
+  return std::visit([](const auto& model) { return model.n; }, lobe.model);
+}
+
+const MicrofacetLobe* as_microfacet(const Lobe& lobe) { return std::get_if<MicrofacetLobe>(&lobe.model); }
+
+bool is_smooth(const Lobe& lobe) {
+  // roughness^4 = alpha_x alpha_y
+  constexpr float kAlphaProduct = kReconnectRoughness * kReconnectRoughness * kReconnectRoughness * kReconnectRoughness;
+  const MicrofacetLobe* microfacet = as_microfacet(lobe);
+  return microfacet && microfacet->alpha_x * microfacet->alpha_y < kAlphaProduct;
+}
+
+ScatterKind kind_of(const Lobe& lobe, bool is_transmission) {
+  if (is_transmission) return ScatterKind::TRANSMISSION;
+  return as_microfacet(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
+}
+
+/// Factor of a diffuse lobe whose normal `n` was bent away from ns: 0 where n and ns disagree about the side of wi, and
+/// the masking of a GGX surface just rough enough to contain the bend elsewhere.
+/// [Conty Estevez et al. 2019, eqs. 1 and 2; constants as in Cycles 5.0]
+float bump_shadowing(Vec3 ns, Vec3 n, Vec3 wi) {
+  constexpr float kGrazing = 1e-6f;
+  if (n == ns || ns == Vec3{}) return 1.0f;
+  const float cos_i = dot(ns, wi), cos_bend = dot(ns, n);
+  if (cos_i * cos_bend * dot(n, wi) < 0.0f) return 0.0f;
+  const float a = std::abs(cos_i), b = std::abs(cos_bend);
+  if (a >= 1.0f || b >= 1.0f) return 1.0f;
+  if (a < kGrazing) return 0.0f;
+  const float alpha_squared = clamp01(0.125f * (1.0f / (b * b) - 1.0f));
+  const float tan_squared = alpha_squared * (1.0f / (a * a) - 1.0f);
+  return 2.0f / (1.0f + std::sqrt(1.0f + tan_squared));
+}
+
+LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, Vec3 wi, bool is_above) {
+  return std::visit(
+      [&](const auto& model) -> LobeEvaluation {
+        if ((dot(model.n, wi) > 0.0f) != is_above) return {};
+        LobeEvaluation evaluation = evaluate_lobe(model, bsdf.wo, wi);
+        if constexpr (!std::is_same_v<std::decay_t<decltype(model)>, MicrofacetLobe>) {
+          const float shadowing = bump_shadowing(bsdf.ns, model.n, wi);
+          if (shadowing == 0.0f) return {};
+          evaluation.f_cos *= shadowing;
+        }
+        return evaluation;
+      },
+      lobe.model);
+}
+
+/// evaluate_bsdf, and the density of lobe `chosen` alone: 0 says that lobe cannot have produced wi.
+BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, Vec3 wi, int chosen, float* chosen_pdf) {
+  BsdfEvaluation result;
+  const bool is_above = dot(bsdf.ng, wi) > 0.0f;
+  for (int i = 0; i < bsdf.count; ++i) {
+    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, is_above);
+    if (i == chosen) *chosen_pdf = evaluation.pdf;
+    if (!(evaluation.pdf > 0.0f)) continue;
+    (is_smooth(lobe) ? result.smooth_cos : result.rough_cos) += lobe.weight * evaluation.f_cos;
+    result.pdf += lobe.sample_weight * evaluation.pdf;
+  }
+  if (bsdf.total_sample_weight > 0.0f) result.pdf /= bsdf.total_sample_weight;
+  return result;
+}
+
+std::optional<BsdfSample> sample_delta(const Bsdf& bsdf, const Lobe& lobe, const MicrofacetLobe& model, float u) {
+  const std::optional<DeltaSample> delta = sample_delta_lobe(model, bsdf.wo, u);
+  if (!delta) return {};
+  const bool is_above = dot(bsdf.ng, delta->wi) > 0.0f;
+  if (is_above != (dot(model.n, delta->wi) > 0.0f)) return {};
+  BsdfSample sample;
+  sample.wi = delta->wi;
+  sample.pdf = delta->probability * lobe.sample_weight / bsdf.total_sample_weight;
+  sample.smooth_weight = lobe.weight * delta->f / sample.pdf;
+  sample.kind = kind_of(lobe, !is_above);
+  sample.is_delta = true;
+  return sample;
+}
+
+}  // namespace
+
+Bsdf& Bsdf::operator=(const Bsdf& other) {
+  if (this == &other) return *this;
+  count = other.count;
+  for (size_t i = 0; i < static_cast<size_t>(count); ++i) std::construct_at(&lobes[i], other.lobes[i]);
+  transparency = other.transparency;
+  emission = other.emission;
+  holdout = other.holdout;
+  ng = other.ng;
+  wo = other.wo;
+  ns = other.ns;
+  total_sample_weight = other.total_sample_weight;
+  return *this;
+}
+
+bool add_lobe(Bsdf& bsdf, const Lobe& lobe) {
+  if (bsdf.count >= Bsdf::kMaxLobes || !(lobe.sample_weight > 0.0f) || !std::isfinite(lobe.sample_weight)) return false;
+  std::construct_at(&bsdf.lobes[static_cast<size_t>(bsdf.count++)], lobe);
+  bsdf.total_sample_weight += lobe.sample_weight;
+  return true;
+}
+
+BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, Vec3 wi) {
+  constexpr int kNone = -1;
+  return evaluate_lobes(bsdf, wi, kNone, nullptr);
+}
+
+std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction) {
+  if (bsdf.count == 0) return {};
+  // Choose a lobe and reuse what is left of u_lobe for its branch.
+  float u = u_lobe * bsdf.total_sample_weight;
+  int chosen = 0;
+  while (chosen + 1 < bsdf.count && u >= bsdf.lobes[static_cast<size_t>(chosen)].sample_weight)
+    u -= bsdf.lobes[static_cast<size_t>(chosen++)].sample_weight;
+  const Lobe& lobe = bsdf.lobes[static_cast<size_t>(chosen)];
+  const float u_branch = std::min(u / lobe.sample_weight, kOneMinusEpsilon);
+
+  if (const MicrofacetLobe* model = as_microfacet(lobe); model && is_delta(*model))
+    return sample_delta(bsdf, lobe, *model, u_branch);
+  const std::optional<Vec3> wi =
+      std::visit([&](const auto& model) { return sample_lobe(model, bsdf.wo, u_branch, u_direction); }, lobe.model);
+  if (!wi) return {};
+  float chosen_pdf = 0.0f;
+  const BsdfEvaluation evaluation = evaluate_lobes(bsdf, *wi, chosen, &chosen_pdf);
+  if (!(chosen_pdf > 0.0f) || is_black(evaluation.total_cos())) return {};
+  BsdfSample sample;
+  sample.wi = *wi;
+  sample.pdf = evaluation.pdf;
+  sample.rough_weight = evaluation.rough_cos / evaluation.pdf;
+  sample.smooth_weight = evaluation.smooth_cos / evaluation.pdf;
+  sample.kind = kind_of(lobe, dot(bsdf.ng, *wi) < 0.0f);
+  return sample;
+}
+
+Rgb bsdf_albedo(const Bsdf& bsdf) {
+  Rgb albedo;
+  for (int i = 0; i < bsdf.count; ++i) {
+    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    const MicrofacetLobe* microfacet = as_microfacet(lobe);
+    albedo += microfacet ? lobe.weight * microfacet_albedo(*microfacet, bsdf.wo) : lobe.weight;
+  }
+  return albedo;
+}
+
+Vec3 bsdf_normal(const Bsdf& bsdf) {
+  Vec3 sum;
+  for (int i = 0; i < bsdf.count; ++i) {
+    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    sum += normal_of(lobe) * average(lobe.weight);
+  }
+  return normalize_or(sum, bsdf.ns == Vec3{} ? bsdf.ng : bsdf.ns);
+}
+
+}  // namespace cistern

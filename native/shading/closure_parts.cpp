@@ -1,0 +1,98 @@
+#include "shading/closure_parts.h"
+
+#include "shading/fresnel.h"
+#include "shading/lobe_sheen.h"
+
+namespace cistern {
+
+Vec3 specular_normal(Vec3 n, const SurfacePoint& point) {
+  if (n == point.ns) return n;
+  // The mirror direction may be as shallow as the view.
+  constexpr float kMinCosine = 0.01f, kFractionOfView = 0.9f;  // as Cycles
+  const float view_z = dot(point.wo, point.ng);
+  const float lowest = std::min(kFractionOfView * view_z, kMinCosine);
+  if (dot(point.ng, reflect(point.wo, n)) >= lowest) return n;
+  // In the plane of n (x) and ng (z) look for a unit N with 2 (N.wo) N.z - wo.z = lowest. Squared, that is a quadratic
+  // in N.z^2; which root is right depends on the side of wo.
+  const Vec3 x = normalize_or(n - dot(n, point.ng) * point.ng, n);
+  const float view_x = dot(point.wo, x);
+  const float a = sqr(view_x) + sqr(view_z);
+  const float half_b = a + view_z * lowest;
+  const float root = safe_sqrt(sqr(half_b) - a * sqr(lowest + view_z));
+  const float z_squared = clamp01(0.5f * (view_x < 0.0f ? half_b + root : half_b - root) / a);
+  return normalize_or(safe_sqrt(1.0f - z_squared) * x + std::sqrt(z_squared) * point.ng, n);
+}
+
+Anisotropy make_anisotropy(float alpha_x, float alpha_y, Vec3 tangent, float rotation, Vec3 axis) {
+  if (rotation != 0.0f) {  // Rodrigues
+    const float angle = 2.0f * kPi * rotation, c = std::cos(angle);
+    tangent = tangent * c + cross(axis, tangent) * std::sin(angle) + axis * (dot(axis, tangent) * (1.0f - c));
+  }
+  return {clamp01(alpha_x), clamp01(alpha_y), tangent};
+}
+
+Anisotropy disney_anisotropy(float roughness, float amount, Vec3 tangent, float rotation, Vec3 axis) {
+  const float alpha = sqr(roughness);
+  if (amount <= 0.0f) return {alpha, alpha, {}};
+  const float aspect = std::sqrt(1.0f - 0.9f * amount);
+  return make_anisotropy(alpha / aspect, alpha * aspect, tangent, rotation, axis);
+}
+
+MicrofacetLobe make_microfacet(Vec3 n, float alpha) {
+  MicrofacetLobe lobe;
+  lobe.n = n;
+  lobe.alpha_x = lobe.alpha_y = clamp01(alpha);
+  return lobe;
+}
+
+void set_anisotropy(MicrofacetLobe& lobe, const Anisotropy& anisotropy) {
+  lobe.alpha_x = anisotropy.alpha_x;
+  lobe.alpha_y = anisotropy.alpha_y;
+  if (lobe.alpha_x == lobe.alpha_y) return;
+  const Vec3 bitangent = normalize_or(cross(lobe.n, anisotropy.tangent), {});
+  if (bitangent == Vec3{})
+    lobe.alpha_x = lobe.alpha_y = std::sqrt(lobe.alpha_x * lobe.alpha_y);
+  else
+    lobe.tangent = cross(bitangent, lobe.n);
+}
+
+MicrofacetLobe make_refraction(Vec3 n, float roughness, float ior, const SurfacePoint& point, bool reflects) {
+  constexpr float kIndexMatched = 1e-4f;  // closer to 1, light goes straight on however rough the surface; as Cycles
+  MicrofacetLobe lobe = make_microfacet(n, sqr(roughness));
+  const float inside = std::max(ior, kMinIor);
+  lobe.ior = point.is_backface ? 1.0f / inside : inside;
+  lobe.reflects = reflects;
+  lobe.transmits = true;
+  if (std::abs(lobe.ior - 1.0f) < kIndexMatched) lobe.alpha_x = lobe.alpha_y = 0.0f;
+  return lobe;
+}
+
+Rgb mean_schlick_reflectance(const MicrofacetLobe& lobe) {
+  if (lobe.transmits && !is_black(lobe.transmission_tint)) return lobe.transmission_tint;
+  const float s = fresnel_fraction(fresnel_dielectric_average(lobe.ior), f0_from_ior(lobe.ior));
+  return lobe.reflection_tint * lerp(lobe.f0, lobe.f90_or_b, s);
+}
+
+Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe lobe, Rgb weight, std::optional<Rgb> mean_reflectance) {
+  Rgb w = non_negative(weight);
+  if (is_negligible(w)) return Rgb(0.0f);
+  const Rgb albedo = lobe.fresnel == FresnelModel::NONE ? Rgb(1.0f) : microfacet_albedo(lobe, bsdf.wo);
+  float sample_weight = average(w) * average(albedo);
+  if (mean_reflectance) {
+    const Rgb absorption = compensate_energy(lobe, bsdf.wo, *mean_reflectance);
+    w *= absorption;
+    sample_weight *= average(absorption);
+  }
+  add_lobe(bsdf, {lobe, w, sample_weight});
+  return w * albedo;
+}
+
+Rgb add_sheen(Bsdf& bsdf, Vec3 n, float roughness, Rgb weight) {
+  if (is_negligible(non_negative(weight))) return Rgb(0.0f);
+  const Sheen sheen = make_sheen(n, bsdf.wo, roughness);
+  const Rgb w = non_negative(weight) * sheen.albedo;
+  add_lobe(bsdf, {sheen.lobe, w, average(w)});
+  return w;
+}
+
+}  // namespace cistern

@@ -1,0 +1,63 @@
+#pragma once
+
+#include "shading/closures.h"
+#include "shading/lobe_microfacet.h"
+
+namespace cistern {
+
+// What the closures share; included by closures.cpp and closure_principled.cpp only.
+
+/// Mean weight below which a closure or a layer is left out; as Cycles.
+inline constexpr float kNegligibleWeight = 1e-5f;
+/// Below this an index is no index.
+inline constexpr float kMinIor = 1e-5f;
+
+inline Rgb non_negative(Rgb c) { return max(c, Rgb(0.0f)); }
+inline Rgb saturate(Rgb c) { return max(Rgb(0.0f), min(c, Rgb(1.0f))); }
+inline bool is_negligible(Rgb weight) { return !(average(weight) >= kNegligibleWeight); }
+
+/// The closure's normal, unit; the interpolated one where the node gives none.
+inline Vec3 closure_normal(Vec3 n, const SurfacePoint& point) { return n == point.ns ? n : normalize_or(n, point.ns); }
+
+/// `n`, or as little bent towards ng as lifts the mirror direction of wo just above the surface. The interpolated
+/// normal is left alone. For specular lobes.
+Vec3 specular_normal(Vec3 n, const SurfacePoint& point);
+
+/// Anisotropic alphas and tangent; isotropic without a usable tangent. `rotation` in turns around `axis`.
+struct Anisotropy {
+  float alpha_x, alpha_y;
+  Vec3 tangent;
+};
+Anisotropy make_anisotropy(float alpha_x, float alpha_y, Vec3 tangent, float rotation, Vec3 axis);
+/// Of Principled and Metallic: `amount` in [0, 1] lowers the aspect ratio to sqrt(1 - 0.9 amount).
+/// [Burley 2012, Physically-Based Shading at Disney, §5.4]
+Anisotropy disney_anisotropy(float roughness, float amount, Vec3 tangent, float rotation, Vec3 axis);
+
+/// A reflecting lobe around `n`, without Fresnel.
+MicrofacetLobe make_microfacet(Vec3 n, float alpha);
+void set_anisotropy(MicrofacetLobe& lobe, const Anisotropy& anisotropy);
+
+/// Reflection (if `reflects`) and refraction through a surface around a medium of index `ior`; without Fresnel.
+MicrofacetLobe make_refraction(Vec3 n, float roughness, float ior, const SurfacePoint& point, bool reflects);
+
+/// Mean reflectance of one bounce for `compensate_energy`: of the tint where light is transmitted, else of the curve.
+Rgb mean_schlick_reflectance(const MicrofacetLobe& lobe);
+
+/// Appends the lobe, to be sampled in proportion to its albedo, and returns that albedo, weight included: black where
+/// the weight is negligible. With a `mean_reflectance`, light lost between facets is added back.
+Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe lobe, Rgb weight, std::optional<Rgb> mean_reflectance);
+
+/// Appends a lobe whose albedo is its weight, unless that is negligible.
+template <class Model>
+void add_diffuse(Bsdf& bsdf, const Model& model, Rgb weight) {
+  const Rgb w = non_negative(weight);
+  if (!is_negligible(w)) add_lobe(bsdf, {model, w, average(w)});
+}
+/// Appends sheen and returns its albedo, weight included.
+Rgb add_sheen(Bsdf& bsdf, Vec3 n, float roughness, Rgb weight);
+
+void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point);
+Rgb principled_emission(std::span<const Vec3> inputs, const SurfacePoint& point);
+Rgb principled_transparency(std::span<const Vec3> inputs);
+
+}  // namespace cistern

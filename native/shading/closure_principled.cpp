@@ -1,0 +1,175 @@
+// The Principled BSDF as Cycles 5.0 layers it: alpha, then sheen over coat over emission, then metal, glass and a
+// dielectric over diffuse. A layer takes from those below what it reflects itself, in the strongest channel.
+// [OpenPBR 1.1] describes the same stack; the order of factors follows Cycles.
+#include "shading/closure_parts.h"
+#include "shading/fresnel.h"
+
+namespace cistern {
+namespace {
+
+constexpr float kDefaultSpecularLevel = 0.5f;  // leaves F0 to the index
+
+/// Operands by name; scene/op_table.cpp lists them.
+struct Principled {
+  std::span<const Vec3> in;
+
+  float scalar(size_t i) const { return in[i].x; }
+  float weight() const { return scalar(0); }
+  Rgb base_color() const { return non_negative(to_rgb(in[1])); }
+  float metallic() const { return clamp01(scalar(2)); }
+  float roughness() const { return clamp01(scalar(3)); }
+  float ior() const { return std::max(scalar(4), kMinIor); }
+  float alpha() const { return clamp01(scalar(5)); }
+  Vec3 normal() const { return in[6]; }
+  float diffuse_roughness() const { return clamp01(scalar(7)); }
+  float subsurface() const { return clamp01(scalar(8)); }
+  float specular_level() const { return std::max(scalar(9), 0.0f); }
+  Rgb specular_tint() const { return non_negative(to_rgb(in[10])); }
+  float anisotropic() const { return clamp01(scalar(11)); }
+  float rotation() const { return scalar(12); }
+  Vec3 tangent() const { return in[13]; }
+  float transmission() const { return clamp01(scalar(14)); }
+  float coat() const { return std::max(scalar(15), 0.0f); }
+  float coat_roughness() const { return clamp01(scalar(16)); }
+  float coat_ior() const { return std::max(scalar(17), 1.0f); }
+  Rgb coat_tint() const { return non_negative(to_rgb(in[18])); }
+  Vec3 coat_normal() const { return in[19]; }
+  float sheen() const { return std::max(scalar(20), 0.0f); }
+  float sheen_roughness() const { return clamp01(scalar(21)); }
+  Rgb sheen_tint() const { return non_negative(to_rgb(in[22])); }
+  Rgb emission() const { return to_rgb(in[23]) * scalar(24); }
+};
+
+/// What a layer of that albedo (its weight included) leaves of `weight` for those below.
+Rgb below_layer(Rgb layer_albedo, Rgb weight) {
+  const auto ratio = [](float a, float w) { return w != 0.0f ? a / w : 0.0f; };
+  const float strongest =
+      std::max({ratio(layer_albedo.r, weight.r), ratio(layer_albedo.g, weight.g), ratio(layer_albedo.b, weight.b)});
+  return weight * clamp01(1.0f - strongest);
+}
+
+/// Beer's law for the refracted ray: the tint is that of the ray head-on.
+Rgb coat_transmittance(const Principled& p, Vec3 n, Vec3 wo) {
+  const Rgb tint = p.coat_tint();
+  if (tint == Rgb(1.0f)) return Rgb(1.0f);
+  const float cos_t = std::sqrt(1.0f - (1.0f - sqr(dot(wo, n))) / sqr(p.coat_ior()));
+  const float depth = 1.0f / cos_t;
+  const Rgb absorbed{std::pow(tint.r, depth), std::pow(tint.g, depth), std::pow(tint.b, depth)};
+  return lerp(Rgb(1.0f), absorbed, p.coat());
+}
+
+/// Sheen and coat; returns the weight left for what is below them.
+Rgb add_top_layers(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const SurfacePoint& point) {
+  const bool has_sheen = p.sheen() > kNegligibleWeight, has_coat = p.coat() > kNegligibleWeight;
+  if (!has_sheen && !has_coat) return weight;
+  const Vec3 coat_normal = closure_normal(p.coat_normal(), point);
+  if (has_sheen) {
+    const Vec3 sheen_normal = normalize_or(lerp(n, coat_normal, clamp01(p.coat())), n);
+    weight =
+        below_layer(add_sheen(bsdf, sheen_normal, p.sheen_roughness(), p.sheen() * p.sheen_tint() * weight), weight);
+  }
+  if (has_coat) {
+    MicrofacetLobe coat = make_microfacet(specular_normal(coat_normal, point), sqr(p.coat_roughness()));
+    coat.fresnel = FresnelModel::DIELECTRIC;
+    coat.ior = p.coat_ior();
+    const Rgb mean(fresnel_dielectric_average(coat.ior));
+    weight = below_layer(add_microfacet(bsdf, coat, p.coat() * weight, mean), weight);
+    weight *= coat_transmittance(p, coat.n, point.wo);
+  }
+  return weight;
+}
+
+void add_metal(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisotropy, Rgb weight, bool compensate) {
+  MicrofacetLobe lobe = make_microfacet(n, 0.0f);
+  set_anisotropy(lobe, anisotropy);
+  lobe.fresnel = FresnelModel::F82_TINT;
+  lobe.f0 = saturate(p.base_color());
+  lobe.f90_or_b = f82_coefficient(lobe.f0, saturate(p.specular_tint()));
+  std::optional<Rgb> mean;
+  if (compensate) mean = fresnel_f82_average(lobe.f0, lobe.f90_or_b);
+  add_microfacet(bsdf, lobe, weight, mean);
+}
+
+void add_glass(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const SurfacePoint& point, bool compensate) {
+  MicrofacetLobe lobe = make_refraction(n, p.roughness(), p.ior(), point, true);
+  lobe.fresnel = FresnelModel::GENERALIZED_SCHLICK;
+  lobe.f0 = saturate(f0_from_ior(p.ior()) * p.specular_tint());
+  lobe.f90_or_b = Rgb(1.0f);
+  const Rgb base = saturate(p.base_color());
+  lobe.transmission_tint = {std::sqrt(base.r), std::sqrt(base.g), std::sqrt(base.b)};  // passed twice: in and out
+  std::optional<Rgb> mean;
+  if (compensate) mean = mean_schlick_reflectance(lobe);
+  add_microfacet(bsdf, lobe, weight, mean);
+}
+
+/// The dielectric interface above the diffuse base; returns the weight left for the base.
+Rgb add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisotropy, Rgb weight, bool compensate,
+                 const SurfacePoint& point) {
+  float ior = p.ior();
+  float f0 = f0_from_ior(ior);
+  if (p.specular_level() != kDefaultSpecularLevel) {
+    f0 *= 2.0f * p.specular_level();
+    ior = p.ior() < 1.0f ? 1.0f / ior_from_f0(f0) : ior_from_f0(f0);
+  }
+  if (ior == 1.0f) return weight;
+  MicrofacetLobe lobe = make_microfacet(specular_normal(n, point), 0.0f);
+  set_anisotropy(lobe, anisotropy);
+  lobe.fresnel = FresnelModel::GENERALIZED_SCHLICK;
+  lobe.ior = ior;
+  lobe.f0 = saturate(f0 * p.specular_tint());
+  lobe.f90_or_b = Rgb(1.0f);
+  std::optional<Rgb> mean;
+  if (compensate) mean = mean_schlick_reflectance(lobe);
+  return below_layer(add_microfacet(bsdf, lobe, weight, mean), weight);
+}
+
+void add_base(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight) {
+  const Rgb base = p.base_color();
+  const Rgb color = lerp(base, saturate(base), p.subsurface());
+  if (p.diffuse_roughness() < kNegligibleWeight)
+    add_diffuse(bsdf, LambertLobe{n}, color * weight);
+  else
+    add_diffuse(bsdf, make_oren_nayar(n, bsdf.wo, p.diffuse_roughness(), base), color * weight);
+}
+
+}  // namespace
+
+void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point) {
+  const Principled p{inputs};
+  const Vec3 n = closure_normal(p.normal(), point);
+  const bool compensate = parameters[0] != 0;
+  bsdf.transparency += principled_transparency(inputs);
+  Rgb weight = add_top_layers(bsdf, p, n, Rgb(p.weight()) * p.alpha(), point);
+  if (const Rgb emission = p.emission(); !is_black(emission)) bsdf.emission += emission * weight;
+
+  const Anisotropy anisotropy = disney_anisotropy(p.roughness(), p.anisotropic(), p.tangent(), p.rotation(), n);
+  if (const float metallic = p.metallic(); metallic > kNegligibleWeight) {
+    add_metal(bsdf, p, specular_normal(n, point), anisotropy, metallic * weight, compensate);
+    weight *= 1.0f - metallic;
+  }
+  if (const float transmission = p.transmission(); transmission > kNegligibleWeight) {
+    add_glass(bsdf, p, specular_normal(n, point), transmission * weight, point, compensate);
+    weight *= 1.0f - transmission;
+  }
+  if (is_negligible(weight)) return;
+  weight = add_specular(bsdf, p, n, anisotropy, weight, compensate, point);
+  add_base(bsdf, p, n, weight);
+}
+
+Rgb principled_emission(std::span<const Vec3> inputs, const SurfacePoint& point) {
+  const Principled p{inputs};
+  const Rgb emission = p.emission();
+  if (is_black(emission)) return Rgb(0.0f);
+  Bsdf layers;
+  layers.ng = point.ng;
+  layers.wo = point.wo;
+  return emission * add_top_layers(layers, p, closure_normal(p.normal(), point), Rgb(p.weight()) * p.alpha(), point);
+}
+
+Rgb principled_transparency(std::span<const Vec3> inputs) {
+  const Principled p{inputs};
+  const Rgb weight(p.weight() * (1.0f - p.alpha()));
+  return is_negligible(weight) ? Rgb(0.0f) : weight;
+}
+
+}  // namespace cistern

@@ -1,0 +1,127 @@
+#include "shading/closures.h"
+
+#include "shading/closure_parts.h"
+#include "shading/fresnel.h"
+
+namespace cistern {
+namespace {
+
+constexpr int kMultipleScattering = 1;  // the distribution called MULTI_GGX
+
+bool compensates(const int32_t* parameters) { return parameters[0] == kMultipleScattering; }
+
+void add_diffuse_closure(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoint& point) {
+  constexpr float kSmooth = 1e-5f;
+  const Vec3 n = closure_normal(in[3], point);
+  const Rgb weight = in[0].x * to_rgb(in[1]);
+  const float roughness = in[2].x;
+  if (roughness < kSmooth)
+    add_diffuse(bsdf, LambertLobe{n}, weight);
+  else
+    add_diffuse(bsdf, make_oren_nayar(n, bsdf.wo, roughness, to_rgb(in[1])), weight);
+}
+
+void add_glossy(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
+  constexpr float kIsotropic = 1e-4f, kMaxAnisotropy = 0.99f;
+  const Rgb color = non_negative(to_rgb(in[1]));
+  const float alpha = sqr(clamp01(in[2].x));
+  const float anisotropy = std::clamp(in[3].x, -kMaxAnisotropy, kMaxAnisotropy);
+  MicrofacetLobe lobe = make_microfacet(specular_normal(closure_normal(in[5], point), point), alpha);
+  if (std::abs(anisotropy) > kIsotropic) {
+    const float squeeze = 1.0f - std::abs(anisotropy);
+    const float x = anisotropy < 0.0f ? alpha / squeeze : alpha * squeeze;
+    const float y = anisotropy < 0.0f ? alpha * squeeze : alpha / squeeze;
+    set_anisotropy(lobe, make_anisotropy(x, y, in[6], in[4].x, lobe.n));
+  }
+  std::optional<Rgb> mean;
+  if (compensates(parameters)) mean = color;
+  add_microfacet(bsdf, lobe, in[0].x * color, mean);
+}
+
+void add_glass(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
+  const Rgb color = non_negative(to_rgb(in[1]));
+  MicrofacetLobe lobe =
+      make_refraction(specular_normal(closure_normal(in[4], point), point), clamp01(in[2].x), in[3].x, point, true);
+  lobe.fresnel = FresnelModel::GENERALIZED_SCHLICK;
+  lobe.f0 = Rgb(f0_from_ior(lobe.ior));
+  lobe.f90_or_b = Rgb(1.0f);
+  lobe.reflection_tint = lobe.transmission_tint = color;
+  std::optional<Rgb> mean;
+  if (compensates(parameters)) mean = mean_schlick_reflectance(lobe);
+  add_microfacet(bsdf, lobe, Rgb(in[0].x), mean);
+}
+
+void add_refraction(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoint& point) {
+  const Vec3 n = specular_normal(closure_normal(in[4], point), point);
+  const MicrofacetLobe lobe = make_refraction(n, in[2].x, in[3].x, point, false);
+  add_microfacet(bsdf, lobe, in[0].x * to_rgb(in[1]), {});
+}
+
+void add_metallic(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
+  const Vec3 n = closure_normal(in[6], point);
+  MicrofacetLobe lobe = make_microfacet(specular_normal(n, point), 0.0f);
+  set_anisotropy(lobe, disney_anisotropy(clamp01(in[3].x), clamp01(in[4].x), in[7], in[5].x, n));
+  lobe.fresnel = FresnelModel::F82_TINT;
+  lobe.f0 = saturate(to_rgb(in[1]));
+  lobe.f90_or_b = f82_coefficient(lobe.f0, saturate(to_rgb(in[2])));
+  std::optional<Rgb> mean;
+  if (compensates(parameters)) mean = fresnel_f82_average(lobe.f0, lobe.f90_or_b);
+  add_microfacet(bsdf, lobe, Rgb(in[0].x), mean);
+}
+
+}  // namespace
+
+void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t* parameters,
+                 const SurfacePoint& point) {
+  bsdf.ns = point.ns;
+  if (inputs[0].x == 0.0f) return;
+  switch (op) {
+    case Op::CLOSURE_PRINCIPLED:
+      return add_principled(bsdf, inputs, parameters, point);
+    case Op::CLOSURE_DIFFUSE:
+      return add_diffuse_closure(bsdf, inputs, point);
+    case Op::CLOSURE_GLOSSY:
+      return add_glossy(bsdf, inputs, parameters, point);
+    case Op::CLOSURE_GLASS:
+      return add_glass(bsdf, inputs, parameters, point);
+    case Op::CLOSURE_REFRACTION:
+      return add_refraction(bsdf, inputs, point);
+    case Op::CLOSURE_TRANSLUCENT: {
+      const Vec3 n = specular_normal(closure_normal(inputs[2], point), point);
+      return add_diffuse(bsdf, TranslucentLobe{n}, inputs[0].x * to_rgb(inputs[1]));
+    }
+    case Op::CLOSURE_SHEEN:
+      add_sheen(bsdf, closure_normal(inputs[3], point), clamp01(inputs[2].x), inputs[0].x * to_rgb(inputs[1]));
+      return;
+    case Op::CLOSURE_METALLIC:
+      return add_metallic(bsdf, inputs, parameters, point);
+    case Op::CLOSURE_TRANSPARENT:
+      bsdf.transparency += closure_transparency(op, inputs, parameters, point);
+      return;
+    case Op::CLOSURE_EMISSION:
+      bsdf.emission += closure_emission(op, inputs, parameters, point);
+      return;
+    case Op::CLOSURE_HOLDOUT:
+      bsdf.holdout = clamp01(bsdf.holdout + inputs[0].x);
+      return;
+    default:
+      return;  // not a closure
+  }
+}
+
+Rgb closure_emission(Op op, std::span<const Vec3> inputs, const int32_t*, const SurfacePoint& point) {
+  if (inputs[0].x == 0.0f) return Rgb(0.0f);
+  if (op == Op::CLOSURE_PRINCIPLED) return principled_emission(inputs, point);
+  if (op == Op::CLOSURE_EMISSION) return to_rgb(inputs[1]) * (inputs[0].x * inputs[2].x);
+  return Rgb(0.0f);
+}
+
+Rgb closure_transparency(Op op, std::span<const Vec3> inputs, const int32_t*, const SurfacePoint&) {
+  if (inputs[0].x == 0.0f) return Rgb(0.0f);
+  if (op == Op::CLOSURE_PRINCIPLED) return principled_transparency(inputs);
+  if (op != Op::CLOSURE_TRANSPARENT) return Rgb(0.0f);
+  const Rgb weight = inputs[0].x * to_rgb(inputs[1]);
+  return is_negligible(weight) ? Rgb(0.0f) : weight;
+}
+
+}  // namespace cistern

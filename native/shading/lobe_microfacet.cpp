@@ -1,0 +1,159 @@
+#include "shading/lobe_microfacet.h"
+
+#include "shading/albedo_tables.h"
+#include "shading/fresnel.h"
+#include "shading/ggx.h"
+
+namespace cistern {
+namespace {
+
+GgxAlpha alpha_of(const MicrofacetLobe& lobe) { return {lobe.alpha_x, lobe.alpha_y}; }
+
+Frame frame_of(const MicrofacetLobe& lobe) {
+  if (lobe.alpha_x == lobe.alpha_y) return Frame(lobe.n);
+  return {lobe.tangent, cross(lobe.n, lobe.tangent), lobe.n};
+}
+
+/// What a facet reflects and transmits; a side that the lobe does not have is black.
+struct FresnelTerms {
+  Rgb reflectance, transmittance;
+  float cos_t = 0.0f;  // of the refracted ray; only where the lobe transmits
+
+  float reflection_probability() const {
+    const float total = average(reflectance + transmittance);
+    return total > 0.0f ? average(reflectance) / total : 0.0f;
+  }
+};
+
+/// Reflectance at `cos_o`, before the tints. Sets `cos_t` where the dielectric curve is used or the lobe transmits.
+Rgb facet_reflectance(const MicrofacetLobe& lobe, float cos_o, float* cos_t) {
+  switch (lobe.fresnel) {
+    case FresnelModel::NONE:
+      return Rgb(lobe.reflects || fresnel_dielectric(cos_o, lobe.ior, cos_t) == 1.0f ? 1.0f : 0.0f);
+    case FresnelModel::DIELECTRIC:
+      return Rgb(fresnel_dielectric(cos_o, lobe.ior, cos_t));
+    case FresnelModel::GENERALIZED_SCHLICK: {
+      const float real = fresnel_dielectric(cos_o, lobe.ior, cos_t);
+      return lerp(lobe.f0, lobe.f90_or_b, fresnel_fraction(real, f0_from_ior(lobe.ior)));
+    }
+    case FresnelModel::F82_TINT:
+      return fresnel_f82(cos_o, lobe.f0, lobe.f90_or_b);
+  }
+  return Rgb(0.0f);
+}
+
+FresnelTerms facet_fresnel(const MicrofacetLobe& lobe, float cos_o) {
+  FresnelTerms terms;
+  const Rgb reflectance = facet_reflectance(lobe, cos_o, &terms.cos_t);
+  if (lobe.reflects) terms.reflectance = reflectance * lobe.reflection_tint;
+  if (lobe.transmits) terms.transmittance = (Rgb(1.0f) - reflectance) * lobe.transmission_tint;
+  return terms;
+}
+
+/// The branch that `u` chooses and its direction in the frame of `h`'s coordinates; empty if it misses its side of
+/// `n` (which the caller checks) or has no energy.
+struct Branch {
+  Vec3 wi;
+  Rgb f;
+  float probability;
+  bool is_transmission;
+};
+std::optional<Branch> choose_branch(const MicrofacetLobe& lobe, Vec3 wo, Vec3 h, float u) {
+  const float cos_o = dot(wo, h);
+  if (cos_o <= 0.0f) return {};
+  const FresnelTerms terms = facet_fresnel(lobe, cos_o);
+  const float p_reflect = terms.reflection_probability();
+  if (u < p_reflect) return Branch{2.0f * cos_o * h - wo, terms.reflectance, p_reflect, false};
+  if (is_black(terms.transmittance)) return {};
+  const float inverse_ior = 1.0f / lobe.ior;
+  return Branch{(cos_o * inverse_ior - terms.cos_t) * h - inverse_ior * wo, terms.transmittance, 1.0f - p_reflect,
+                true};
+}
+
+float table_roughness(const MicrofacetLobe& lobe) { return std::sqrt(std::sqrt(lobe.alpha_x * lobe.alpha_y)); }
+
+}  // namespace
+
+LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, Vec3 wo, Vec3 wi) {
+  const float cos_wi = dot(lobe.n, wi);
+  const bool is_transmission = cos_wi < 0.0f;
+  if (cos_wi == 0.0f || !(is_transmission ? lobe.transmits : lobe.reflects) || is_delta(lobe)) return {};
+  const Frame frame = frame_of(lobe);
+  const Vec3 o = frame.to_local(wo), i = frame.to_local(wi);
+  if (o.z <= 0.0f) return {};
+
+  Vec3 h = is_transmission ? lobe.ior * i + o : i + o;
+  const float norm_squared = length_squared(h);
+  if (norm_squared <= 0.0f) return {};
+  h = h * (std::copysign(1.0f, h.z) / std::sqrt(norm_squared));
+  const float cos_o = dot(o, h), cos_i = dot(i, h);
+  if (cos_o <= 0.0f || (cos_i < 0.0f) != is_transmission) return {};
+
+  const GgxAlpha alpha = alpha_of(lobe);
+  const float lambda_o = ggx_lambda(alpha, o), lambda_i = ggx_lambda(alpha, i);
+  // Jacobian dh / dwi times cos_o.
+  const float jacobian = is_transmission ? sqr(lobe.ior) * std::abs(cos_i) * cos_o / norm_squared : 0.25f;
+  const float common = ggx_normal_density(alpha, h) * jacobian / o.z;
+  const FresnelTerms terms = facet_fresnel(lobe, cos_o);
+  const float p_reflect = terms.reflection_probability();
+  const Rgb f = is_transmission ? terms.transmittance : terms.reflectance;
+  return {f * (lobe.energy_scale * common / (1.0f + lambda_o + lambda_i)),
+          (is_transmission ? 1.0f - p_reflect : p_reflect) * common / (1.0f + lambda_o)};
+}
+
+std::optional<Vec3> sample_lobe(const MicrofacetLobe& lobe, Vec3 wo, float u_branch, Vec2 u) {
+  const Frame frame = frame_of(lobe);
+  const Vec3 o = frame.to_local(wo);
+  if (o.z <= 0.0f) return {};
+  const std::optional<Branch> branch =
+      choose_branch(lobe, o, sample_ggx_visible_normal(alpha_of(lobe), o, u), u_branch);
+  if (!branch || branch->wi.z == 0.0f || (branch->wi.z < 0.0f) != branch->is_transmission) return {};
+  return frame.to_world(branch->wi);
+}
+
+std::optional<DeltaSample> sample_delta_lobe(const MicrofacetLobe& lobe, Vec3 wo, float u_branch) {
+  const std::optional<Branch> branch = choose_branch(lobe, wo, lobe.n, u_branch);
+  if (!branch || (dot(lobe.n, branch->wi) < 0.0f) != branch->is_transmission) return {};
+  return DeltaSample{normalize(branch->wi), branch->f * lobe.energy_scale, branch->probability};
+}
+
+Rgb microfacet_albedo(const MicrofacetLobe& lobe, Vec3 wo) {
+  const float mu = clamp01(dot(lobe.n, wo));
+  FresnelTerms terms = facet_fresnel(lobe, mu);
+  if (is_black(terms.reflectance)) return terms.transmittance;
+  switch (lobe.fresnel) {
+    case FresnelModel::GENERALIZED_SCHLICK: {
+      const float s = ggx_dielectric_fresnel_fraction(table_roughness(lobe), mu, lobe.ior);
+      terms.reflectance = lerp(lobe.f0, lobe.f90_or_b, s) * lobe.reflection_tint;
+      break;
+    }
+    case FresnelModel::F82_TINT:
+      terms.reflectance = lerp(lobe.f0, Rgb(1.0f), ggx_schlick_fresnel_fraction(table_roughness(lobe), mu));
+      break;
+    case FresnelModel::DIELECTRIC:
+      if (lobe.ior > 1.0f) {
+        const float s = ggx_dielectric_fresnel_fraction(table_roughness(lobe), mu, lobe.ior);
+        terms.reflectance = Rgb(lerp(f0_from_ior(lobe.ior), 1.0f, s)) * lobe.reflection_tint;
+      }
+      break;
+    case FresnelModel::NONE:
+      break;
+  }
+  return terms.reflectance + terms.transmittance;
+}
+
+Rgb compensate_energy(MicrofacetLobe& lobe, Vec3 wo, Rgb mean_reflectance) {
+  const float mu = dot(lobe.n, wo);
+  const float roughness = table_roughness(lobe);
+  const bool is_glass = lobe.reflects && lobe.transmits;
+  const float albedo = is_glass ? ggx_glass_albedo(roughness, mu, lobe.ior) : ggx_albedo(roughness, mu);
+  lobe.energy_scale = 1.0f / albedo;
+  const Rgb mean = min(mean_reflectance, Rgb(1.0f));
+  if (mean == Rgb(1.0f)) return Rgb(1.0f);
+  const float average_albedo = is_glass ? ggx_glass_average_albedo(roughness, lobe.ior) : ggx_average_albedo(roughness);
+  const Rgb further_bounces = mean * average_albedo / (Rgb(1.0f) - mean * (1.0f - average_albedo));
+  const float missing = (1.0f - albedo) / albedo;
+  return (Rgb(1.0f) + further_bounces * missing) * albedo;
+}
+
+}  // namespace cistern
