@@ -14,8 +14,8 @@ enum class LightSampling : uint8_t { UNIFORM, POWER, TREE };
 
 /// A light sample that can be evaluated again at any receiver: which emitter, and where on it.
 struct LightSample {
-  uint32_t emitter = 0;   // index into the LightSet: lamps, then emissive triangles, then the environment
-  Vec2 uv;                // position on the emitter, in [0, 1)^2
+  uint32_t emitter = 0;  // index into the LightSet: lamps, then emissive triangles, then the environment
+  Vec2 uv;               // position on the emitter, in [0, 1)^2
 };
 
 /// What a light sample sends to a receiver.
@@ -26,7 +26,7 @@ struct IncidentLight {
   float pdf = 0.0f;       // of the direction, per solid angle, given the emitter; 1 for `is_delta`
   bool is_delta = false;
   bool casts_shadow = true;
-  bool use_mis = true;    // false: a scattered ray never finds this light, so it needs no MIS
+  bool use_mis = true;      // false: a scattered ray never finds this light, so it needs no MIS
   uint8_t visibility = 31;  // RayVisibility bits: not lit where the receiver's scattering kind is not in it
 };
 
@@ -35,7 +35,8 @@ struct LampHit {
   uint32_t emitter = 0;
   float distance = 0.0f;
   Rgb radiance;
-  float pdf = 0.0f;       // per solid angle given the emitter, as IncidentLight::pdf
+  float pdf = 0.0f;     // per solid angle given the emitter, as IncidentLight::pdf
+  int max_bounces = 0;  // of the lamp: skip the hit when the receiver's PathState::depth was larger
 };
 
 /// All emitters of a scene, ready for sampling. Immutable.
@@ -48,10 +49,13 @@ class LightSet {
   bool is_empty() const { return emitter_count() == 0; }
   size_t memory_bytes() const;
 
-  /// Chooses an emitter for a receiver at `position` with normal `n` (unit; zero for a point that scatters to both sides),
-  /// proportionally to an estimate of what it contributes. Uses one dimension for the choice and two on the emitter. `pmf` > 0
-  /// wherever the emitter can light the point; empty only when no emitter can.
-  struct Choice { LightSample sample; float pmf; };
+  /// Chooses an emitter for a receiver at `position` with normal `n` (unit; zero for a point that scatters to both
+  /// sides), proportionally to an estimate of what it contributes. Uses one dimension for the choice and two on the
+  /// emitter. `pmf` > 0 wherever the emitter can light the point; empty only when no emitter can.
+  struct Choice {
+    LightSample sample;
+    float pmf;
+  };
   std::optional<Choice> choose(Vec3 position, Vec3 n, float u_choice, Vec2 u_emitter) const;
   /// Probability that `choose` returns this emitter for the same receiver.
   float pmf(uint32_t emitter, Vec3 position, Vec3 n) const;
@@ -67,8 +71,8 @@ class LightSet {
   std::optional<uint32_t> environment_emitter() const;
   float environment_pdf(Vec3 direction) const;
 
-  /// All lamps with an extent that the ray crosses before `ray.t_max` and that this kind of ray may see and `use_mis`, in
-  /// emitter order. Suns count with distance INFINITY, only when ray.t_max is infinite. Appends to `hits`.
+  /// All lamps with an extent that the ray crosses before `ray.t_max` and that this kind of ray may see and `use_mis`,
+  /// in emitter order. Suns count with distance INFINITY, only when ray.t_max is infinite. Appends to `hits`.
   void intersect_lamps(const Ray& ray, uint8_t visibility, std::vector<LampHit>& hits) const;
   bool has_visible_lamps() const;
 

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace cistern {
+
+/// Draws an index in constant time with probability proportional to a weight. Built in one deterministic pass.
+/// [Walker 1977; Vose 1991, A Linear Algorithm for Generating Random Numbers with a Given Distribution]
+class AliasTable {
+ public:
+  AliasTable() = default;
+  /// Weights are finite and not negative. With a sum of zero (or no weights) the table is empty.
+  explicit AliasTable(std::span<const float> weights);
+
+  bool is_empty() const { return entries_.empty(); }
+  size_t size() const { return entries_.size(); }
+
+  /// Index drawn by `u` in [0, 1). The table must not be empty.
+  uint32_t sample(float u) const {
+    const double scaled = static_cast<double>(u) * static_cast<double>(entries_.size());
+    const auto column = std::min(static_cast<uint32_t>(scaled), static_cast<uint32_t>(entries_.size() - 1));
+    const Entry& entry = entries_[column];
+    return static_cast<float>(scaled - column) < entry.threshold ? column : entry.alias;
+  }
+  /// Probability of an index: its weight over the sum of weights.
+  float pmf(uint32_t index) const { return entries_[index].pmf; }
+  size_t memory_bytes() const { return entries_.capacity() * sizeof(Entry); }
+
+ private:
+  struct Entry {
+    float threshold;  // share of the column that keeps its own index
+    uint32_t alias;
+    float pmf;
+  };
+  std::vector<Entry> entries_;
+};
+
+}  // namespace cistern

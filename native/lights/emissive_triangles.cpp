@@ -1,0 +1,175 @@
+#include "lights/emissive_triangles.h"
+
+#include <map>
+
+#include "base/parallel.h"
+#include "base/warp.h"
+#include "shading/material.h"
+
+namespace cistern {
+
+namespace {
+
+constexpr size_t kBlockSize = 4096;
+/// Part of the estimate that does not come from the triangle's own evaluations.
+constexpr float kUniformShare = 0.1f;
+/// Radiance assumed of a material all of whose evaluations were black, in W/sr/m^2: a dim lamp's.
+constexpr float kUnseenRadiance = 0.01f;
+/// Up to this many triangles of a scene are looked at in all of kPoints, more in their middle only.
+constexpr size_t kFewTriangles = 1 << 16;
+constexpr Vec2 kPoints[] = {{1.0f / 3.0f, 1.0f / 3.0f}, {0.1f, 0.1f}, {0.8f, 0.1f}, {0.1f, 0.8f}};
+
+const MaterialProgram& program_of(const Scene& scene, int material) {
+  return *scene.materials[static_cast<size_t>(material)];
+}
+
+/// Mean of the radiance (luminance) sent along the normals of both sides, at the first `count` of kPoints.
+float evaluated_radiance(const Scene& scene, const EmissiveTriangle& t, size_t count) {
+  const Vec3 normal = normalize_or(t.scaled_normal(), {0.0f, 0.0f, 1.0f});
+  PathState path;
+  path.ray_kind = kVisibleToDiffuse;
+  float sum = 0.0f;
+  for (size_t i = 0; i < count; ++i) {
+    for (const Vec3 wo : {normal, -normal}) {
+      const Ray ray{t.point(kPoints[i]) + wo, -wo};
+      const Hit hit{1.0f, kPoints[i].x, kPoints[i].y, t.scaled_normal(), t.instance, t.triangle};
+      sum += std::max(luminance(evaluate_emission(scene, make_surface_point(scene, ray, hit), path)), 0.0f);
+    }
+  }
+  return sum / static_cast<float>(2 * count);
+}
+
+}  // namespace
+
+bool is_emitter(const Scene& scene, int material) {
+  if (material < 0 || !scene.materials[static_cast<size_t>(material)]) return false;
+  const MaterialProgram& program = program_of(scene, material);
+  if (!program.may_emit) return false;
+  return !program.emission_is_constant || luminance(to_rgb(program.constant_emission)) > 0.0f;
+}
+
+EmissiveTriangles::EmissiveTriangles(const Scene& scene) {
+  place(scene);
+  fill(scene);
+  estimate_radiance(scene);
+}
+
+EmissiveTriangles::Selection EmissiveTriangles::select(const Scene& scene, const Instance& instance) {
+  Selection selection;
+  const std::vector<int>& materials = scene.material_sets[static_cast<size_t>(instance.material_set)];
+  const bool any = std::any_of(materials.begin(), materials.end(), [&](int m) { return is_emitter(scene, m); });
+  if (!any) return selection;
+  const size_t count = scene.meshes[static_cast<size_t>(instance.mesh)]->triangle_count();
+  selection.rank.assign(count, kNone);
+  for (uint32_t t = 0; t < count; ++t) {
+    if (!is_emitter(scene, scene.material_of(instance, t))) continue;
+    selection.rank[t] = static_cast<uint32_t>(selection.triangles.size());
+    selection.triangles.push_back(t);
+  }
+  if (selection.triangles.size() == count) selection.rank = {};
+  return selection;
+}
+
+void EmissiveTriangles::place(const Scene& scene) {
+  std::map<std::pair<int, int>, int> known;  // (mesh, material set) -> selection
+  placements_.resize(scene.instances.size());
+  uint32_t total = 0;
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    if (instance.mesh < 0 || !scene.meshes[static_cast<size_t>(instance.mesh)]) continue;
+    const std::vector<int>& materials = scene.material_sets[static_cast<size_t>(instance.material_set)];
+    if (materials.empty()) continue;
+    const auto [found, is_new] =
+        known.try_emplace({instance.mesh, instance.material_set}, static_cast<int>(selections_.size()));
+    if (is_new) selections_.push_back(select(scene, instance));
+    const size_t count = selections_[static_cast<size_t>(found->second)].triangles.size();
+    if (count == 0) continue;
+    placements_[i] = {total, found->second};
+    total += static_cast<uint32_t>(count);
+  }
+  triangles_.resize(total);
+}
+
+void EmissiveTriangles::fill(const Scene& scene) {
+  for (uint32_t i = 0; i < placements_.size(); ++i) {
+    if (placements_[i].selection < 0) continue;
+    const Instance& instance = scene.instances[i];
+    const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
+    const std::vector<uint32_t>& selected = selections_[static_cast<size_t>(placements_[i].selection)].triangles;
+    parallel_blocks(selected.size(), kBlockSize, [&](size_t, size_t begin, size_t end) {
+      for (size_t k = begin; k < end; ++k) {
+        const TriangleIndices& v = mesh.vertices[selected[k]];
+        EmissiveTriangle& t = triangles_[placements_[i].first + k];
+        t.p0 = instance.object_to_world.point(mesh.positions[v[0]]);
+        t.edge_1 = instance.object_to_world.point(mesh.positions[v[1]]) - t.p0;
+        t.edge_2 = instance.object_to_world.point(mesh.positions[v[2]]) - t.p0;
+        t.instance = i;
+        t.triangle = selected[k];
+        t.material = scene.material_of(instance, selected[k]);
+      }
+    });
+  }
+  // Only `find` needs the selections from here on, and only those with a rank.
+  for (Selection& selection : selections_) {
+    selection.triangles = {};
+    selection.rank.shrink_to_fit();
+  }
+}
+
+void EmissiveTriangles::estimate_radiance(const Scene& scene) {
+  radiance_.resize(size());
+  const size_t points = size() <= kFewTriangles ? std::size(kPoints) : 1;
+  parallel_blocks(size(), kBlockSize, [&](size_t, size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const MaterialProgram& program = program_of(scene, triangles_[i].material);
+      radiance_[i] = program.emission_is_constant ? luminance(to_rgb(program.constant_emission))
+                                                  : evaluated_radiance(scene, triangles_[i], points);
+    }
+  });
+  struct Mean {
+    double flux = 0.0, area = 0.0;
+  };
+  std::vector<Mean> means(scene.materials.size());
+  for (size_t i = 0; i < size(); ++i) {
+    Mean& mean = means[static_cast<size_t>(triangles_[i].material)];
+    const double area = triangles_[i].area();
+    mean.flux += area * radiance_[i];
+    mean.area += area;
+  }
+  for (size_t i = 0; i < size(); ++i) {
+    if (program_of(scene, triangles_[i].material).emission_is_constant) continue;
+    const Mean& mean = means[static_cast<size_t>(triangles_[i].material)];
+    const float of_material = mean.flux > 0.0 ? static_cast<float>(mean.flux / mean.area) : kUnseenRadiance;
+    radiance_[i] = lerp(radiance_[i], of_material, kUniformShare);
+  }
+}
+
+std::optional<uint32_t> EmissiveTriangles::find(uint32_t instance, uint32_t triangle) const {
+  const Placement& placement = placements_[instance];
+  if (placement.selection < 0) return std::nullopt;
+  const std::vector<uint32_t>& rank = selections_[static_cast<size_t>(placement.selection)].rank;
+  if (rank.empty()) return placement.first + triangle;
+  if (rank[triangle] == kNone) return std::nullopt;
+  return placement.first + rank[triangle];
+}
+
+LightBounds EmissiveTriangles::bounds(size_t index) const {
+  const EmissiveTriangle& t = triangles_[index];
+  LightBounds bounds;
+  for (const Vec2 corner : {Vec2{0.0f, 0.0f}, Vec2{1.0f, 0.0f}, Vec2{0.0f, 1.0f}}) bounds.box.extend(t.point(corner));
+  bounds.axis = normalize_or(t.scaled_normal(), {0.0f, 0.0f, 1.0f});
+  bounds.cos_normals = 1.0f;
+  bounds.cos_emission = 0.0f;
+  bounds.intensity = radiance_[index] * t.area();
+  bounds.is_two_sided = true;
+  return bounds;
+}
+
+size_t EmissiveTriangles::memory_bytes() const {
+  size_t bytes = triangles_.capacity() * sizeof(EmissiveTriangle) + radiance_.capacity() * sizeof(float) +
+                 placements_.capacity() * sizeof(Placement);
+  for (const Selection& selection : selections_) bytes += selection.rank.capacity() * sizeof(uint32_t);
+  return bytes;
+}
+
+}  // namespace cistern

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "lights/light_bounds.h"
+#include "scene/scene.h"
+
+namespace cistern {
+
+/// A triangle that emits, in world space.
+struct EmissiveTriangle {
+  Vec3 p0, edge_1, edge_2;
+  uint32_t instance = 0, triangle = 0;
+  int material = -1;
+
+  Vec3 point(Vec2 barycentric) const { return p0 + edge_1 * barycentric.x + edge_2 * barycentric.y; }
+  /// Normal by the winding, as long as twice the area.
+  Vec3 scaled_normal() const { return cross(edge_1, edge_2); }
+  float area() const { return 0.5f * length(scaled_normal()); }
+};
+
+/// Every triangle of every instance whose material may emit, in the order of the scene. 52 bytes per triangle, and 4
+/// bytes per triangle of meshes only part of which emits.
+class EmissiveTriangles {
+ public:
+  EmissiveTriangles() = default;
+  explicit EmissiveTriangles(const Scene& scene);
+
+  size_t size() const { return triangles_.size(); }
+  const EmissiveTriangle& operator[](size_t index) const { return triangles_[index]; }
+  /// Mean radiance (luminance) over both sides: exact for constant emission, otherwise from a few evaluations, mixed
+  /// with the material's mean so that a texture that is bright between them is still found. Never zero.
+  float radiance_estimate(size_t index) const { return radiance_[index]; }
+  std::optional<uint32_t> find(uint32_t instance, uint32_t triangle) const;
+  LightBounds bounds(size_t index) const;
+  size_t memory_bytes() const;
+
+ private:
+  /// Emitting triangles of a mesh with certain materials; shared by its instances.
+  struct Selection {
+    std::vector<uint32_t> triangles;
+    std::vector<uint32_t> rank;  // per triangle of the mesh, kNone where it does not emit; empty: all emit
+  };
+  struct Placement {
+    uint32_t first = 0;  // of the instance's emitters
+    int selection = -1;  // -1: nothing emits
+  };
+  static constexpr uint32_t kNone = 0xffffffffu;
+
+  static Selection select(const Scene& scene, const Instance& instance);
+  void place(const Scene& scene);
+  void fill(const Scene& scene);
+  void estimate_radiance(const Scene& scene);
+
+  std::vector<Selection> selections_;
+  std::vector<Placement> placements_;  // per instance
+  std::vector<EmissiveTriangle> triangles_;
+  std::vector<float> radiance_;
+};
+
+/// Whether a material is worth sampling: it may emit, and not just a constant zero.
+bool is_emitter(const Scene& scene, int material);
+
+}  // namespace cistern

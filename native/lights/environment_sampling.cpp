@@ -1,0 +1,184 @@
+#include "lights/environment_sampling.h"
+
+#include "base/parallel.h"
+#include "base/warp.h"
+#include "shading/material.h"
+
+namespace cistern {
+
+namespace {
+
+/// Share of the samples drawn uniformly over the sphere.
+constexpr float kUniformShare = 0.02f;
+constexpr float kUniformPdf = 1.0f / (4.0f * kPi);
+constexpr int kDefaultWidth = 512;  // of an environment without images
+constexpr int kSmallestWidth = 64;
+constexpr int kLargestWidth = 4096;
+constexpr int kFineWidth = 1024;  // maps up to this width are filtered from twice the resolution
+constexpr int kMaxSupersampling = 2;
+
+Vec3 direction_at(float u, float cos_theta) {
+  const float phi = 2.0f * kPi * u;
+  const float sine = safe_sqrt(1.0f - sqr(cos_theta));
+  return {sine * std::cos(phi), sine * std::sin(phi), cos_theta};
+}
+
+int largest_image_width(const Scene& scene, const MaterialProgram& program) {
+  int width = 0;
+  for (const int image : program.images) {
+    if (image >= 0 && scene.images[static_cast<size_t>(image)])
+      width = std::max(width, scene.images[static_cast<size_t>(image)]->width);
+  }
+  return width;
+}
+
+/// Luminance on a lattice of (columns) x (rows + 1) points, the first and last row at the poles.
+std::vector<float> evaluate_lattice(const Scene& scene, int columns, int rows) {
+  std::vector<float> lattice(static_cast<size_t>(columns) * static_cast<size_t>(rows + 1));
+  PathState path;
+  path.ray_kind = kVisibleToDiffuse;
+  parallel_blocks(static_cast<size_t>(rows + 1), 8, [&](size_t, size_t begin, size_t end) {
+    for (size_t y = begin; y < end; ++y) {
+      const float cos_theta = std::cos(kPi * static_cast<float>(y) / static_cast<float>(rows));
+      for (size_t x = 0; x < static_cast<size_t>(columns); ++x) {
+        const Vec3 direction = direction_at(static_cast<float>(x) / static_cast<float>(columns), cos_theta);
+        const float value = luminance(evaluate_environment(scene, direction, path));
+        lattice[y * static_cast<size_t>(columns) + x] = std::isfinite(value) ? std::max(value, 0.0f) : 0.0f;
+      }
+    }
+  });
+  return lattice;
+}
+
+/// Mean over each texel by the trapezoidal rule on the (s + 1)^2 lattice points on and inside its border: exact for
+/// bilinear filtering on the lattice, and a bright pixel between texels shows in all of them.
+std::vector<float> filter_lattice(const std::vector<float>& lattice, int width, int height, int s) {
+  std::vector<float> texels(static_cast<size_t>(width) * static_cast<size_t>(height));
+  const int columns = width * s;
+  parallel_blocks(static_cast<size_t>(height), 8, [&](size_t, size_t begin, size_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      for (int x = 0; x < width; ++x) {
+        float sum = 0.0f;
+        for (int j = 0; j <= s; ++j) {
+          for (int i = 0; i <= s; ++i) {
+            const float weight = (j == 0 || j == s ? 0.5f : 1.0f) * (i == 0 || i == s ? 0.5f : 1.0f);
+            const size_t column = static_cast<size_t>((x * s + i) % columns);
+            sum += weight * lattice[static_cast<size_t>(y * s + j) * static_cast<size_t>(columns) + column];
+          }
+        }
+        texels[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)] =
+            sum / static_cast<float>(s * s);
+      }
+    }
+  });
+  return texels;
+}
+
+/// Last index whose cumulative value is not above `u`, among intervals that are not empty.
+int find_interval(const float* cdf, int count, float u) {
+  const float* after = std::upper_bound(cdf, cdf + count + 1, u);
+  return std::clamp(static_cast<int>(after - cdf) - 1, 0, count - 1);
+}
+
+/// Cumulative sums of `values`, scaled to end with 1 (uniform where all are 0), into `cdf`; returns the sum.
+double accumulate(const float* values, int count, float* cdf) {
+  double sum = 0.0;
+  for (int i = 0; i < count; ++i) sum += values[i];
+  double running = 0.0;
+  cdf[0] = 0.0f;
+  for (int i = 0; i < count; ++i) {
+    running += values[i];
+    cdf[i + 1] = static_cast<float>(sum > 0.0 ? running / sum : static_cast<double>(i + 1) / count);
+  }
+  cdf[count] = 1.0f;
+  return sum;
+}
+
+}  // namespace
+
+std::optional<EnvironmentSampler> EnvironmentSampler::build(const Scene& scene) {
+  const Environment& environment = scene.environment;
+  if (environment.material < 0 || !scene.materials[static_cast<size_t>(environment.material)]) return std::nullopt;
+  const MaterialProgram& program = *scene.materials[static_cast<size_t>(environment.material)];
+  if (!program.may_emit) return std::nullopt;
+
+  EnvironmentSampler sampler;
+  if (program.emission_is_constant) {
+    sampler.mean_radiance_ = luminance(to_rgb(program.constant_emission));
+  } else {
+    const int wanted =
+        environment.importance_width > 0 ? environment.importance_width : largest_image_width(scene, program);
+    const int width = std::clamp(wanted > 0 ? wanted : kDefaultWidth, kSmallestWidth, kLargestWidth);
+    sampler.build_map(scene, environment.use_importance_sampling ? width : kSmallestWidth);
+  }
+  if (!(sampler.mean_radiance_ > 0.0f)) return std::nullopt;
+  if (!environment.use_importance_sampling) sampler.width_ = sampler.height_ = 0;
+  return sampler;
+}
+
+void EnvironmentSampler::build_map(const Scene& scene, int width) {
+  width_ = width + width % 2;
+  height_ = width_ / 2;
+  const int image_width = largest_image_width(scene, *scene.materials[static_cast<size_t>(scene.environment.material)]);
+  const int s = width_ <= kFineWidth || image_width > width_ ? kMaxSupersampling : 1;
+  build_distribution(filter_lattice(evaluate_lattice(scene, width_ * s, height_ * s), width_, height_, s));
+}
+
+void EnvironmentSampler::build_distribution(const std::vector<float>& texels) {
+  row_cos_.resize(static_cast<size_t>(height_) + 1);
+  for (int y = 0; y <= height_; ++y) {
+    row_cos_[static_cast<size_t>(y)] =
+        static_cast<float>(std::cos(std::numbers::pi * static_cast<double>(y) / static_cast<double>(height_)));
+  }
+  const auto width = static_cast<size_t>(width_), height = static_cast<size_t>(height_);
+  texel_cdf_.resize((width + 1) * height);
+  std::vector<float> rows(height);
+  for (size_t y = 0; y < height; ++y) {
+    const double sum = accumulate(&texels[y * width], width_, &texel_cdf_[y * (width + 1)]);
+    rows[y] = static_cast<float>(sum * static_cast<double>(texel_solid_angle(static_cast<int>(y))));
+  }
+  row_cdf_.resize(height + 1);
+  mean_radiance_ = static_cast<float>(accumulate(rows.data(), height_, row_cdf_.data())) * kUniformPdf;
+}
+
+float EnvironmentSampler::texel_solid_angle(int y) const {
+  const auto row = static_cast<size_t>(y);
+  return 2.0f * kPi / static_cast<float>(width_) * (row_cos_[row] - row_cos_[row + 1]);
+}
+
+float EnvironmentSampler::map_pdf(int x, int y) const {
+  // Differences of the stored sums, not the luminance: these are the probabilities that `sample` really uses.
+  const float row = row_cdf_[static_cast<size_t>(y) + 1] - row_cdf_[static_cast<size_t>(y)];
+  const float* cdf = &texel_cdf_[static_cast<size_t>(y) * static_cast<size_t>(width_ + 1)];
+  return row * (cdf[x + 1] - cdf[x]) / texel_solid_angle(y);
+}
+
+EnvironmentSampler::Sample EnvironmentSampler::sample(Vec2 u) const {
+  if (width_ == 0) return {square_to_sphere(u), kUniformPdf};
+  if (u.y < kUniformShare) {
+    const Vec3 direction = square_to_sphere({u.x, u.y / kUniformShare});
+    return {direction, pdf(direction)};
+  }
+  const float v = (u.y - kUniformShare) / (1.0f - kUniformShare);
+  const int y = find_interval(row_cdf_.data(), height_, v);
+  const float* cdf = &texel_cdf_[static_cast<size_t>(y) * static_cast<size_t>(width_ + 1)];
+  const int x = find_interval(cdf, width_, u.x);
+  const auto row = static_cast<size_t>(y);
+  const float in_row = clamp01((v - row_cdf_[row]) / (row_cdf_[row + 1] - row_cdf_[row]));
+  const float in_texel = clamp01((u.x - cdf[x]) / (cdf[x + 1] - cdf[x]));
+  const float cos_theta = lerp(row_cos_[row], row_cos_[row + 1], in_row);
+  const Vec3 direction = direction_at((static_cast<float>(x) + in_texel) / static_cast<float>(width_), cos_theta);
+  return {direction, lerp(map_pdf(x, y), kUniformPdf, kUniformShare)};
+}
+
+float EnvironmentSampler::pdf(Vec3 direction) const {
+  if (width_ == 0) return kUniformPdf;
+  const float turns = std::atan2(direction.y, direction.x) * (0.5f * kInvPi);
+  const float u = turns < 0.0f ? turns + 1.0f : turns;
+  const float v = std::acos(std::clamp(direction.z, -1.0f, 1.0f)) * kInvPi;
+  const int x = std::min(static_cast<int>(u * static_cast<float>(width_)), width_ - 1);
+  const int y = std::min(static_cast<int>(v * static_cast<float>(height_)), height_ - 1);
+  return lerp(map_pdf(x, y), kUniformPdf, kUniformShare);
+}
+
+}  // namespace cistern

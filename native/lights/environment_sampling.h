@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace cistern {
+
+/// Samples directions in proportion to what the environment sends from there: a latitude-longitude map of its
+/// luminance, constant on each texel, mixed with a small uniform share so that no direction is impossible. A constant
+/// environment, or one that is not to be importance sampled, is sampled uniformly. 4 bytes per texel.
+class EnvironmentSampler {
+ public:
+  /// Empty for a black environment.
+  static std::optional<EnvironmentSampler> build(const Scene& scene);
+
+  struct Sample {
+    Vec3 direction;  // unit, away from the scene
+    float pdf;       // per solid angle
+  };
+  Sample sample(Vec2 u) const;
+  /// Density of `sample` per solid angle; positive everywhere.
+  float pdf(Vec3 direction) const;
+
+  /// Luminance averaged over all directions.
+  float mean_radiance() const { return mean_radiance_; }
+  size_t memory_bytes() const { return (row_cdf_.capacity() + texel_cdf_.capacity()) * sizeof(float); }
+
+ private:
+  void build_map(const Scene& scene, int width);
+  void build_distribution(const std::vector<float>& texels);
+  /// Solid angle of a texel, in row `y`.
+  float texel_solid_angle(int y) const;
+  float map_pdf(int x, int y) const;
+
+  int width_ = 0, height_ = 0;  // 0: uniform
+  float mean_radiance_ = 0.0f;
+  // Row 0 is around +Z. Cumulative probabilities start with 0 and end with 1; `texel_cdf_` has width + 1 per row.
+  std::vector<float> row_cdf_, texel_cdf_;
+  std::vector<float> row_cos_;  // cosine of the polar angle at the rows' edges
+};
+
+}  // namespace cistern

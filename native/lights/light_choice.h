@@ -1,0 +1,62 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/alias_table.h"
+#include "lights/light_set.h"
+#include "lights/light_tree.h"
+
+namespace cistern {
+
+/// What the samplers know of an emitter.
+struct EmitterEstimate {
+  bool is_distant = false;      // sun or environment
+  float power = 0.0f;           // W (luminance); a distant one's through a disk of the scene's radius
+  LightBounds bounds;           // unless distant
+  Vec3 direction;               // of a sun; zero for light from everywhere
+  float cos_half_angle = 1.0f;  // of a sun
+  float irradiance = 0.0f;      // of a distant emitter on a plane facing it, W/m^2 (luminance)
+};
+
+/// Chooses an emitter for a receiver; see LightSet::choose.
+class LightChoice {
+ public:
+  LightChoice() = default;
+  LightChoice(std::span<const EmitterEstimate> emitters, LightSampling sampling);
+
+  struct Result {
+    uint32_t emitter;
+    float pmf;
+  };
+  std::optional<Result> choose(Vec3 position, Vec3 n, float u) const;
+  float pmf(uint32_t emitter, Vec3 position, Vec3 n) const;
+  size_t memory_bytes() const;
+
+ private:
+  struct Distant {
+    uint32_t emitter;
+    Vec3 direction;
+    float cos_half_angle;
+    float irradiance;
+  };
+  /// Irradiance a distant emitter may cause; zero only where it cannot.
+  static float estimate(const Distant& distant, Vec3 n);
+  float distant_estimate(Vec3 n) const;
+  float distant_share(float distant, Vec3 position, Vec3 n) const;
+  Result choose_distant(Vec3 n, float total, float u) const;
+  std::optional<Result> choose_by_tree(Vec3 position, Vec3 n, float u) const;
+  float pmf_by_tree(uint32_t emitter, Vec3 position, Vec3 n) const;
+
+  LightSampling sampling_ = LightSampling::UNIFORM;
+  uint32_t count_ = 0;
+  AliasTable power_;
+  LightTree tree_;
+  std::vector<uint32_t> finite_;   // emitter of each leaf of the tree
+  std::vector<uint32_t> leaf_of_;  // leaf of an emitter, or kDistantBit | index into distant_
+  std::vector<Distant> distant_;
+  static constexpr uint32_t kDistantBit = 0x80000000u;
+};
+
+}  // namespace cistern

@@ -1,0 +1,313 @@
+#include "lights/light_set.h"
+
+#include "base/parallel.h"
+#include "base/warp.h"
+#include "lights/emissive_triangles.h"
+#include "lights/environment_sampling.h"
+#include "lights/lamp_bvh.h"
+#include "lights/lamp_shapes.h"
+#include "lights/light_choice.h"
+#include "shading/material.h"
+
+namespace cistern {
+
+namespace {
+
+/// A lamp of the scene that emits.
+struct SceneLamp {
+  Lamp shape;
+  uint32_t light = 0;        // index into Scene::lights
+  bool has_program = false;  // its material depends on more than the lamp
+};
+
+void scale_emission(Lamp& lamp, Rgb factor) {
+  if (auto* ball = std::get_if<BallLamp>(&lamp)) ball->emission *= factor;
+  if (auto* area = std::get_if<AreaLamp>(&lamp)) area->radiance *= factor;
+  if (auto* sun = std::get_if<SunLamp>(&lamp)) {
+    sun->emission *= factor;
+    sun->irradiance *= luminance(factor);
+  }
+}
+
+std::vector<SceneLamp> emitting_lamps(const Scene& scene) {
+  std::vector<SceneLamp> lamps;
+  for (uint32_t i = 0; i < scene.lights.size(); ++i) {
+    const Light& light = scene.lights[i];
+    if (light.removed) continue;
+    SceneLamp lamp{make_lamp(light), i, false};
+    if (light.material >= 0) {
+      const auto& program = scene.materials[static_cast<size_t>(light.material)];
+      if (!program || !program->may_emit) continue;
+      lamp.has_program = !program->emission_is_constant;
+      if (!lamp.has_program) scale_emission(lamp.shape, to_rgb(program->constant_emission));
+    }
+    if (lamp_power(lamp.shape, 1.0f) > 0.0f) lamps.push_back(lamp);
+  }
+  return lamps;
+}
+
+/// Radius of a sphere that holds all instances and finite lamps; 1 for an empty scene.
+float scene_radius(const Scene& scene, const std::vector<SceneLamp>& lamps) {
+  Bounds3 bounds;
+  for (const Instance& instance : scene.instances) {
+    if (instance.mesh < 0 || !scene.meshes[static_cast<size_t>(instance.mesh)]) continue;
+    const Bounds3& box = scene.meshes[static_cast<size_t>(instance.mesh)]->bounds;
+    if (box.is_empty()) continue;
+    for (int corner = 0; corner < 8; ++corner) {
+      bounds.extend(instance.object_to_world.point({corner & 1 ? box.upper.x : box.lower.x,
+                                                    corner & 2 ? box.upper.y : box.lower.y,
+                                                    corner & 4 ? box.upper.z : box.lower.z}));
+    }
+  }
+  for (const SceneLamp& lamp : lamps) {
+    if (!is_sun(lamp.shape)) bounds.extend(lamp_bounds(lamp.shape).box);
+  }
+  const float radius = bounds.is_empty() ? 0.0f : 0.5f * length(bounds.diagonal());
+  return radius > 0.0f ? radius : 1.0f;
+}
+
+EmitterEstimate estimate_lamp(const Lamp& lamp, float radius) {
+  EmitterEstimate estimate;
+  estimate.power = lamp_power(lamp, radius);
+  if (const auto* sun = std::get_if<SunLamp>(&lamp)) {
+    estimate.is_distant = true;
+    estimate.direction = sun->direction;
+    estimate.cos_half_angle = 1.0f - sun->one_minus_cos;
+    estimate.irradiance = sun->irradiance;
+  } else {
+    estimate.bounds = lamp_bounds(lamp);
+  }
+  return estimate;
+}
+
+/// Any instance with a triangle.
+std::optional<uint32_t> find_any_instance(const Scene& scene) {
+  for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+    const int mesh = scene.instances[i].mesh;
+    if (mesh < 0 || !scene.meshes[static_cast<size_t>(mesh)]) continue;
+    if (scene.meshes[static_cast<size_t>(mesh)]->triangle_count() > 0) return i;
+  }
+  return std::nullopt;
+}
+
+/// A point of a lamp as its material sees it: a surface facing the receiver. A lamp has no mesh; a program that asks
+/// for mesh data all the same reads it from `instance`.
+SurfacePoint lamp_point(const Light& light, uint32_t instance, Vec3 receiver, const LampSample& sample) {
+  SurfacePoint point;
+  point.instance = instance;
+  point.position = std::isinf(sample.distance) ? sample.wi : receiver + sample.wi * sample.distance;
+  point.wo = point.ng = point.ns = -sample.wi;
+  point.material = light.material;
+  return point;
+}
+
+}  // namespace
+
+struct LightSet::Impl {
+  std::shared_ptr<const Scene> scene;
+  std::vector<SceneLamp> lamps;
+  EmissiveTriangles triangles;
+  std::optional<EnvironmentSampler> environment;
+  LightChoice choice;
+  LampBvh bvh;                      // of the lamps that scattered rays can meet
+  std::vector<uint32_t> wide_suns;  // suns that scattered rays can meet
+
+  std::optional<uint32_t> any_instance;
+
+  size_t first_triangle() const { return lamps.size(); }
+  size_t environment_index() const { return lamps.size() + triangles.size(); }
+  size_t emitter_count() const { return environment_index() + (environment ? 1 : 0); }
+  const Light& light_of(const SceneLamp& lamp) const { return scene->lights[lamp.light]; }
+
+  void prepare_choice(LightSampling sampling);
+  void prepare_intersection();
+  Rgb program_factor(const SceneLamp& lamp, Vec3 receiver, const LampSample& sample, const PathState& path) const;
+  std::optional<IncidentLight> evaluate_lamp(const SceneLamp& lamp, Vec2 uv, Vec3 receiver,
+                                             const PathState& path) const;
+  std::optional<IncidentLight> evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
+                                                 const PathState& path) const;
+  std::optional<IncidentLight> evaluate_environment_sample(Vec2 uv, const PathState& path) const;
+  void add_hit(uint32_t emitter, const Ray& ray, uint8_t visibility, std::vector<LampHit>& hits) const;
+};
+
+void LightSet::Impl::prepare_choice(LightSampling sampling) {
+  constexpr size_t kBlockSize = 4096;
+  const float radius = scene_radius(*scene, lamps);
+  std::vector<EmitterEstimate> estimates(emitter_count());
+  for (size_t i = 0; i < lamps.size(); ++i) estimates[i] = estimate_lamp(lamps[i].shape, radius);
+  parallel_blocks(triangles.size(), kBlockSize, [&](size_t, size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      EmitterEstimate& estimate = estimates[first_triangle() + i];
+      estimate.bounds = triangles.bounds(i);
+      estimate.power = 2.0f * kPi * estimate.bounds.intensity;  // from both sides
+    }
+  });
+  if (environment) {
+    EmitterEstimate& estimate = estimates.back();
+    estimate.is_distant = true;
+    estimate.irradiance = kPi * environment->mean_radiance();
+    estimate.power = 4.0f * kPi * environment->mean_radiance() * kPi * sqr(radius);
+  }
+  choice = LightChoice(estimates, sampling);
+}
+
+void LightSet::Impl::prepare_intersection() {
+  std::vector<Bounds3> bounds;
+  std::vector<uint32_t> items;
+  for (uint32_t i = 0; i < lamps.size(); ++i) {
+    const Light& light = light_of(lamps[i]);
+    if (!light.use_mis || light.visibility == 0 || !has_extent(lamps[i].shape)) continue;
+    if (is_sun(lamps[i].shape)) {
+      wide_suns.push_back(i);
+    } else {
+      bounds.push_back(lamp_bounds(lamps[i].shape).box);
+      items.push_back(i);
+    }
+  }
+  bvh = LampBvh(bounds, items);
+}
+
+Rgb LightSet::Impl::program_factor(const SceneLamp& lamp, Vec3 receiver, const LampSample& sample,
+                                   const PathState& path) const {
+  if (!lamp.has_program || !any_instance) return Rgb(1.0f);  // without a surface nobody sees the lamp's light
+  return evaluate_emission(*scene, lamp_point(light_of(lamp), *any_instance, receiver, sample), path);
+}
+
+std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp, Vec2 uv, Vec3 receiver,
+                                                           const PathState& path) const {
+  const Light& light = light_of(lamp);
+  if (path.depth > light.max_bounces) return std::nullopt;
+  const std::optional<LampSample> sample = sample_lamp(lamp.shape, uv, receiver);
+  if (!sample) return std::nullopt;
+  const Rgb radiance = sample->radiance * program_factor(lamp, receiver, *sample, path);
+  if (is_black(radiance)) return std::nullopt;
+  const bool use_mis = light.use_mis && !sample->is_delta;
+  return IncidentLight{sample->wi,       sample->distance,   radiance, sample->pdf,
+                       sample->is_delta, light.casts_shadow, use_mis,  light.visibility};
+}
+
+std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
+                                                               const PathState& path) const {
+  const Vec2 barycentric = square_to_triangle(uv);
+  const Vec3 offset = t.point(barycentric) - receiver;
+  const float d2 = length_squared(offset);
+  const Vec3 normal = t.scaled_normal();
+  const float projected = std::abs(dot(normal, offset));  // 2 area |cos| d
+  if (!(d2 > 0.0f) || !(projected > 0.0f)) return std::nullopt;
+  const float distance = std::sqrt(d2);
+  IncidentLight light;
+  light.wi = offset * (1.0f / distance);
+  light.distance = distance;
+  light.pdf = 2.0f * d2 * distance / projected;
+  light.visibility = scene->instances[t.instance].visibility;
+  const MaterialProgram& program = *scene->materials[static_cast<size_t>(t.material)];
+  if (program.emission_is_constant) {
+    light.radiance = to_rgb(program.constant_emission);
+  } else {
+    PathState arriving = path;
+    arriving.ray_length = distance;
+    const Hit hit{distance, barycentric.x, barycentric.y, normal, t.instance, t.triangle};
+    light.radiance = evaluate_emission(*scene, make_surface_point(*scene, Ray{receiver, light.wi}, hit), arriving);
+  }
+  if (is_black(light.radiance) || !std::isfinite(light.pdf)) return std::nullopt;
+  return light;
+}
+
+std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv, const PathState& path) const {
+  const EnvironmentSampler::Sample sample = environment->sample(uv);
+  IncidentLight light;
+  light.wi = sample.direction;
+  light.distance = INFINITY;
+  light.radiance = evaluate_environment(*scene, sample.direction, path);
+  light.pdf = sample.pdf;
+  light.visibility = scene->environment.visibility;
+  if (is_black(light.radiance)) return std::nullopt;
+  return light;
+}
+
+void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, uint8_t visibility, std::vector<LampHit>& hits) const {
+  const SceneLamp& lamp = lamps[emitter];
+  const Light& light = light_of(lamp);
+  if ((light.visibility & visibility) == 0) return;
+  const std::optional<LampSample> sample = intersect_lamp(lamp.shape, ray);
+  if (!sample) return;
+  PathState path;
+  path.ray_kind = visibility;
+  const Rgb radiance = sample->radiance * program_factor(lamp, ray.origin, *sample, path);
+  hits.push_back({emitter, sample->distance, radiance, sample->pdf, light.max_bounces});
+}
+
+LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling) {
+  auto impl = std::make_unique<Impl>();
+  impl->scene = std::move(scene);
+  impl->any_instance = find_any_instance(*impl->scene);
+  impl->lamps = emitting_lamps(*impl->scene);
+  impl->triangles = EmissiveTriangles(*impl->scene);
+  impl->environment = EnvironmentSampler::build(*impl->scene);
+  impl->prepare_choice(sampling);
+  impl->prepare_intersection();
+  impl_ = std::move(impl);
+}
+
+LightSet::~LightSet() = default;
+
+size_t LightSet::emitter_count() const { return impl_->emitter_count(); }
+
+size_t LightSet::memory_bytes() const {
+  return sizeof(Impl) + impl_->lamps.capacity() * sizeof(SceneLamp) + impl_->triangles.memory_bytes() +
+         impl_->choice.memory_bytes() + impl_->bvh.memory_bytes() + impl_->wide_suns.capacity() * sizeof(uint32_t) +
+         (impl_->environment ? impl_->environment->memory_bytes() : 0);
+}
+
+std::optional<LightSet::Choice> LightSet::choose(Vec3 position, Vec3 n, float u_choice, Vec2 u_emitter) const {
+  const std::optional<LightChoice::Result> result = impl_->choice.choose(position, n, u_choice);
+  if (!result) return std::nullopt;
+  return Choice{{result->emitter, u_emitter}, result->pmf};
+}
+
+float LightSet::pmf(uint32_t emitter, Vec3 position, Vec3 n) const { return impl_->choice.pmf(emitter, position, n); }
+
+std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 position, const PathState& path) const {
+  if (sample.emitter < impl_->first_triangle())
+    return impl_->evaluate_lamp(impl_->lamps[sample.emitter], sample.uv, position, path);
+  if (sample.emitter < impl_->environment_index()) {
+    const EmissiveTriangle& t = impl_->triangles[sample.emitter - impl_->first_triangle()];
+    return impl_->evaluate_triangle(t, sample.uv, position, path);
+  }
+  return impl_->evaluate_environment_sample(sample.uv, path);
+}
+
+std::optional<uint32_t> LightSet::emitter_of(uint32_t instance, uint32_t triangle) const {
+  const std::optional<uint32_t> index = impl_->triangles.find(instance, triangle);
+  if (!index) return std::nullopt;
+  return static_cast<uint32_t>(impl_->first_triangle()) + *index;
+}
+
+float LightSet::surface_pdf(const SurfacePoint& emitter_point, Vec3 receiver) const {
+  const std::optional<uint32_t> index = impl_->triangles.find(emitter_point.instance, emitter_point.triangle);
+  if (!index) return 0.0f;
+  const Vec3 offset = emitter_point.position - receiver;
+  const float d2 = length_squared(offset);
+  const float projected = std::abs(dot(impl_->triangles[*index].scaled_normal(), offset));
+  return projected > 0.0f ? 2.0f * d2 * std::sqrt(d2) / projected : 0.0f;
+}
+
+std::optional<uint32_t> LightSet::environment_emitter() const {
+  if (!impl_->environment) return std::nullopt;
+  return static_cast<uint32_t>(impl_->environment_index());
+}
+
+float LightSet::environment_pdf(Vec3 direction) const {
+  return impl_->environment ? impl_->environment->pdf(direction) : 0.0f;
+}
+
+void LightSet::intersect_lamps(const Ray& ray, uint8_t visibility, std::vector<LampHit>& hits) const {
+  const auto first = static_cast<std::ptrdiff_t>(hits.size());
+  impl_->bvh.for_each(ray, [&](uint32_t emitter) { impl_->add_hit(emitter, ray, visibility, hits); });
+  for (const uint32_t emitter : impl_->wide_suns) impl_->add_hit(emitter, ray, visibility, hits);
+  std::sort(hits.begin() + first, hits.end(), [](const LampHit& a, const LampHit& b) { return a.emitter < b.emitter; });
+}
+
+bool LightSet::has_visible_lamps() const { return !impl_->bvh.is_empty() || !impl_->wide_suns.empty(); }
+
+}  // namespace cistern

@@ -1,0 +1,159 @@
+#include "lights/light_tree.h"
+
+#include <immintrin.h>
+
+namespace cistern {
+
+namespace {
+
+using Node = LightTree::Node;
+constexpr int kWidth = LightTree::kWidth;
+
+/// Slack of every culling test and floor of every cosine: rounding must never give zero probability to an emitter that
+/// can reach the receiver at a grazing angle.
+constexpr float kCosineSlack = 1e-3f;
+/// Squared distances below this (m^2) count as this, so that a receiver on a point lamp gets finite estimates.
+constexpr float kSmallestDistance2 = 1e-12f;
+
+// One lane per child. GCC and Clang give the vector type the arithmetic operators.
+using Lanes = __m256;
+
+Lanes all(float v) { return _mm256_set1_ps(v); }
+Lanes select(Lanes if_clear, Lanes if_set, Lanes mask) { return _mm256_blendv_ps(if_clear, if_set, mask); }
+Lanes at_least(Lanes a, Lanes b) { return _mm256_cmp_ps(a, b, _CMP_GE_OQ); }
+Lanes sine_of(Lanes cosine) { return _mm256_sqrt_ps(_mm256_max_ps(all(1.0f) - cosine * cosine, all(0.0f))); }
+
+/// cos(max(a - b, 0)) and, for the next step, its sine.
+struct AngleDifference {
+  Lanes cosine, sine;
+};
+AngleDifference angle_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
+  const Lanes is_within = at_least(cos_a, cos_b);
+  return {select(cos_a * cos_b + sin_a * sin_b, all(1.0f), is_within),
+          select(sin_a * cos_b - cos_a * sin_b, all(0.0f), is_within)};
+}
+
+/// Estimates of the irradiance each child causes: intensity x cosine at the emitter x cosine at the receiver /
+/// distance^2, the cosines being the largest that the bounds allow, and zero only where a cosine cannot be positive.
+struct Importances {
+  alignas(32) float lane[kWidth];
+  float total;
+};
+
+Importances importances(const Node& node, Vec3 position, Vec3 n) {
+  const Lanes dx = _mm256_load_ps(node.center_x) - all(position.x);
+  const Lanes dy = _mm256_load_ps(node.center_y) - all(position.y);
+  const Lanes dz = _mm256_load_ps(node.center_z) - all(position.z);
+  const Lanes d2 = _mm256_max_ps(dx * dx + dy * dy + dz * dz, all(kSmallestDistance2));
+  const Lanes inverse_d = all(1.0f) / _mm256_sqrt_ps(d2);
+  const Lanes signed_r2 = _mm256_load_ps(node.radius2);
+  const Lanes sign_bit = all(-0.0f);
+  const Lanes r2 = _mm256_andnot_ps(sign_bit, signed_r2);
+
+  // Half angle under which the receiver sees the bounding sphere; pi from inside.
+  const Lanes is_inside = at_least(r2, d2);
+  const Lanes sin2_seen = r2 * inverse_d * inverse_d;
+  const Lanes cos_seen = select(_mm256_sqrt_ps(_mm256_max_ps(all(1.0f) - sin2_seen, all(0.0f))), all(-1.0f), is_inside);
+  const Lanes sin_seen = select(_mm256_sqrt_ps(sin2_seen), all(0.0f), is_inside);
+
+  // From the axis of the normals to the receiver, less the spread of the normals, less the extent of the cluster.
+  const Lanes along =
+      dx * _mm256_load_ps(node.axis_x) + dy * _mm256_load_ps(node.axis_y) + dz * _mm256_load_ps(node.axis_z);
+  const Lanes cos_one_sided = -along * inverse_d;
+  const Lanes cos_axis = select(cos_one_sided, _mm256_andnot_ps(sign_bit, cos_one_sided), signed_r2);
+  const Lanes cos_normals = _mm256_load_ps(node.cos_normals);
+  const AngleDifference off_normals = angle_difference(cos_axis, sine_of(cos_axis), cos_normals, sine_of(cos_normals));
+  const Lanes cos_out = angle_difference(off_normals.cosine, off_normals.sine, cos_seen, sin_seen).cosine;
+  const Lanes cos_emission = _mm256_load_ps(node.cos_emission) - all(kCosineSlack);
+  Lanes result = _mm256_load_ps(node.intensity) * _mm256_max_ps(cos_out, all(kCosineSlack));
+  result = _mm256_and_ps(result, at_least(cos_out, cos_emission));
+
+  if (n.x != 0.0f || n.y != 0.0f || n.z != 0.0f) {
+    const Lanes cos_n = (dx * all(n.x) + dy * all(n.y) + dz * all(n.z)) * inverse_d;
+    const Lanes cos_in = angle_difference(cos_n, sine_of(cos_n), cos_seen, sin_seen).cosine;
+    result = result * _mm256_max_ps(cos_in, all(kCosineSlack));
+    result = _mm256_and_ps(result, at_least(cos_in, all(-kCosineSlack)));
+  }
+  result = result / _mm256_max_ps(d2, r2);
+
+  Importances out;
+  _mm256_store_ps(out.lane, result);
+  out.total = 0.0f;
+  for (const float lane : out.lane) out.total += lane;
+  return out;
+}
+
+/// Importances of a node that was chosen: where all vanish, by intensity.
+Importances choosable_importances(const Node& node, Vec3 position, Vec3 n) {
+  Importances out = importances(node, position, n);
+  if (out.total > 0.0f) return out;
+  std::copy(node.intensity, node.intensity + kWidth, out.lane);
+  for (const float lane : out.lane) out.total += lane;
+  return out;
+}
+
+}  // namespace
+
+LightTree::LightTree(std::span<const LightBounds> emitters)
+    : nodes_(build_light_tree(emitters)), parent_of_node_(nodes_.size()), slot_of_emitter_(emitters.size(), kNoSlot) {
+  for (uint32_t node = 0; node < nodes_.size(); ++node) {
+    for (uint32_t i = 0; i < kWidth; ++i) {
+      if (nodes_[node].intensity[i] == 0.0f) continue;
+      const uint32_t child = nodes_[node].child[i], slot = node * kWidth + i;
+      if (child & kLeafBit)
+        slot_of_emitter_[child & ~kLeafBit] = slot;
+      else
+        parent_of_node_[child] = slot;
+    }
+  }
+}
+
+float LightTree::irradiance_estimate(Vec3 position, Vec3 n) const {
+  return nodes_.empty() ? 0.0f : importances(nodes_[0], position, n).total;
+}
+
+std::optional<LightTree::Choice> LightTree::choose(Vec3 position, Vec3 n, float u) const {
+  if (nodes_.empty()) return std::nullopt;
+  Importances weights = importances(nodes_[0], position, n);
+  if (!(weights.total > 0.0f)) return std::nullopt;
+  float pmf = 1.0f;
+  for (uint32_t node = 0;;) {
+    float target = u * weights.total;
+    int chosen = 0, last = 0;
+    for (; last < kWidth; ++last) {
+      if (weights.lane[last] == 0.0f) continue;
+      chosen = last;
+      if (target < weights.lane[last]) break;
+      target -= weights.lane[last];
+    }
+    // Rounding may carry the target past the last child.
+    u = std::clamp(target / weights.lane[chosen], 0.0f, kOneMinusEpsilon);
+    pmf *= weights.lane[chosen] / weights.total;
+    const uint32_t child = nodes_[node].child[chosen];
+    if (child & kLeafBit) return Choice{child & ~kLeafBit, pmf, u};
+    node = child;
+    weights = choosable_importances(nodes_[node], position, n);
+  }
+}
+
+float LightTree::pmf(uint32_t emitter, Vec3 position, Vec3 n) const {
+  float pmf = 1.0f;
+  uint32_t slot = slot_of_emitter_[emitter];
+  if (slot == kNoSlot) return 0.0f;
+  for (;;) {
+    const uint32_t node = slot / kWidth;
+    const Importances weights =
+        node == 0 ? importances(nodes_[0], position, n) : choosable_importances(nodes_[node], position, n);
+    if (weights.lane[slot % kWidth] == 0.0f) return 0.0f;
+    pmf *= weights.lane[slot % kWidth] / weights.total;
+    if (node == 0) return pmf;
+    slot = parent_of_node_[node];
+  }
+}
+
+size_t LightTree::memory_bytes() const {
+  return nodes_.capacity() * sizeof(Node) +
+         (parent_of_node_.capacity() + slot_of_emitter_.capacity()) * sizeof(uint32_t);
+}
+
+}  // namespace cistern
