@@ -9,9 +9,7 @@ from pathlib import Path
 
 import bpy
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-
-from cistern_hall import hall  # noqa: E402
+from cistern_hall import hall
 
 SAMPLES = 64  # per pixel, where the engine is there to be told
 

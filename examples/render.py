@@ -5,7 +5,6 @@ Runs in the virtual environment that examples/setup.sh makes; examples/run.sh do
 
 import argparse
 import atexit
-import os
 import shutil
 import sys
 import tempfile
@@ -14,12 +13,13 @@ from pathlib import Path
 
 import bpy
 
-REPOSITORY = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(REPOSITORY), str(REPOSITORY / "examples")]
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-import addon  # noqa: E402
-import make_demo_scene  # noqa: E402
-from addon import report  # noqa: E402
+import addon
+import make_demo_scene
+from addon import report
+
+REPOSITORY = Path(__file__).resolve().parent.parent
 
 
 class UserError(Exception):
@@ -49,7 +49,7 @@ def parse_arguments() -> argparse.Namespace:
 
 
 def open_scene(blend: Path | None, output: Path) -> str:
-    """Opens the file, or the demo scene, which is built only when its scripts are newer; returns a name for the pictures."""
+    """Opens the file, or the demo scene, built anew where its scripts are newer; returns a name for the pictures."""
     if blend is None:
         blend = make_demo_scene.ensure(output / "cistern_demo.blend")
     elif not blend.is_file():
@@ -164,7 +164,7 @@ def main() -> int:
         print(f"Rendered in {time.monotonic() - start:.1f} s")
         for file in files:
             destination = output / f"{name}{file.suffix}"
-            os.replace(file, destination)
+            file.replace(destination)
             print(f"Wrote {destination}")
     except UserError as error:
         print(f"run.sh: {error}", file=sys.stderr)

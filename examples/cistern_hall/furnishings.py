@@ -48,9 +48,8 @@ def candle() -> Shape:
 
 def post() -> Shape:
     """A post of the walkway with a small lamp on top, standing at the origin."""
-    foot = lathe(
-        [(0.07, -0.9), (0.07, 0.04), (0.05, 0.08), (0.032, 0.10), (0.030, 0.72), (0.06, 0.75), (0.06, 0.77)], 24
-    )
+    outline = [(0.07, -0.9), (0.07, 0.04), (0.05, 0.08), (0.032, 0.10), (0.030, 0.72), (0.06, 0.75), (0.06, 0.77)]
+    foot = lathe(outline, 24)
     hood = lathe([(0.09, 0.93), (0.09, 0.94), (0.02, 0.99), (0.004, 1.03)], 24)
     bars = [
         tube(np.array([(0.06 * np.cos(a), 0.06 * np.sin(a), z) for z in (0.77, 0.85, 0.93)]), 0.006, 6)

@@ -7,16 +7,16 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from . import furnishings, masonry
-from .materials import make_materials, make_world
 from .masonry import BAY, SPAN, SPRING
+from .materials import make_materials, make_world
 from .shapes import TAU, Array, to_mesh
 
 COLUMNS_X, COLUMNS_Y = 8, 12  # of columns; there is one bay more each way
-WELLS = ((0, 6), (-3, 3), (2, 9))  # bays open to the sky: (across, along) from the nave and the entrance
+WELLS = ((0, 4), (-3, 3), (2, 7))  # bays open to the sky: (across, along) from the nave and the entrance
 WELL_TOP = 10.2
 WALKWAY = 0.34  # height of its boards above the water
-WALKWAY_END = 6 * BAY - 1.9
-DAIS = (0.0, 6 * BAY)
+WALKWAY_START, WALKWAY_END = 1.5 * BAY, 4 * BAY - 1.85
+DAIS = (0.0, 4 * BAY)
 
 LOW = (-4.5 * BAY, -0.5 * BAY)
 HIGH = (4.5 * BAY, (COLUMNS_Y + 0.5) * BAY)
@@ -96,7 +96,7 @@ def candle_places(random: np.random.Generator, count: int) -> Array:
         y = random.uniform(-0.5, COLUMNS_Y * BAY)
         column_distance = np.hypot((x / BAY) % 1.0 - 0.5, (y / BAY) % 1.0 - 0.5) * BAY
         clear = column_distance > 1.1 and np.hypot(x - DAIS[0], y - DAIS[1]) > 2.1 and abs(x) < HIGH[0] - 0.5
-        if clear and (abs(x) > 1.3 or y > WALKWAY_END + 0.5):
+        if clear and (abs(x) > 1.3 or not WALKWAY_START - 0.4 < y < WALKWAY_END + 0.5):
             places.append((x, y))
     return np.array(places)
 
@@ -113,12 +113,12 @@ def build_water(stage: Stage, materials: dict[str, bpy.types.Material]) -> None:
 
 def build_walkway(stage: Stage, materials: dict[str, bpy.types.Material]) -> None:
     boards = [to_mesh("Board", masonry.plank(length), [materials["wood"]]) for length in (1.78, 1.84, 1.90)]
-    for y in np.arange(LOW[1] + 0.2, WALKWAY_END, 0.275):
+    for y in np.arange(WALKWAY_START, WALKWAY_END, 0.275):
         turn = stage.random.normal(0.0, 0.008) + 0.5 * TAU * stage.random.integers(2)
         stage.place("Board", boards[stage.random.integers(3)], (stage.random.normal(0.0, 0.02), y, WALKWAY), turn)
     post = to_mesh("Post", furnishings.post(), [materials["bronze"], materials["lamp"]])
     rope = to_mesh("Rope", furnishings.rope(0.5 * BAY, 0.16), [materials["wax"]])
-    for k, y in enumerate(np.arange(0.25 * BAY, WALKWAY_END, 0.5 * BAY)):
+    for k, y in enumerate(np.arange(WALKWAY_START + 0.1, WALKWAY_END, 0.5 * BAY)):
         for side in (-1.0, 1.0):
             stage.place("Post", post, (0.86 * side, y, WALKWAY))
             glow = lamp("Post lamp", "POINT", (1.0, 0.60, 0.28), 9.0, 0.05)
@@ -127,11 +127,11 @@ def build_walkway(stage: Stage, materials: dict[str, bpy.types.Material]) -> Non
                 stage.place("Rope", rope, (0.86 * side, y - 0.25 * BAY, WALKWAY + 0.70))
     jar = to_mesh("Jar", furnishings.jar(), [materials["glaze"]])
     for x, y, size in (
-        (-0.62, 4.1, 0.72),
-        (-0.58, 4.62, 0.55),
-        (0.60, 9.0, 0.75),
-        (-0.60, 15.8, 0.7),
-        (0.6, 20.4, 0.7),
+        (-0.58, 7.7, 0.72),
+        (-0.52, 8.25, 0.55),
+        (0.58, 9.8, 0.75),
+        (-0.58, 13.4, 0.7),
+        (0.58, 15.0, 0.7),
     ):
         thing = stage.place("Jar", jar, (x, y, WALKWAY + 0.03), TAU * stage.random.random())
         thing.scale = (size, size, size)
@@ -143,7 +143,7 @@ def build_dais(stage: Stage, materials: dict[str, bpy.types.Material]) -> None:
     tripod = to_mesh("Tripod", furnishings.brazier(), [materials["gold"], materials["glass"]])
     stage.place("Tripod", tripod, (x, y, 0.54))
     head = furnishings.watcher("Watcher", materials["polished"])
-    for k, (across, along, roll) in enumerate(((-1, 3, 0.5 * np.pi), (1, 4, np.pi), (-1, 5, 0.0))):
+    for k, (across, along, roll) in enumerate(((-1, 2, 0.5 * np.pi), (1, 3, np.pi), (-1, 4, 0.0))):
         thing = stage.place(f"Watcher {k}", head, (across * 0.98 * SPAN * 0.62, along * BAY, 0.42))
         thing.rotation_euler = (0.12, roll, 0.35 * across)
         thing.scale = (0.55, 0.55, 0.55)
@@ -159,7 +159,7 @@ def build_lamps(stage: Stage, materials: dict[str, bpy.types.Material]) -> None:
             stage.place("Hanging lamp", hanging, (across * BAY, along * BAY, height), TAU * stage.random.random())
     for across, along in bays():
         if across < 4 and along < COLUMNS_Y:
-            glow = lamp("Uplight", "SPOT", (1.0, 0.50, 0.20), stage.random.uniform(25.0, 60.0), 0.06)
+            glow = lamp("Uplight", "SPOT", (1.0, 0.50, 0.20), stage.random.uniform(120.0, 320.0), 0.06)
             glow.spot_size, glow.spot_blend = np.radians(70.0), 0.8
             side = stage.random.choice((-1.0, 1.0))
             at = (across * BAY + SPAN + 0.62 * side, along * BAY + SPAN - 0.62, 0.12)
@@ -169,19 +169,19 @@ def build_lamps(stage: Stage, materials: dict[str, bpy.types.Material]) -> None:
 
 def build_daylight(stage: Stage) -> None:
     sun = bpy.data.lights.new("Sun", "SUN")
-    sun.color, sun.energy, sun.angle = (1.0, 0.93, 0.82), 60.0, np.radians(0.6)
+    sun.color, sun.energy, sun.angle = (1.0, 0.95, 0.88), 80.0, np.radians(0.6)
     # Falls through the middle well onto the dais from behind, so that its edges shine towards the camera.
     direction = Vector((0.16, -0.22, -1.0))
     thing = stage.place("Sun", sun, (0.0, 0.0, 14.0))
     thing.rotation_euler = direction.to_track_quat("-Z", "Y").to_euler()
-    stage.scene.world = make_world(4.0, 0.7)
+    stage.scene.world = make_world(9.0, 0.7)
 
 
 def build_camera(stage: Stage) -> None:
     data = bpy.data.cameras.new("Camera")
-    data.lens, data.clip_start = 27.0, 0.05
+    data.lens, data.clip_start = 26.0, 0.05
     camera = stage.place("Camera", data, (0.0, 0.0, 0.0))
-    eye, target = Vector((0.30, -1.4, 1.95)), Vector((-0.1, 4.0 * BAY, 2.75))
+    eye, target = Vector((0.55, -1.3, 1.75)), Vector((-0.35, 4.0 * BAY, 2.5))
     camera.matrix_world = Matrix.Translation(eye) @ (target - eye).to_track_quat("-Z", "Y").to_matrix().to_4x4()
     data.dof.use_dof = True
     data.dof.focus_distance = (Vector((*DAIS, 1.3)) - eye).length
@@ -203,4 +203,4 @@ def build(scene: bpy.types.Scene) -> None:
     scene.render.resolution_percentage = 100
     scene.view_settings.view_transform = "AgX"
     scene.view_settings.look = "AgX - Medium High Contrast"
-    scene.view_settings.exposure = 0.0
+    scene.view_settings.exposure = 0.4

@@ -1,4 +1,4 @@
-"""Images made of noise and arithmetic: bricks, marble, limestone, wood, glaze and a sky. All of them tile but the sky."""
+"""Images made of noise and arithmetic: bricks, marble, limestone, wood, glaze and a sky. All but the sky tile."""
 
 import bpy
 import numpy as np
@@ -61,7 +61,9 @@ def marble(size: int = 1024) -> Picture:
     veins = np.abs(noise(size, 1.7, 21) - 0.5) * 2.0
     fine = np.abs(noise(size, 1.4, 22) - 0.5) * 2.0
     base = mixed((0.74, 0.69, 0.60), (0.88, 0.85, 0.79), noise(size, 1.5, 23))
-    dark = (1.0 - smoothstep(0.0, 0.10, veins)) * 0.55 + (1.0 - smoothstep(0.0, 0.06, fine)) * 0.25
+    # Veins fade in and out, or they would close into rings.
+    strong, faint = smoothstep(0.45, 0.75, noise(size, 1.5, 24)), smoothstep(0.35, 0.8, noise(size, 1.3, 25))
+    dark = (1.0 - smoothstep(0.0, 0.16, veins)) * 0.5 * strong + (1.0 - smoothstep(0.0, 0.08, fine)) * 0.3 * faint
     return base * (1.0 - dark[..., None] * np.array([0.55, 0.60, 0.62]))
 
 
@@ -89,7 +91,7 @@ def glaze(size: int = 512) -> Picture:
 
 
 def sky(width: int = 1024) -> Picture:
-    """Linear radiance of a late-morning sky with thin cloud, equirectangular, zenith at the top row, without the sun."""
+    """Linear radiance of a late-morning sky with thin cloud and no sun, equirectangular, the zenith in the last row."""
     height = width // 2
     elevation = (np.arange(height) + 0.5) / height * np.pi - 0.5 * np.pi
     up = np.clip(np.sin(elevation), 0.0, 1.0)[:, None] * np.ones(width)
