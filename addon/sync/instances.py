@@ -224,8 +224,7 @@ def name_random(name: str) -> float:
     """Object Info > Random of an object that is no instance: a hash of its name, as in Cycles."""
     code = 0
     for byte in name.encode():
-        signed = byte - 256 if byte > 127 else byte
-        code = (code * 37 + signed) & _UINT32_MASK
+        code = (code * 37 + byte) & _UINT32_MASK
     return float(random_fraction(np.array([hash_pair(code, 0)], np.uint32).view(np.int32))[0])
 
 

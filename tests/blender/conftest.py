@@ -4,8 +4,9 @@ import atexit
 import os
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -24,6 +25,45 @@ def empty_scene() -> Iterator[bpy.types.Scene]:
     """The scene of a new, empty file."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     yield bpy.context.scene
+
+
+class ProbeEngine(bpy.types.RenderEngine):
+    """Renders nothing; hands the dependency graph of a final render to `probe`."""
+
+    bl_idname = "CISTERN_PROBE"
+    bl_label = "Cistern probe"
+    probe: Callable[[bpy.types.Depsgraph], Any] | None = None
+    answer: Any = None
+    error: Exception | None = None
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        try:
+            ProbeEngine.answer = ProbeEngine.probe(depsgraph)
+        except Exception as error:  # Blender would swallow it
+            ProbeEngine.error = error
+
+
+@pytest.fixture(scope="session")
+def _probe_engine() -> Iterator[None]:
+    bpy.utils.register_class(ProbeEngine)
+    yield
+    bpy.utils.unregister_class(ProbeEngine)
+
+
+@pytest.fixture
+def with_render_depsgraph(_probe_engine) -> Callable[[Callable[[bpy.types.Depsgraph], Any]], Any]:
+    """Calls a function with the dependency graph that engines get in a final render, and returns its answer."""
+
+    def call(probe: Callable[[bpy.types.Depsgraph], Any]) -> Any:  # noqa: ANN401
+        scene = bpy.context.scene
+        scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = ProbeEngine.bl_idname, 4, 4
+        ProbeEngine.probe, ProbeEngine.answer, ProbeEngine.error = staticmethod(probe), None, None
+        bpy.ops.render.render()
+        if ProbeEngine.error is not None:
+            raise ProbeEngine.error
+        return ProbeEngine.answer
+
+    return call
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,296 @@
+"""Instances of every kind, the flags of objects and collections, and Cycles' random numbers."""
+
+import math
+from collections.abc import Callable
+
+import bpy
+import fake_core
+import numpy as np
+import pytest
+from addon.sync import SyncReport, materials
+from addon.sync.instances import RAY_BITS, name_random, random_fraction
+from addon.sync.scene import sync_scene
+
+ALL_RAYS = sum(RAY_BITS.values())
+
+
+@pytest.fixture
+def scene(empty_scene, monkeypatch) -> bpy.types.Scene:
+    """A scene with a camera, and material programs that are empty but for their name."""
+    monkeypatch.setattr(materials, "compile_material", lambda m, context: context.core.MaterialProgram(m.name))
+    monkeypatch.setattr(materials, "compile_world", lambda w, context: context.core.MaterialProgram(w.name))
+    monkeypatch.setattr(materials, "compile_light", lambda light, context: None)
+    empty_scene.camera = link("Eye", bpy.data.cameras.new("Eye"))
+    return empty_scene
+
+
+def link(name: str, data: bpy.types.ID | None, collection=None, location=(0, 0, 0)) -> bpy.types.Object:
+    obj = bpy.data.objects.new(name, data)
+    obj.location = location
+    (collection or bpy.context.scene.collection).objects.link(obj)
+    return obj
+
+
+def triangle(name: str = "Triangle") -> bpy.types.Mesh:
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    return mesh
+
+
+@pytest.fixture
+def sync(scene, with_render_depsgraph) -> Callable[[], tuple[fake_core.SceneBuilder, SyncReport]]:
+    """Syncs the scene as a final render would, into a builder that records."""
+
+    def run() -> tuple[fake_core.SceneBuilder, SyncReport]:
+        builder = fake_core.SceneBuilder()
+        return builder, with_render_depsgraph(lambda graph: sync_scene(graph, builder, core=fake_core.CORE))
+
+    return run
+
+
+def instances(builder: fake_core.SceneBuilder) -> dict[str, np.ndarray]:
+    calls = builder.of("add_instances")
+    assert len(calls) == 1
+    return calls[0]
+
+
+def places(builder: fake_core.SceneBuilder) -> list[tuple[float, ...]]:
+    return sorted(tuple(np.round(matrix[:3, 3], 4).tolist()) for matrix in instances(builder)["object_to_world"])
+
+
+def test_an_object_is_placed_by_its_row_major_matrix(scene, sync) -> None:
+    obj = link("Thing", triangle(), location=(1, 2, 3))
+    obj.rotation_euler, obj.scale = (0.1, 0.2, 0.3), (1, -2, 3)
+    builder, _ = sync()
+    assert instances(builder)["object_to_world"][0] == pytest.approx(np.array(obj.matrix_world), abs=1e-6)
+    assert builder.of("add_object_name") == [{"name": "Thing"}]
+
+
+def test_objects_share_the_mesh_they_share_in_blender(scene, sync) -> None:
+    shared = triangle()
+    link("A", shared)
+    link("B", shared, location=(1, 0, 0))
+    changed = link("C", shared, location=(2, 0, 0))
+    changed.modifiers.new("Cut", "SUBSURF")
+    builder, _ = sync()
+    assert len(builder.of("add_mesh")) == 2
+    assert len(set(instances(builder)["mesh"].tolist())) == 2 and len(instances(builder)["mesh"]) == 3
+
+
+def test_instanced_collections_bring_objects_and_lamps(scene, sync) -> None:
+    collection = bpy.data.collections.new("Set")
+    link("Thing", triangle(), collection, (0, 0, 1))
+    link("Lamp", bpy.data.lights.new("Lamp", "POINT"), collection, (0, 0, 2))
+    for x in (3, 5):
+        empty = link(f"Empty {x}", None, location=(x, 0, 0))
+        empty.instance_type, empty.instance_collection = "COLLECTION", collection
+    builder, _ = sync()
+    assert places(builder) == [(3, 0, 1), (5, 0, 1)]
+    assert len(builder.of("add_mesh")) == 1
+    assert [light["position"] for light in builder.of("add_point_light")] == [(3, 0, 2), (5, 0, 2)]
+
+
+def test_instances_on_vertices_hide_their_source(scene, sync) -> None:
+    parent = link("Parent", triangle())
+    child = link("Child", triangle("Child"))
+    child.parent, parent.instance_type, parent.show_instancer_for_render = parent, "VERTS", False
+    builder, _ = sync()
+    assert places(builder) == [(0, 0, 0), (0, 1, 0), (1, 0, 0)]
+
+
+def test_particles(scene, sync) -> None:
+    emitter = link("Emitter", triangle())
+    emitter.show_instancer_for_render = False
+    emitter.modifiers.new("Particles", "PARTICLE_SYSTEM")
+    settings = emitter.particle_systems[0].settings
+    settings.type, settings.count, settings.render_type = "HAIR", 7, "OBJECT"
+    settings.use_advanced_hair, settings.instance_object = True, link("Leaf", triangle("Leaf"), location=(9, 9, 9))
+    builder, _ = sync()
+    assert len(instances(builder)["mesh"]) == 7 + 1
+    assert len(builder.of("add_mesh")) == 1
+    assert len(set(instances(builder)["random"].tolist())) == 8
+
+
+def grid_with_cubes(size: int, material: bpy.types.Material | None = None) -> bpy.types.Object:
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=size - 1, y_subdivisions=size - 1, size=size)
+    tree = bpy.data.node_groups.new("Cubes", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    start, end = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    place, cube = tree.nodes.new("GeometryNodeInstanceOnPoints"), tree.nodes.new("GeometryNodeMeshCube")
+    paint = tree.nodes.new("GeometryNodeSetMaterial")
+    paint.inputs["Material"].default_value = material
+    tree.links.new(start.outputs[0], place.inputs["Points"])
+    tree.links.new(cube.outputs[0], paint.inputs["Geometry"])
+    tree.links.new(paint.outputs[0], place.inputs["Instance"])
+    tree.links.new(place.outputs[0], end.inputs[0])
+    bpy.context.object.modifiers.new("Cubes", "NODES").node_group = tree
+    return bpy.context.object
+
+
+def test_geometry_nodes_instances_share_one_mesh_and_its_material(scene, sync) -> None:
+    grid_with_cubes(4, bpy.data.materials.new("Paint"))
+    builder, _ = sync()
+    values = instances(builder)
+    assert len(values["mesh"]) == 16 and len(builder.of("add_mesh")) == 1
+    assert len(np.unique(values["object_to_world"][:, :3, 3], axis=0)) == 16
+    assert [call["program"].name for call in builder.of("add_material")] == ["Empty material slot", "Paint"]
+    assert len(set(values["random"].tolist())) == 16
+    assert (values["random"] >= 0).all() and (values["random"] < 1).all()
+
+
+@pytest.mark.parametrize("flag", RAY_BITS)
+def test_ray_visibility(scene, sync, flag) -> None:
+    setattr(link("Thing", triangle()), f"visible_{flag}", False)
+    builder, _ = sync()
+    assert instances(builder)["visibility"].tolist() == [ALL_RAYS - RAY_BITS[flag]]
+
+
+def test_an_object_hidden_from_every_ray_is_left_out(scene, sync) -> None:
+    obj = link("Thing", triangle())
+    for flag in RAY_BITS:
+        setattr(obj, f"visible_{flag}", False)
+    builder, _ = sync()
+    assert builder.of("add_instances") == [] and builder.of("add_mesh") == []
+
+
+def test_instances_inherit_what_their_instancer_hides(scene, sync) -> None:
+    collection = bpy.data.collections.new("Set")
+    link("Thing", triangle(), collection).visible_glossy = False
+    empty = link("Empty", None)
+    empty.instance_type, empty.instance_collection, empty.visible_shadow = "COLLECTION", collection, False
+    builder, _ = sync()
+    assert instances(builder)["visibility"].tolist() == [ALL_RAYS - RAY_BITS["glossy"] - RAY_BITS["shadow"]]
+
+
+def test_holdout_of_objects_and_of_layer_collections(scene, sync) -> None:
+    link("Plain", triangle())
+    link("Held", triangle()).is_holdout = True
+    collection = bpy.data.collections.new("Set")
+    scene.collection.children.link(collection)
+    link("Held by collection", triangle(), collection)
+    bpy.context.view_layer.layer_collection.children["Set"].holdout = True
+    builder, _ = sync()
+    names = [call["name"] for call in builder.of("add_object_name")]
+    values = instances(builder)
+    held = {names[o]: bool(h) for o, h in zip(values["object"], values["holdout"], strict=True)}
+    assert held == {"Plain": False, "Held": True, "Held by collection": True}
+
+
+def test_indirect_only_collections_are_hidden_from_the_camera(scene, sync) -> None:
+    collection = bpy.data.collections.new("Set")
+    scene.collection.children.link(collection)
+    link("Thing", triangle(), collection)
+    bpy.context.view_layer.layer_collection.children["Set"].indirect_only = True
+    builder, _ = sync()
+    assert instances(builder)["visibility"].tolist() == [ALL_RAYS - RAY_BITS["camera"]]
+
+
+def test_slots_linked_to_the_object_make_a_set_of_their_own(scene, sync) -> None:
+    mesh = triangle()
+    mesh.materials.append(bpy.data.materials.new("Of data"))
+    link("A", mesh)
+    b = link("B", mesh)
+    b.material_slots[0].link = "OBJECT"
+    b.material_slots[0].material = bpy.data.materials.new("Of object")
+    link("C", mesh)
+    builder, _ = sync()
+    assert {c["program"].name for c in builder.of("add_material")} == {"Of data", "Of object"}
+    assert len(builder.of("add_material_set")) == 2 and len(builder.of("add_mesh")) == 1
+    sets = instances(builder)["material_set"].tolist()
+    assert sorted(sets.count(s) for s in set(sets)) == [1, 2]
+
+
+def test_empty_slots_are_grey_and_the_override_wins(scene, sync) -> None:
+    mesh = triangle()
+    mesh.materials.append(None)
+    link("A", mesh)
+    builder, _ = sync()
+    steps = builder.of("add_material")[0]["program"].steps
+    assert ("constant", 0.8, 0.8, 0.8) in steps and steps[-1][1] == "CLOSURE_DIFFUSE"
+    bpy.context.view_layer.material_override = bpy.data.materials.new("Override")
+    builder, _ = sync()
+    assert [c["program"].name for c in builder.of("add_material")] == ["Override"]
+
+
+def test_lamps_keep_their_flags_and_portals_are_named(scene, sync) -> None:
+    lamp = link("Lamp", bpy.data.lights.new("Lamp", "SPOT"))
+    lamp.visible_glossy, lamp.visible_camera = False, False
+    portal = link("Portal", bpy.data.lights.new("Portal", "AREA"))
+    portal.data.cycles.is_portal = True
+    flat = link("Flat", bpy.data.lights.new("Flat", "AREA"))
+    flat.scale = (0, 1, 1)
+    builder, report = sync()
+    assert builder.of("add_spot_light")[0]["visibility"] == ALL_RAYS - RAY_BITS["glossy"] - RAY_BITS["camera"]
+    assert builder.of("add_area_light") == []
+    assert any("'Portal'" in w for w in report.warnings) and any("'Flat'" in w for w in report.warnings)
+
+
+def test_world_override_visibility_and_sampling(scene, sync) -> None:
+    scene.world = bpy.data.worlds.new("Day")
+    scene.world.cycles_visibility.glossy = False
+    scene.world.cycles.sampling_method, scene.world.cycles.sample_map_resolution = "MANUAL", 512
+    builder, _ = sync()
+    environment = builder.of("set_environment")[0]
+    assert environment["visibility"] == ALL_RAYS - RAY_BITS["glossy"]
+    assert (environment["importance_width"], environment["importance_sampling"]) == (512, True)
+    if "world_override" in bpy.types.ViewLayer.bl_rna.properties:
+        bpy.context.view_layer.world_override = bpy.data.worlds.new("Night")
+        builder, _ = sync()
+        assert [c["program"].name for c in builder.of("add_material")] == ["Night"]
+    bpy.context.view_layer.use_sky = False
+    assert sync()[0].of("set_environment") == []
+
+
+def test_objects_without_surface_are_silent_and_unsupported_ones_named(scene, sync) -> None:
+    link("Empty", None)
+    link("Bones", bpy.data.armatures.new("Bones"))
+    link("Fog", bpy.data.volumes.new("Fog"))
+    builder, report = sync()
+    assert builder.of("add_instances") == []
+    assert [w for w in report.warnings if "Fog" in w] and len(report.warnings) == 1
+
+
+def test_a_scene_can_be_synced_again(scene, sync) -> None:
+    grid_with_cubes(3)
+    first, second = sync()[0], sync()[0]
+    assert [name for name, _ in first.calls] == [name for name, _ in second.calls]
+
+
+def test_random_is_an_unsigned_fraction_below_one() -> None:
+    ids = np.array((0, -(2**31), -1), np.int32)
+    assert random_fraction(ids)[:2] == pytest.approx((0.0, 0.5))
+    assert random_fraction(ids)[2] < 1.0
+
+
+@pytest.mark.parametrize("name", ["Cube", "Ünïcode.001"])
+def test_random_of_an_object_is_that_of_cycles(empty_scene, tmp_path, name) -> None:
+    """One pixel of an emissive plane coloured by Object Info > Random."""
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    bpy.context.object.name = name
+    material = bpy.data.materials.new("Random")
+    material.use_nodes = True
+    nodes = material.node_tree.nodes
+    nodes.clear()
+    info, emission, output = (nodes.new(f"ShaderNode{kind}") for kind in ("ObjectInfo", "Emission", "OutputMaterial"))
+    material.node_tree.links.new(info.outputs["Random"], emission.inputs["Color"])
+    material.node_tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    bpy.context.object.data.materials.append(material)
+    camera = link("Eye", bpy.data.cameras.new("Eye"), location=(0, 0, 2))
+    assert cycles_pixel(camera, tmp_path)[0] == pytest.approx(name_random(name), abs=1e-5)
+
+
+def cycles_pixel(camera: bpy.types.Object, folder) -> np.ndarray:
+    """The linear colour of a 4 x 4 picture that Cycles renders without noise."""
+    scene = bpy.context.scene
+    scene.camera, scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = camera, "CYCLES", 1, False
+    scene.render.resolution_x = scene.render.resolution_y = 4
+    settings = scene.render.image_settings
+    settings.file_format, settings.color_depth = "OPEN_EXR", "32"
+    scene.render.filepath = str(folder / "pixel.exr")
+    bpy.ops.render.render(write_still=True)
+    image = bpy.data.images.load(scene.render.filepath)
+    pixels = np.empty(4 * 4 * image.channels, np.float32)
+    image.pixels.foreach_get(pixels)
+    assert math.isfinite(pixels.sum())
+    return pixels.reshape(4, 4, -1)[2, 2, :3]

@@ -1,0 +1,161 @@
+"""Meshes of every shape against what Blender's slow, obvious interfaces say."""
+
+import bpy
+import numpy as np
+import pytest
+from addon.sync.instances import object_mesh_arrays
+from addon.sync.meshes import has_own_texture_space, mesh_arrays
+from fake_core import SceneBuilder
+
+
+def evaluated_object(data: bpy.types.ID) -> bpy.types.Object:
+    obj = bpy.data.objects.new("Thing", data)
+    bpy.context.scene.collection.objects.link(obj)
+    return obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+
+
+def mesh_of(points, polygons, edges=()) -> bpy.types.Mesh:
+    mesh = bpy.data.meshes.new("Shape")
+    mesh.from_pydata(points, edges, polygons)
+    return mesh
+
+
+def arrays_of(mesh: bpy.types.Mesh, wanted=frozenset()):
+    arrays = mesh_arrays(evaluated_object(mesh).data, wanted)
+    SceneBuilder().add_mesh("Shape", **vars(arrays))  # checks every type, shape and length
+    return arrays
+
+
+SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+
+
+def test_triangles_need_no_offsets(empty_scene) -> None:
+    arrays = arrays_of(mesh_of(SQUARE, [(0, 1, 2), (0, 2, 3)]))
+    assert arrays.polygon_offsets is None and arrays.triangle_corners is None
+    assert arrays.corner_vertices.tolist() == [0, 1, 2, 0, 2, 3]
+    assert arrays.positions.tolist() == [list(p) for p in SQUARE]
+
+
+def test_triangles_and_quads_together(empty_scene) -> None:
+    arrays = arrays_of(mesh_of([*SQUARE, (2, 0, 1)], [(0, 1, 2, 3), (1, 4, 2)]))
+    assert arrays.polygon_offsets.tolist() == [0, 4, 7]
+    assert arrays.triangle_corners is None
+
+
+def test_as_many_corners_as_triangles_would_have_but_no_triangles(empty_scene) -> None:
+    points = [(x, y, 0) for x in range(3) for y in range(3)]
+    arrays = arrays_of(mesh_of(points, [(0, 3, 4, 1), (3, 6, 7, 8, 4)]))
+    assert arrays.polygon_offsets.tolist() == [0, 4, 9]
+
+
+def test_large_and_concave_polygons_are_cut_by_blender(empty_scene) -> None:
+    arrow = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 0.5, 0), (0, 2, 0)]
+    arrays = arrays_of(mesh_of(arrow, [(0, 1, 2, 3, 4)]))
+    assert arrays.triangle_polygons.tolist() == [0, 0, 0]
+    corners = arrays.positions[arrays.corner_vertices[arrays.triangle_corners]]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (cross[:, 2] > 0).all()  # none folded over
+    assert 0.5 * cross[:, 2].sum() == pytest.approx(4 - 1.5)  # the square less the notch
+
+
+@pytest.mark.parametrize("data", [([], []), (SQUARE, [])])
+def test_meshes_without_polygons_have_no_surface(empty_scene, data) -> None:
+    mesh = mesh_of(*data, edges=[(0, 1)] if data[0] else ())
+    arrays = arrays_of(mesh)
+    assert len(arrays.positions) == len(data[0]) and len(arrays.corner_vertices) == 0
+    assert object_mesh_arrays(evaluated_object(mesh)) is None
+
+
+def test_loose_edges_beside_a_polygon(empty_scene) -> None:
+    arrays = arrays_of(mesh_of([*SQUARE, (5, 5, 5), (6, 6, 6)], [(0, 1, 2)], edges=[(4, 5)]))
+    assert len(arrays.positions) == 6 and arrays.corner_vertices.tolist() == [0, 1, 2]
+
+
+def test_normals_come_in_the_smallest_domain(empty_scene) -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    mesh = bpy.context.object.data
+    mesh.shade_flat()
+    assert arrays_of(mesh).normals_domain == "FACE"
+    mesh.shade_smooth()
+    smooth = arrays_of(mesh)
+    assert smooth.normals_domain == "POINT"
+    assert smooth.normals == pytest.approx(smooth.positions / np.sqrt(3), abs=1e-6)
+    mesh.polygons[0].use_smooth = False
+    mixed = arrays_of(mesh)
+    assert mixed.normals_domain == "CORNER" and mixed.sharp_faces.tolist() == [1, 0, 0, 0, 0, 0]
+    assert mixed.normals == pytest.approx(np.array([c.vector for c in mesh.corner_normals]))
+    assert mixed.normals[0] == pytest.approx(np.array(mesh.polygons[0].normal))
+
+
+def test_the_active_render_uv_map_comes_first(empty_scene) -> None:
+    mesh = mesh_of(SQUARE, [(0, 1, 2, 3)])
+    for index, name in enumerate(("First", "Second", "Third")):
+        layer = mesh.uv_layers.new(name=name)
+        layer.data.foreach_set("uv", np.arange(8, dtype=np.float32) + 10 * index)
+    mesh.uv_layers["Second"].active_render = True
+    arrays = arrays_of(mesh)
+    assert [name for name, _, _ in arrays.attributes] == ["Second", "First", "Third"]
+    assert arrays.attributes[0][2].ravel().tolist() == list(range(10, 18))
+    assert {domain for _, domain, _ in arrays.attributes} == {"CORNER"}
+
+
+def test_other_attributes_come_when_wanted(empty_scene) -> None:
+    mesh = mesh_of(SQUARE, [(0, 1, 2, 3)])
+    kinds = {"FLOAT": 1, "INT": 1, "FLOAT_VECTOR": 3, "FLOAT_COLOR": 4, "BYTE_COLOR": 4, "FLOAT2": 2}
+    for kind in kinds:
+        mesh.attributes.new(kind, kind, "POINT")
+    mesh.attributes.new("Edges", "FLOAT", "EDGE")
+    mesh.attributes["INT"].data.foreach_set("value", (4, 5, 6, 7))
+    assert arrays_of(mesh).attributes == []
+    arrays = arrays_of(mesh, frozenset(kinds) | {"Edges", "Absent"})
+    assert {name: values.shape[1] for name, _, values in arrays.attributes} == kinds
+    assert {domain for _, domain, _ in arrays.attributes} == {"POINT"}
+    assert next(v for n, _, v in arrays.attributes if n == "INT").ravel().tolist() == [4, 5, 6, 7]
+
+
+def test_byte_colours_are_linear(empty_scene) -> None:
+    mesh = mesh_of(SQUARE, [(0, 1, 2, 3)])
+    layer = mesh.color_attributes.new("Paint", "BYTE_COLOR", "CORNER")
+    layer.data.foreach_set("color", np.tile(np.float32((0.5, 0.25, 0.0, 1.0)), 4))
+    _, domain, values = arrays_of(mesh, {"Paint"}).attributes[0]
+    assert domain == "CORNER" and values[0] == pytest.approx((0.5, 0.25, 0, 1), abs=0.01)
+
+
+def test_material_indices(empty_scene) -> None:
+    mesh = mesh_of(SQUARE, [(0, 1, 2), (0, 2, 3)])
+    assert arrays_of(mesh).material_indices is None
+    mesh.materials.append(bpy.data.materials.new("A"))
+    mesh.materials.append(bpy.data.materials.new("B"))
+    mesh.polygons[1].material_index = 1
+    assert arrays_of(mesh).material_indices.tolist() == [0, 1]
+
+
+def test_modifiers_are_applied(empty_scene) -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.modifiers.new("Smooth", "SUBSURF").levels = 2
+    evaluated = bpy.context.object.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    assert len(object_mesh_arrays(evaluated).positions) == 98
+
+
+@pytest.mark.parametrize("add", ["curve.primitive_bezier_circle_add", "object.text_add", "object.metaball_add", "surface.primitive_nurbs_surface_sphere_add"])
+def test_everything_with_a_surface_is_meshed(empty_scene, add) -> None:
+    category, operator = add.split(".")
+    getattr(getattr(bpy.ops, category), operator)()
+    obj = bpy.context.object
+    if obj.type == "CURVE":
+        obj.data.bevel_depth = 0.1
+    arrays = object_mesh_arrays(obj.evaluated_get(bpy.context.evaluated_depsgraph_get()))
+    assert len(arrays.corner_vertices) > 0
+    SceneBuilder().add_mesh("Surface", **vars(arrays))
+
+
+def test_a_bare_curve_has_no_surface(empty_scene) -> None:
+    bpy.ops.curve.primitive_bezier_curve_add()
+    assert object_mesh_arrays(bpy.context.object.evaluated_get(bpy.context.evaluated_depsgraph_get())) is None
+
+
+def test_own_texture_space_is_seen(empty_scene) -> None:
+    mesh = mesh_of(SQUARE, [(0, 1, 2, 3)])
+    assert not has_own_texture_space(mesh)
+    mesh.use_auto_texspace = False
+    assert has_own_texture_space(mesh)
