@@ -13,12 +13,20 @@ namespace cistern {
 /// Where per-element data of a mesh lives; `CORNER` is a vertex of one polygon.
 enum class Domain : uint8_t { POINT, FACE, CORNER };
 
+/// 32 bits that stand for an attribute's name, never 0: shading compares these, not strings. [FNV-1a]
+inline uint32_t attribute_name_hash(const std::string& name) {
+  uint32_t hash = 2166136261u;
+  for (const char c : name) hash = (hash ^ static_cast<uint8_t>(c)) * 16777619u;
+  return hash != 0 ? hash : 1u;
+}
+
 /// A named per-corner or per-point attribute of 1 to 4 floats (UV maps have 2, colours 4).
 struct MeshAttribute {
   std::string name;
   Domain domain = Domain::CORNER;
   int components = 2;
   std::shared_ptr<const float[]> values;  // components floats per element
+  uint32_t name_hash = 0;                 // attribute_name_hash(name); 0: not set, shading compares the name
 };
 
 using TriangleIndices = std::array<uint32_t, 3>;

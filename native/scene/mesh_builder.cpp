@@ -125,13 +125,14 @@ MeshAttribute expand_to_corners(const MeshInput& input, const MeshAttribute& att
       }
     }
   });
-  return {attribute.name, Domain::CORNER, attribute.components, values};
+  return {attribute.name, Domain::CORNER, attribute.components, values, attribute.name_hash};
 }
 
 void set_attributes(const MeshInput& input, Mesh& mesh) {
   mesh.attributes.reserve(input.attributes.size());
   for (const MeshAttribute& attribute : input.attributes) {
     mesh.attributes.push_back(attribute.domain == Domain::FACE ? expand_to_corners(input, attribute) : attribute);
+    mesh.attributes.back().name_hash = attribute_name_hash(attribute.name);
   }
 }
 
