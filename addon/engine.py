@@ -48,33 +48,39 @@ class LayerRender:
         self.passes = passes.enabled_passes(depsgraph.view_layer_eval)
         self.size = (engine.resolution_x, engine.resolution_y)
         self.region = settings.render_region(depsgraph.scene_eval.render, *self.size)
+        self.keeps_export = depsgraph.scene_eval.render.use_persistent_data
         self.is_cancelled = False
 
     def run(self) -> None:
-        engine = self.engine
-        engine.update_stats("", "Exporting the scene")
-        exported = self.export()
-        views = view_names(engine, self.layer_name)
+        exported = self.engine.open_export(self.keeps_export)
+        try:
+            self.export(exported)
+            self.render_views(exported)
+        finally:
+            if not self.keeps_export:
+                exported.close()
+
+    def export(self, exported: "SceneSync") -> None:
+        """Bring the exported scene up to date with the evaluated one."""
+        self.engine.update_stats("", "Exporting the scene")
+        start = time.perf_counter()
+        self.figures.warnings += exported.sync(self.depsgraph, self.engine.camera_override).warnings
+        self.figures.sync_seconds = time.perf_counter() - start
+
+    def render_views(self, exported: "SceneSync") -> None:
         arguments = settings.core_settings(
-            self.core, self.depsgraph, self.size, self.region, self.passes, engine.is_preview
+            self.core, self.depsgraph, self.size, self.region, self.passes, self.engine.is_preview
         )
+        views = view_names(self.engine, self.layer_name)
         for index, view in enumerate(views):
             if self.is_cancelled:
                 break
-            engine.active_view_set(view)
+            self.engine.active_view_set(view)
             if len(views) > 1:
-                place_view_camera(engine, self.depsgraph, exported.builder)
+                place_view_camera(self.engine, self.depsgraph, exported.builder)
             session = self.core.Session(self.core.Settings(**arguments))
             session.start(exported.builder.snapshot())
             self.render_view(session, view, index / len(views), 1 / len(views))
-
-    def export(self) -> "SceneSync":
-        """Bring the exported scene up to date with the evaluated one."""
-        start = time.perf_counter()
-        exported = self.engine.exported_scene(self.depsgraph.scene_eval.render.use_persistent_data)
-        self.figures.warnings += exported.sync(self.depsgraph).warnings
-        self.figures.sync_seconds = time.perf_counter() - start
-        return exported
 
     def render_view(self, session: Any, view: str, done_before: float, share: float) -> None:  # noqa: ANN401
         """Watch a running session to its end and hand over its pixels; `share` is the view's part of the progress."""
@@ -98,7 +104,7 @@ class LayerRender:
             self.show(progress, done_before, share)
             if progress.status is not self.core.Status.RUNNING:
                 break
-            if self.engine.test_break():
+            if self.engine.is_stop_wanted():
                 self.is_cancelled = True
                 session.cancel()
             elif progress.version != seen and display.is_due():
@@ -171,7 +177,7 @@ class CisternEngine(bpy.types.RenderEngine):
     bl_use_shading_nodes_custom = False
     bl_use_eevee_viewport = True
 
-    kept_scene = None  # the exported scene of the previous frame, under Persistent Data
+    kept_export = None  # the exporter of the previous frame, under Persistent Data
 
     def update_render_passes(
         self, scene: bpy.types.Scene | None = None, renderlayer: bpy.types.ViewLayer | None = None
@@ -183,24 +189,28 @@ class CisternEngine(bpy.types.RenderEngine):
         start, cpu_start = time.perf_counter(), time.process_time()
         try:
             LayerRender(self, depsgraph, core_loader.load(), figures).run()
-        except Exception as error:  # an exception that reaches Blender is lost without a word
+        except Exception as error:  # one that reached Blender would be lost, and crash it while it writes an EXR file
             figures.error = error_sentence(error)
-            self.kept_scene = None
+            self.kept_export = None
         figures.seconds = time.perf_counter() - start
         figures.cpu_seconds = time.process_time() - cpu_start
         if not self.is_preview:
             self.announce(figures)
 
-    def exported_scene(self, is_kept: bool) -> "SceneSync":
-        """The exporter to use: the previous frame's if scenes are kept, else a new one."""
+    def is_stop_wanted(self) -> bool:
+        """Whether the user pressed Esc."""
+        return self.test_break()
+
+    def open_export(self, is_kept: bool) -> "SceneSync":
+        """The exporter to use: the previous frame's if exports are kept, else a new one that the caller closes."""
         from .sync.scene import SceneSync
 
         if not is_kept:
-            self.kept_scene = None
+            self.kept_export = None
             return SceneSync()
-        if self.kept_scene is None:
-            self.kept_scene = SceneSync()
-        return self.kept_scene
+        if self.kept_export is None:
+            self.kept_export = SceneSync()
+        return self.kept_export
 
     def announce(self, figures: report.RenderReport) -> None:
         """Tell the user in Blender, and scripts on standard output."""

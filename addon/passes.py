@@ -7,9 +7,6 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-# Blender's value for "nothing there" in a depth pass (metres), which compositing set-ups test for.
-DEPTH_OF_NOTHING = 1e10
-
 # Since 5.0 Blender spells these two passes out.
 HAS_LONG_NAMES = bpy.app.version >= (5, 0, 0)
 
@@ -44,14 +41,14 @@ PASSES = (
     ),
     RenderPass(
         "Denoising Normal",
-        "DenoisingNormal",
+        "Denoising Normal",
         "XYZ",
         "VECTOR",
         lambda layer: layer.cistern.use_pass_denoising_normal,
     ),
     RenderPass(
         "Denoising Albedo",
-        "Albedo",
+        "Denoising Albedo",
         "RGB",
         "COLOR",
         lambda layer: layer.cistern.use_pass_denoising_albedo,
@@ -77,17 +74,15 @@ def register_passes(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view
         )
 
 
-def blender_pixels(render_pass: RenderPass, pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Flat pixels in Blender's meaning of the pass, from the core's (height, width, channels).
+def flat_pixels(render_pass: RenderPass, pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Flat pixels for Blender, from the core's (height, width, channels).
 
     Raises ValueError when the core's picture has another number of channels."""
     if pixels.shape[2] != render_pass.channels:
         raise ValueError(
             f"Pass {render_pass.name}: the core gave {pixels.shape[2]} channels, {render_pass.channels} are needed"
         )
-    if render_pass.core_name == "Depth":
-        pixels = np.where(pixels > 0.0, pixels, np.float32(DEPTH_OF_NOTHING))
-    return np.ascontiguousarray(pixels, dtype=np.float32).ravel()
+    return pixels.ravel()
 
 
 def write_passes(
@@ -100,4 +95,4 @@ def write_passes(
     for render_pass in render_passes:
         target = layer.passes.find_by_name(render_pass.name, view)
         if target is not None:
-            target.rect.foreach_set(blender_pixels(render_pass, read(render_pass.core_name)))
+            target.rect.foreach_set(flat_pixels(render_pass, read(render_pass.core_name)))

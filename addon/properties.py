@@ -200,8 +200,7 @@ class CisternSceneSettings(bpy.types.PropertyGroup):
         description="Width of the pixel filter in pixels; the box filter is always one pixel wide",
         default=1.5,
         min=0.01,
-        soft_max=10.0,
-        max=100.0,
+        max=10.0,
         subtype="PIXEL",
     )
     film_transparent_glass: BoolProperty(

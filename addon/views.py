@@ -19,17 +19,18 @@ def view_names(engine: bpy.types.RenderEngine, layer_name: str) -> list[str]:
 def place_view_camera(
     engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, builder: "cistern_core.SceneBuilder"
 ) -> None:
-    """Set the camera of the engine's active view. Raises SyncError without a camera."""
+    """Set the camera of the engine's active view; the scene was synced before, so it has a camera."""
     from .sync import SyncReport
     from .sync.camera import camera_arguments, rigid_matrix
 
     scene = depsgraph.scene_eval
-    arguments = camera_arguments(scene, scene.camera, SyncReport())
-    extra_shift = engine.camera_shift_x(scene.camera) - scene.camera.data.shift_x
-    moved = extra_shift * fitted_length(scene.camera.data, arguments)
+    camera = (engine.camera_override or scene.camera).evaluated_get(depsgraph)
+    arguments = camera_arguments(scene, camera, SyncReport())
+    extra_shift = engine.camera_shift_x(camera) - camera.data.shift_x
+    moved = extra_shift * fitted_length(camera.data, arguments)
     arguments["left"] += moved
     arguments["right"] += moved
-    arguments["camera_to_world"] = rigid_matrix(engine.camera_model_matrix(scene.camera))
+    arguments["camera_to_world"] = rigid_matrix(engine.camera_model_matrix(camera))
     builder.set_camera(**arguments)
 
 

@@ -1,0 +1,204 @@
+"""Stands in for the native core and the scene export, so that the engine's own part can be tested alone.
+
+The fake core "renders" pictures that tell where a pixel lies: Combined holds the full frame's x and y.
+"""
+
+import sys
+from enum import Enum
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import bpy
+import numpy as np
+import OpenImageIO
+
+import addon
+from addon.sync import SyncReport
+
+CONSTANTS = {
+    "Direct": (0.5, 0.25, 0.125),
+    "Indirect": (1.0, 2.0, 3.0),
+    "Emission": (4.0, 5.0, 6.0),
+    "Environment": (7.0, 8.0, 9.0),
+    "Depth": (12.5,),
+    "Normal": (0.0, 0.0, 1.0),
+    "Position": (-1.0, -2.0, -3.0),
+    "Denoising Albedo": (0.25, 0.5, 0.75),
+    "Denoising Normal": (0.0, 1.0, 0.0),
+}
+
+
+class FakeError(RuntimeError):
+    """Plays cistern_core.Error."""
+
+
+class Status(Enum):
+    RUNNING = 0
+    DONE = 1
+    CANCELLED = 2
+    FAILED = 3
+
+
+class LightSampling(Enum):
+    UNIFORM = 0
+    POWER = 1
+    TREE = 2
+
+
+class PixelFilter(Enum):
+    BOX = 0
+    GAUSSIAN = 1
+    BLACKMAN_HARRIS = 2
+
+
+class FakeCore(ModuleType):
+    """The module; its attributes `failure`, `non_finite_samples` and `settings` steer and record a test's renders."""
+
+    def __init__(self):
+        super().__init__("cistern_core")
+        self.Error = FakeError
+        self.Status = Status
+        self.LightSampling = LightSampling
+        self.PixelFilter = PixelFilter
+        self.Settings = lambda **members: SimpleNamespace(**members)
+        self.Session = lambda settings: FakeSession(self, settings)
+        self.failure = ""
+        self.non_finite_samples = 0
+        self.settings = []
+        self.cancelled_sessions = 0
+
+
+class FakeSession:
+    """Finishes one sample for every `wait`."""
+
+    def __init__(self, core, settings):
+        self.core = core
+        self.settings = settings
+        self.frames_done = 0
+        self.status = Status.RUNNING
+        core.settings.append(settings)
+
+    def start(self, scene):
+        assert scene == "snapshot"
+
+    def wait(self, seconds):
+        assert 0.05 <= seconds <= 0.2
+        if self.status is Status.RUNNING:
+            self.frames_done += 1
+            if self.core.failure:
+                self.status = Status.FAILED
+            elif self.frames_done == self.settings.samples:
+                self.status = Status.DONE
+        return SimpleNamespace(
+            status=self.status,
+            frames_done=self.frames_done,
+            frames=self.settings.samples,
+            seconds=0.1 * self.frames_done,
+            remaining_seconds=1.0,
+            stage="Rendering",
+            error=self.core.failure,
+            memory_bytes=3_000_000,
+            non_finite_samples=self.core.non_finite_samples,
+            version=self.frames_done,
+        )
+
+    def cancel(self):
+        if self.status is Status.RUNNING:
+            self.status = Status.CANCELLED
+            self.core.cancelled_sessions += 1
+
+    def read(self, name):
+        x, y, width, height = self.settings.region
+        if name == "Combined":
+            columns, rows = np.meshgrid(np.arange(x, x + width), np.arange(y, y + height))
+            ones = np.ones_like(columns)
+            return np.stack([columns, rows, self.frames_done * ones, ones], axis=2).astype(np.float32)
+        assert name in self.settings.passes
+        return np.broadcast_to(np.array(CONSTANTS[name], np.float32), (height, width, len(CONSTANTS[name])))
+
+
+class FakeExport:
+    """Plays SceneSync; `instances` and `closed` count exporters, `syncs` and `cameras` hold what they were given."""
+
+    instances = 0
+    closed = 0
+    syncs: list = []  # noqa: RUF012
+    cameras: list = []  # noqa: RUF012
+    warnings: tuple = ()
+    failure: Exception | None = None
+
+    def __init__(self):
+        FakeExport.instances += 1
+        self.builder = SimpleNamespace(snapshot=lambda: "snapshot", set_camera=self.set_camera)
+
+    def set_camera(self, **camera):
+        FakeExport.cameras.append(camera)
+
+    def close(self):
+        FakeExport.closed += 1
+
+    def sync(self, depsgraph, camera=None):
+        if FakeExport.failure is not None:
+            raise FakeExport.failure
+        FakeExport.syncs.append((depsgraph.scene_eval.frame_current, depsgraph.view_layer_eval.name))
+        return SyncReport(warnings=list(FakeExport.warnings))
+
+
+def install(monkeypatch):
+    """Put the fakes in place for one test; returns the fake core."""
+    core = FakeCore()
+    module = ModuleType("addon.sync.scene")
+    module.SceneSync = FakeExport
+    monkeypatch.setitem(sys.modules, "cistern_core", core)
+    monkeypatch.setitem(sys.modules, "addon.sync.scene", module)
+    for name, value in (
+        ("instances", 0),
+        ("closed", 0),
+        ("syncs", []),
+        ("cameras", []),
+        ("warnings", ()),
+        ("failure", None),
+    ):
+        monkeypatch.setattr(FakeExport, name, value)
+    return core
+
+
+def fresh_scene(width=8, height=6, samples=2):
+    """Blender's factory scene, to be rendered by our engine into a multilayer EXR."""
+    bpy.ops.wm.read_factory_settings()
+    scene = bpy.context.scene
+    scene.render.engine = "CISTERN"
+    scene.render.resolution_x, scene.render.resolution_y = width, height
+    scene.render.resolution_percentage = 100
+    scene.cistern.samples = samples
+    image = scene.render.image_settings
+    if hasattr(image, "media_type"):
+        image.media_type = "MULTI_LAYER_IMAGE"
+    image.file_format = "OPEN_EXR_MULTILAYER"
+    image.color_depth = "32"
+    return scene
+
+
+def render(scene, folder: Path):
+    """Render to a file; returns its channels and the reports of the render."""
+    path = folder / "picture.exr"
+    path.unlink(missing_ok=True)
+    scene.render.filepath = str(path)
+    before = len(addon.report.last)
+    bpy.ops.render.render(write_still=True)
+    return read_channels(path), addon.report.last[before:]
+
+
+def read_channels(path: Path):
+    """Channel name -> (height, width) array, row 0 at the bottom, from all parts of an EXR file."""
+    reader = OpenImageIO.ImageInput.open(str(path))
+    channels = {}
+    part = 0
+    while reader.seek_subimage(part, 0):
+        spec = reader.spec()
+        pixels = reader.read_image(part, 0, 0, spec.nchannels, OpenImageIO.FLOAT)
+        for index, name in enumerate(spec.channelnames):
+            channels[name] = np.flipud(pixels[..., index])
+        part += 1
+    reader.close()
+    return channels

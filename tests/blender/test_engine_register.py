@@ -1,0 +1,73 @@
+"""The add-on without its core, and its registration."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import pytest
+
+import addon
+from addon import core, properties, report
+from tests.blender.engine_fakes import fresh_scene
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+
+def test_registering_again_leaves_nothing_behind():
+    addon.unregister()
+    assert not hasattr(bpy.types.Scene, "cistern")
+    assert not hasattr(bpy.types, "CISTERN_RENDER_PT_sampling")
+    addon.register()
+    addon.unregister()
+    addon.register()
+    assert fresh_scene().cistern.samples == 2
+
+
+def test_registering_does_not_load_the_core():
+    program = "import sys, bpy, addon; addon.register(); addon.unregister(); assert 'cistern_core' not in sys.modules"
+    root = Path(addon.__file__).parent.parent
+    command = ["timeout", "-k", "1", "60", sys.executable, "-c", program]
+    subprocess.run(command, cwd=root, check=True, timeout=70)
+
+
+def test_render_without_the_core_says_so(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cistern_core", None)
+    fresh_scene()
+    with pytest.raises(RuntimeError, match="native core"):
+        bpy.ops.render.render()
+    assert "native core" in report.last_report().error
+
+
+def test_sentences_for_a_core_that_cannot_be_loaded(tmp_path):
+    missing = ModuleNotFoundError("No module named 'cistern_core'", name="cistern_core")
+    assert "not installed" in core.explain(missing, [tmp_path])
+    (tmp_path / "cistern_core.cpython-399-x86_64-linux-gnu.so").touch()
+    assert "cpython-399" in core.explain(missing, [tmp_path])
+    refused = ImportError("Embree 4.4.1 answered, this module was built for 3.13.5")
+    assert "Embree 4.4.1" in core.explain(refused, [tmp_path])
+
+
+def test_choosing_a_technique_leaves_the_preset():
+    settings = fresh_scene().cistern
+    assert settings.preset == "FINAL"
+    assert properties.techniques(settings)["light_sampler"] == "TREE"
+    settings.light_sampler = "POWER"
+    assert settings.preset == "CUSTOM"
+    assert properties.techniques(settings)["light_sampler"] == "POWER"
+    settings.preset = "FINAL"
+    assert properties.techniques(settings)["light_sampler"] == "TREE"
+
+
+def test_every_setting_explains_itself():
+    scene = fresh_scene()
+    for owner in (scene.cistern, scene.view_layers[0].cistern):
+        for prop in owner.bl_rna.properties:
+            if prop.identifier not in {"name", "rna_type"}:
+                assert len(prop.description) > 20, prop.identifier
+
+
+def test_zero_samples_cannot_be_set():
+    settings = fresh_scene().cistern
+    settings.samples = 0
+    assert settings.samples == 1

@@ -1,0 +1,94 @@
+"""Passes by name: in the file, in the compositor, and only where they were asked for."""
+
+import bpy
+import numpy as np
+import pytest
+
+from addon import passes
+from tests.blender.engine_fakes import CONSTANTS, fresh_scene, install, read_channels, render
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+
+@pytest.fixture
+def core(monkeypatch):
+    return install(monkeypatch)
+
+
+def enable_all(view_layer):
+    for name in ("z", "normal", "position", "emit", "environment"):
+        setattr(view_layer, f"use_pass_{name}", True)
+    for name in ("direct", "indirect", "denoising_albedo", "denoising_normal"):
+        setattr(view_layer.cistern, f"use_pass_{name}", True)
+
+
+def blender_names():
+    return {render_pass.core_name: render_pass.name for render_pass in passes.PASSES}
+
+
+def test_names_are_those_of_this_blender():
+    names = blender_names()
+    long_names = bpy.app.version >= (5, 0, 0)
+    assert names["Emission"] == ("Emission" if long_names else "Emit")
+    assert names["Environment"] == ("Environment" if long_names else "Env")
+
+
+def test_direct_and_indirect_are_there_unless_switched_off(core, tmp_path):
+    scene = fresh_scene()
+    channels, _ = render(scene, tmp_path)
+    assert {name.split(".")[1] for name in channels} == {"Combined", "Direct", "Indirect"}
+    scene.view_layers[0].cistern.use_pass_indirect = False
+    channels, _ = render(scene, tmp_path)
+    assert {name.split(".")[1] for name in channels} == {"Combined", "Direct"}
+    assert core.settings[-1].passes == ["Direct"]
+
+
+def test_all_passes_arrive_in_the_file_with_their_values(core, tmp_path):
+    scene = fresh_scene()
+    enable_all(scene.view_layers[0])
+    channels, _ = render(scene, tmp_path)
+    by_core_name = {render_pass.core_name: render_pass for render_pass in passes.PASSES}
+    assert {name.split(".")[1] for name in channels} == {render_pass.name for render_pass in passes.PASSES}
+    for core_name, values in CONSTANTS.items():
+        render_pass = by_core_name[core_name]
+        ids = render_pass.channel_ids
+        if len(ids) == 1:
+            ids = next(name.split(".")[2] for name in channels if name.split(".")[1] == render_pass.name)
+        for channel, value in zip(ids, values, strict=True):
+            np.testing.assert_array_equal(channels[f"ViewLayer.{render_pass.name}.{channel}"], np.float32(value))
+
+
+def compositor_tree(scene):
+    """An empty compositor tree and the node whose first input is the picture."""
+    if hasattr(scene, "compositing_node_group"):
+        tree = bpy.data.node_groups.new("Compositing", "CompositorNodeTree")
+        scene.compositing_node_group = tree
+        tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+        return tree, tree.nodes.new("NodeGroupOutput")
+    scene.use_nodes = True
+    scene.node_tree.nodes.clear()
+    return scene.node_tree, scene.node_tree.nodes.new("CompositorNodeComposite")
+
+
+@pytest.mark.parametrize("core_name", ["Direct", "Emission", "Environment", "Denoising Albedo"])
+def test_pass_goes_through_the_compositor(core, tmp_path, core_name):
+    scene = fresh_scene()
+    enable_all(scene.view_layers[0])
+    tree, output = compositor_tree(scene)
+    source = tree.nodes.new("CompositorNodeRLayers")
+    source.scene = scene
+    tree.links.new(source.outputs[blender_names()[core_name]], output.inputs[0])
+    image = scene.render.image_settings
+    if hasattr(image, "media_type"):
+        image.media_type = "IMAGE"
+    image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
+    scene.render.filepath = str(tmp_path / "composite.exr")
+    bpy.ops.render.render(write_still=True)
+    channels = read_channels(tmp_path / "composite.exr")
+    for channel, value in zip("RGB", CONSTANTS[core_name], strict=True):
+        np.testing.assert_allclose(channels[channel], value, rtol=1e-6)
+
+
+def test_wrong_number_of_channels_is_refused():
+    with pytest.raises(ValueError, match="Combined"):
+        passes.flat_pixels(passes.PASSES[0], np.zeros((2, 2, 3), np.float32))

@@ -1,0 +1,118 @@
+"""Panels: ours are registered, Blender's general ones appear, other engines' do not."""
+
+from types import SimpleNamespace
+
+import bpy
+import pytest
+
+from addon import ui
+from tests.blender.engine_fakes import fresh_scene
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+
+def open_to_us(name):
+    panel = getattr(bpy.types, name, None)
+    return panel is not None and ui.ENGINE in getattr(panel, "COMPAT_ENGINES", ())
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "RENDER_PT_format",
+        "RENDER_PT_output",
+        "RENDER_PT_color_management",
+        "DATA_PT_lens",
+        "DATA_PT_camera",
+        "DATA_PT_camera_dof",
+        "DATA_PT_camera_dof_aperture",
+        "EEVEE_MATERIAL_PT_context_material",
+        "WORLD_PT_context_world",
+        "DATA_PT_context_light",
+        "DATA_PT_uv_texture",
+        "VIEWLAYER_PT_layer",
+        "PARTICLE_PT_render",
+    ],
+)
+def test_general_panels_appear(name):
+    assert open_to_us(name)
+
+
+def test_panels_of_other_engines_do_not():
+    for name in dir(bpy.types):
+        if name.startswith(("CYCLES_", "RENDER_PT_eevee", "RENDER_PT_opengl", "DATA_PT_EEVEE")):
+            assert not open_to_us(name), name
+    assert not open_to_us("DATA_PT_light")
+
+
+def test_our_panels_are_registered_under_their_parents():
+    for cls in ui.CLASSES:
+        assert getattr(bpy.types, cls.__name__) is cls
+        parent = getattr(cls, "bl_parent_id", None)
+        assert parent is None or getattr(bpy.types, parent).bl_context == cls.bl_context
+
+
+def test_unregistering_gives_the_panels_back():
+    ui.unregister()
+    try:
+        assert not any(ui.ENGINE in getattr(panel, "COMPAT_ENGINES", ()) for panel in bpy.types.Panel.__subclasses__())
+    finally:
+        ui.register()
+
+
+class RecordingLayout:
+    """Plays UILayout: every property drawn must exist; its name is recorded."""
+
+    def __init__(self, drawn):
+        self.drawn = drawn
+
+    def prop(self, owner, name, **_options):
+        assert name in owner.bl_rna.properties, f"{owner} has no {name}"
+        self.drawn.append(name)
+
+    def template_node_view(self, tree, node, node_input):
+        assert node_input.name in node.inputs
+        self.drawn.append(f"socket {node_input.name}")
+
+    def row(self, **_options):
+        return RecordingLayout(self.drawn)
+
+    column = row
+
+
+def draw(cls, **context):
+    drawn = []
+    cls.draw(SimpleNamespace(layout=RecordingLayout(drawn)), SimpleNamespace(engine=ui.ENGINE, **context))
+    return drawn
+
+
+def test_render_and_view_layer_panels_draw_every_setting():
+    scene = fresh_scene()
+    drawn = []
+    for cls in ui.CLASSES:
+        if cls.bl_context in {"render", "view_layer"}:
+            drawn += draw(cls, scene=scene, view_layer=scene.view_layers[0])
+    for owner in (scene.cistern, scene.view_layers[0].cistern):
+        names = {prop.identifier for prop in owner.bl_rna.properties} - {"name", "rna_type"}
+        assert names <= set(drawn)
+
+
+@pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
+def test_light_panels_draw_what_the_light_has(kind):
+    light = bpy.data.lights.new("Lamp", kind)
+    drawn = draw(ui.CISTERN_LIGHT_PT_light, light=light)
+    assert {"color", "energy"} <= set(drawn)
+    assert ("shadow_soft_size" in drawn) == (kind in {"POINT", "SPOT"})
+    if kind in {"SPOT", "AREA"}:
+        assert draw(ui.CISTERN_LIGHT_PT_beam_shape, light=light)
+    light.use_nodes = True
+    assert "socket Surface" in draw(ui.CISTERN_LIGHT_PT_nodes, light=light)
+
+
+def test_material_world_and_object_panels_draw():
+    scene = fresh_scene()
+    cube = scene.objects["Cube"]
+    assert draw(ui.CISTERN_MATERIAL_PT_surface, material=cube.active_material) == ["socket Surface"]
+    assert draw(ui.CISTERN_WORLD_PT_surface, world=scene.world) == ["socket Surface"]
+    assert "is_holdout" in draw(ui.CISTERN_OBJECT_PT_visibility, object=cube)
+    assert "visible_shadow" in draw(ui.CISTERN_OBJECT_PT_ray_visibility, object=cube)
