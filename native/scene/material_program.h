@@ -11,7 +11,7 @@ namespace cistern {
 /// Type of a register. All three are stored in a Vec3; a float uses x.
 enum class ValueType : uint8_t { FLOAT, COLOR, VECTOR };
 
-/// Instructions of a material program. What each reads, writes and means stands in `op_table` (material_program.cpp),
+/// Instructions of a material program. What each reads, writes and means stands in op_table.cpp,
 /// the one place that knows; the add-on finds them by name through the binding.
 enum class Op : uint8_t {
   // Coordinates and geometry. `shift` 0, 1, 2: at the point, one footprint along dP/dx, along dP/dy (for Bump).
@@ -73,6 +73,9 @@ struct MaterialProgram {
   uint16_t register_count = 0;
 
   // Derived by `finish_program`.
+  std::vector<uint32_t> attribute_hashes;  // attribute_name_hash of attribute_names
+  /// The instructions that emission (transparency) depends on, in order; operands without influence on it are constant 0.
+  std::vector<Instruction> emission_instructions, transparency_instructions;
   bool may_be_transparent = false;  // a shadow ray may pass: has transparent / alpha closures
   bool may_emit = false;
   bool emission_is_constant = false;  // no emission operand depends on the hit: `constant_emission` is exact

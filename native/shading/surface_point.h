@@ -8,9 +8,9 @@ namespace cistern {
 struct PathState {
   /// Kind of the ray that arrived: one RayVisibility bit.
   uint8_t ray_kind = kVisibleToCamera;
-  bool is_singular = false;   // the last scattering was a delta lobe
+  bool is_singular = false;  // the last scattering was a delta lobe
   uint16_t depth = 0, diffuse_depth = 0, glossy_depth = 0, transmission_depth = 0, transparent_depth = 0;
-  float ray_length = 0.0f;    // of the arriving segment
+  float ray_length = 0.0f;       // of the arriving segment
   float footprint_angle = 0.0f;  // radius of the pixel footprint = angle x path length (see path_tracer)
 };
 
@@ -18,10 +18,10 @@ struct PathState {
 /// `wo` is unit and leaves the surface, back along the ray that arrived.
 struct SurfacePoint {
   Vec3 position;
-  Vec3 ng;              // geometric
-  Vec3 ns;              // interpolated, before bump and normal maps
+  Vec3 ng;  // geometric
+  Vec3 ns;  // interpolated, before bump and normal maps
   Vec3 wo;
-  Vec2 barycentric;     // weights of vertices 1 and 2
+  Vec2 barycentric;  // weights of vertices 1 and 2
   uint32_t instance = 0;
   uint32_t triangle = 0;
   int material = -1;
@@ -32,11 +32,19 @@ struct SurfacePoint {
 /// Everything at the hit that does not need the material. Row `hit.instance` of `scene` must be valid.
 SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& hit);
 
-/// World-space tangent dP/du of the named UV map (orthogonal to ns, unit, handed: w = +1 or -1 as the UV map is mirrored
-/// or not); false where the map is missing or degenerate.
+/// World-space step of bump mapping in the tangent plane: none (shift 0), or one footprint along the first (1) or
+/// second (2) axis of Frame(ng).
+Vec3 footprint_step(const SurfacePoint& point, int shift);
+/// Barycentric weights after that step; outside [0, 1] beyond the triangle's edge.
+Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, int shift);
+
+/// World-space tangent dP/du of the UV map (orthogonal to ns, unit). With n the shading normal on the *outside* of the
+/// object, dP/dv lies on the side of handedness * cross(n, tangent): -1 where the UV map is mirrored. False where the
+/// map is missing (`attribute` < 0) or degenerate.
 bool surface_tangent(const Scene& scene, const SurfacePoint& point, int attribute, Vec3* tangent, float* handedness);
 
-/// Interpolated attribute (missing components 0, alpha 1), `index` into Mesh::attributes.
+/// Interpolated attribute, `index` into Mesh::attributes. One component fills all three; otherwise missing ones are 0;
+/// alpha is 1 without a fourth.
 struct AttributeValue {
   Vec3 value;
   float alpha = 1.0f;

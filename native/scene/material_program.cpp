@@ -1,0 +1,371 @@
+#include "scene/material_program.h"
+
+#include <array>
+#include <span>
+
+#include "base/check.h"
+#include "scene/mesh.h"
+
+namespace cistern {
+namespace {
+
+enum class ParameterKind : uint8_t { RANGE, ATTRIBUTE_NAME, IMAGE, TABLE, ALPHA_TABLE, PROJECTION };
+
+struct ParameterRule {
+  ParameterKind kind = ParameterKind::RANGE;
+  int lowest = 0, highest = 0;
+};
+
+using ParameterRules = std::array<ParameterRule, 4>;
+
+constexpr ParameterRule up_to(int highest) { return {ParameterKind::RANGE, 0, highest}; }
+constexpr ParameterRule range(int lowest, int highest) { return {ParameterKind::RANGE, lowest, highest}; }
+constexpr ParameterRule kFlag = up_to(1);
+constexpr ParameterRule kShift = up_to(2);
+constexpr ParameterRule kName{ParameterKind::ATTRIBUTE_NAME, 0, 0};
+constexpr ParameterRule kImage{ParameterKind::IMAGE, -1, 0};
+constexpr ParameterRule kDimensions = range(1, 4);
+constexpr ParameterRule kDistribution = up_to(3);
+constexpr int kMaxFrequency = 99;         // of brick rows; Blender's limit
+constexpr int kMaxThousandths = 1000000;  // of brick offset and squash
+constexpr int kBoxProjection = 1;
+constexpr int kMaxBlendPercent = 100;
+
+/// What the static parameters of an op may be, in op_table's order.
+ParameterRules parameter_rules(Op op) {
+  switch (op) {
+    case Op::ATTRIBUTE:
+    case Op::ATTRIBUTE_ALPHA:
+      return {kName, kShift};
+    case Op::GENERATED:
+    case Op::OBJECT_COORDINATE:
+    case Op::NORMAL_COORDINATE:
+    case Op::REFLECTION_COORDINATE:
+    case Op::CAMERA_COORDINATE:
+    case Op::WINDOW_COORDINATE:
+    case Op::POSITION:
+      return {kShift};
+    case Op::TANGENT:
+      return {kName};
+    case Op::LIGHT_PATH:
+      return {up_to(12)};
+    case Op::MATH:
+      return {up_to(40), kFlag};
+    case Op::VECTOR_MATH:
+      return {up_to(25)};
+    case Op::VECTOR_MATH_VALUE:
+      return {up_to(2)};
+    case Op::MIX_FLOAT:
+    case Op::MIX_VECTOR:
+    case Op::CLAMP:
+    case Op::BUMP:
+    case Op::CLOSURE_PRINCIPLED:
+      return {kFlag};
+    case Op::MIX_COLOR:
+      return {up_to(18), kFlag, kFlag};
+    case Op::MAP_RANGE:
+      return {up_to(3), kFlag};
+    case Op::CURVE_LOOKUP:
+      return {ParameterRule{ParameterKind::TABLE}};
+    case Op::RAMP_LOOKUP:
+      return {ParameterRule{ParameterKind::TABLE}, kFlag};
+    case Op::RAMP_LOOKUP_ALPHA:
+      return {ParameterRule{ParameterKind::ALPHA_TABLE}, kFlag};
+    case Op::MAPPING:
+      return {up_to(3)};
+    case Op::NORMAL_MAP:
+      return {up_to(2), kName, kFlag};
+    case Op::VECTOR_TRANSFORM:
+      return {up_to(2), up_to(2), up_to(2)};
+    case Op::VECTOR_ROTATE:
+      return {up_to(4), kFlag};
+    case Op::IMAGE:
+    case Op::IMAGE_ALPHA:
+      return {kImage, up_to(2), up_to(3), ParameterRule{ParameterKind::PROJECTION}};
+    case Op::ENVIRONMENT_IMAGE:
+      return {kImage, up_to(2), kFlag};
+    case Op::GRADIENT:
+      return {up_to(6)};
+    case Op::NOISE:
+    case Op::NOISE_COLOR:
+      return {kDimensions, kFlag, up_to(4)};
+    case Op::VORONOI_DISTANCE:
+    case Op::VORONOI_COLOR:
+    case Op::VORONOI_POSITION:
+      return {kDimensions, up_to(3), up_to(4)};
+    case Op::WAVE:
+      return {kFlag, up_to(3), up_to(2)};
+    case Op::WHITE_NOISE:
+    case Op::WHITE_NOISE_COLOR:
+      return {kDimensions};
+    case Op::BRICK:
+    case Op::BRICK_FACTOR:
+      return {range(-kMaxThousandths, kMaxThousandths), up_to(kMaxFrequency), range(-kMaxThousandths, kMaxThousandths),
+              up_to(kMaxFrequency)};
+    case Op::MAGIC:
+      return {up_to(10)};
+    case Op::CLOSURE_GLOSSY:
+    case Op::CLOSURE_GLASS:
+    case Op::CLOSURE_REFRACTION:
+    case Op::CLOSURE_METALLIC:
+      return {kDistribution};
+    default:
+      return {};
+  }
+}
+
+const char* type_name(char letter) { return letter == 'f' ? "float" : (letter == 'c' ? "colour" : "vector"); }
+
+class Validator {
+ public:
+  Validator(const MaterialProgram& program, int image_count) : program_(program), image_count_(image_count) {}
+
+  void check() {
+    check_resources();
+    for (index_ = 0; index_ < program_.instructions.size(); ++index_) check_instruction(program_.instructions[index_]);
+  }
+
+ private:
+  const MaterialProgram& program_;
+  int image_count_;
+  size_t index_ = 0;
+  std::array<char, kMaxRegisters> written_{};  // type letter of what a register holds, 0 = nothing yet
+
+  [[noreturn]] void fail(const std::string& what) const { throw Error(program_.name, what); }
+
+  [[noreturn]] void fail_here(const std::string& what) const {
+    const Op op = program_.instructions[index_].op;
+    const std::string name = op < Op::COUNT ? describe(op).name : "op " + std::to_string(static_cast<int>(op));
+    fail("instruction " + std::to_string(index_) + " (" + name + "): " + what);
+  }
+
+  void check_resources() const {
+    if (program_.register_count > kMaxRegisters)
+      fail(std::to_string(program_.register_count) + " registers; at most " + std::to_string(kMaxRegisters) +
+           " are allowed");
+    for (size_t i = 0; i < program_.constants.size(); ++i)
+      if (!is_finite(program_.constants[i])) fail("constant " + std::to_string(i) + " is not finite");
+    for (size_t i = 0; i < program_.images.size(); ++i)
+      if (program_.images[i] < -1 || program_.images[i] >= image_count_)
+        fail("image " + std::to_string(i) + " has handle " + std::to_string(program_.images[i]) + "; there are " +
+             std::to_string(image_count_) + " images (-1 = missing)");
+    for (const std::vector<Vec3>& table : program_.tables)
+      for (const Vec3 v : table)
+        if (!is_finite(v)) fail("a table has an entry that is not finite");
+    for (const std::vector<float>& table : program_.table_alphas)
+      for (const float v : table)
+        if (!std::isfinite(v)) fail("a table has an alpha that is not finite");
+  }
+
+  void check_instruction(const Instruction& instruction) {
+    if (instruction.op >= Op::COUNT) fail_here("unknown operation");
+    const OpDescription& description = describe(instruction.op);
+    const std::string letters = description.inputs;
+    if (instruction.input_count != letters.size())
+      fail_here(std::to_string(instruction.input_count) + " inputs; it takes " + std::to_string(letters.size()));
+    if (size_t{instruction.first_input} + instruction.input_count > program_.inputs.size())
+      fail_here("inputs " + std::to_string(instruction.first_input) + " and up lie outside of the program's " +
+                std::to_string(program_.inputs.size()));
+    for (size_t i = 0; i < letters.size(); ++i) check_operand(i, letters[i]);
+    check_parameters(instruction, description.parameter_count);
+    if (description.is_closure) return;
+    if (instruction.output >= program_.register_count)
+      fail_here("writes register " + std::to_string(instruction.output) + "; the program has " +
+                std::to_string(program_.register_count));
+    written_[instruction.output] = description.output;
+  }
+
+  void check_operand(size_t i, char wanted) const {
+    const Operand operand = program_.inputs[program_.instructions[index_].first_input + i];
+    const size_t index = static_cast<size_t>(operand.index());
+    const std::string where = "input " + std::to_string(i);
+    if (operand.is_constant()) {
+      if (index >= program_.constants.size())
+        fail_here(where + " is constant " + std::to_string(index) + "; the program has " +
+                  std::to_string(program_.constants.size()));
+      return;
+    }
+    if (index >= program_.register_count)
+      fail_here(where + " is register " + std::to_string(index) + "; the program has " +
+                std::to_string(program_.register_count));
+    const char found = written_[index];
+    if (found == 0) fail_here(where + " reads register " + std::to_string(index) + " before it is written");
+    if ((found == 'f') != (wanted == 'f'))
+      fail_here(where + " is a " + type_name(found) + " (register " + std::to_string(index) + "); a " +
+                type_name(wanted) + " is needed");
+  }
+
+  void check_parameters(const Instruction& instruction, int count) const {
+    const ParameterRules rules = parameter_rules(instruction.op);
+    for (int i = 0; i < count; ++i) check_parameter(i, instruction.parameters[i], rules[static_cast<size_t>(i)]);
+  }
+
+  void check_parameter(int i, int32_t value, const ParameterRule& rule) const {
+    switch (rule.kind) {
+      case ParameterKind::RANGE:
+        return check_range(i, value, rule.lowest, rule.highest, "");
+      case ParameterKind::ATTRIBUTE_NAME:
+        return check_range(i, value, 0, static_cast<int>(program_.attribute_names.size()) - 1, " (attribute names)");
+      case ParameterKind::IMAGE:
+        return check_range(i, value, -1, static_cast<int>(program_.images.size()) - 1, " (images, -1 = missing)");
+      case ParameterKind::TABLE:
+        check_range(i, value, 0, static_cast<int>(program_.tables.size()) - 1, " (tables)");
+        return check_table_size(value, program_.tables[static_cast<size_t>(value)].size());
+      case ParameterKind::ALPHA_TABLE:
+        check_range(i, value, 0, static_cast<int>(program_.table_alphas.size()) - 1, " (tables with alpha)");
+        return check_table_size(value, program_.table_alphas[static_cast<size_t>(value)].size());
+      case ParameterKind::PROJECTION: {
+        const int blend = value >> 8;
+        check_range(i, value & 0xff, 0, 3, " (projection)");
+        const bool is_box = (value & 0xff) == kBoxProjection;
+        return check_range(i, blend, 0, is_box ? kMaxBlendPercent : 0, " (blend of a box projection, percent)");
+      }
+    }
+  }
+
+  void check_range(int i, int value, int lowest, int highest, const char* what) const {
+    if (value >= lowest && value <= highest) return;
+    fail_here("parameter " + std::to_string(i) + " is " + std::to_string(value) + "; allowed are " +
+              std::to_string(lowest) + " to " + std::to_string(highest) + what);
+  }
+
+  void check_table_size(int table, size_t size) const {
+    if (size != static_cast<size_t>(kTableSize))
+      fail_here("table " + std::to_string(table) + " has " + std::to_string(size) + " entries; " +
+                std::to_string(kTableSize) + " are needed");
+  }
+};
+
+// --- What a program can do ---
+
+// Operands of CLOSURE_PRINCIPLED (op_table).
+enum Principled : size_t {
+  kPrincipledWeight = 0,
+  kPrincipledAlpha = 5,
+  kPrincipledNormal = 6,
+  kPrincipledCoatWeight = 15,
+  kPrincipledSheenWeight = 20,
+  kPrincipledEmissionColor = 23,
+  kPrincipledEmissionStrength = 24,
+};
+
+std::span<const Operand> operands_of(const MaterialProgram& program, const Instruction& instruction) {
+  return {program.inputs.data() + instruction.first_input, instruction.input_count};
+}
+
+bool is_constant_zero(const MaterialProgram& p, Operand o) {
+  return o.is_constant() && p.constants[static_cast<size_t>(o.index())] == Vec3{};
+}
+
+float constant_x(const MaterialProgram& p, Operand o) { return p.constants[static_cast<size_t>(o.index())].x; }
+
+/// Floats are stored in x; what else a constant holds does not matter then.
+bool is_zero_float(const MaterialProgram& p, Operand o) { return o.is_constant() && constant_x(p, o) == 0.0f; }
+
+bool may_pass_light(const MaterialProgram& p, const Instruction& closure) {
+  const std::span<const Operand> in = operands_of(p, closure);
+  if (closure.op == Op::CLOSURE_TRANSPARENT) return !is_zero_float(p, in[0]) && !is_constant_zero(p, in[1]);
+  if (closure.op != Op::CLOSURE_PRINCIPLED || is_zero_float(p, in[kPrincipledWeight])) return false;
+  const Operand alpha = in[kPrincipledAlpha];
+  return !(alpha.is_constant() && constant_x(p, alpha) >= 1.0f);
+}
+
+bool may_emit_light(const MaterialProgram& p, const Instruction& closure) {
+  const std::span<const Operand> in = operands_of(p, closure);
+  size_t color = 1, strength = 2;
+  if (closure.op == Op::CLOSURE_PRINCIPLED) {
+    color = kPrincipledEmissionColor, strength = kPrincipledEmissionStrength;
+    if (is_zero_float(p, in[kPrincipledAlpha])) return false;
+  } else if (closure.op != Op::CLOSURE_EMISSION) {
+    return false;
+  }
+  return !is_zero_float(p, in[0]) && !is_constant_zero(p, in[color]) && !is_zero_float(p, in[strength]);
+}
+
+/// Adds the closure's emission to `sum` if it is the same everywhere; nothing may lie above it.
+bool add_constant_emission(const MaterialProgram& p, const Instruction& closure, Vec3& sum) {
+  const std::span<const Operand> in = operands_of(p, closure);
+  const bool is_principled = closure.op == Op::CLOSURE_PRINCIPLED;
+  const Operand color = in[is_principled ? size_t{kPrincipledEmissionColor} : 1];
+  const Operand strength = in[is_principled ? size_t{kPrincipledEmissionStrength} : 2];
+  if (!in[0].is_constant() || !color.is_constant() || !strength.is_constant()) return false;
+  if (is_principled) {
+    const Operand alpha = in[kPrincipledAlpha];
+    if (!alpha.is_constant() || constant_x(p, alpha) < 1.0f || !is_zero_float(p, in[kPrincipledCoatWeight]) ||
+        !is_zero_float(p, in[kPrincipledSheenWeight]))
+      return false;
+  }
+  sum += (constant_x(p, in[0]) * constant_x(p, strength)) * p.constants[static_cast<size_t>(color.index())];
+  return true;
+}
+
+/// Whether the closure's transparency (emission) depends on operand `i`.
+bool matters_to_transparency(Op op, size_t i) {
+  return op != Op::CLOSURE_PRINCIPLED || i == kPrincipledWeight || i == kPrincipledAlpha;
+}
+bool matters_to_emission(Op op, size_t i) {
+  return op != Op::CLOSURE_PRINCIPLED || i == kPrincipledWeight || i == kPrincipledAlpha || i == kPrincipledNormal ||
+         i >= kPrincipledCoatWeight;
+}
+
+/// The instructions that the closures chosen by `is_wanted` depend on; a backward liveness analysis.
+std::vector<Instruction> slice(MaterialProgram& p, bool (*is_wanted)(const MaterialProgram&, const Instruction&),
+                               bool (*matters)(Op, size_t)) {
+  const Operand zero{static_cast<uint16_t>(Operand::kConstantBit | p.constants.size())};
+  p.constants.push_back({});
+  std::array<bool, kMaxRegisters> is_live{};
+  std::vector<Instruction> result;
+  for (size_t k = p.instructions.size(); k-- > 0;) {
+    Instruction instruction = p.instructions[k];
+    const bool is_closure = describe(instruction.op).is_closure;
+    if (is_closure ? !is_wanted(p, instruction) : !is_live[instruction.output]) continue;
+    if (is_closure) {
+      const size_t first = p.inputs.size();
+      for (size_t i = 0; i < instruction.input_count; ++i) {
+        const Operand operand = p.inputs[instruction.first_input + i];
+        p.inputs.push_back(matters(instruction.op, i) ? operand : zero);
+      }
+      instruction.first_input = static_cast<uint32_t>(first);
+    } else {
+      is_live[instruction.output] = false;
+    }
+    for (const Operand operand : operands_of(p, instruction))
+      if (!operand.is_constant()) is_live[static_cast<size_t>(operand.index())] = true;
+    result.push_back(instruction);
+  }
+  return {result.rbegin(), result.rend()};
+}
+
+}  // namespace
+
+void finish_program(MaterialProgram& program, int image_count) {
+  constexpr size_t kMaxConstants = Operand::kConstantBit - 2;  // two are added below
+  if (program.constants.size() > kMaxConstants)
+    throw Error(program.name, std::to_string(program.constants.size()) + " constants; at most " +
+                                  std::to_string(kMaxConstants) + " are allowed");
+  Validator(program, image_count).check();
+
+  program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
+  program.reads_light_path = false;
+  program.emission_is_constant = true;
+  program.constant_emission = {};
+  for (const Instruction& instruction : program.instructions) {
+    const Op op = instruction.op;
+    program.needs_tangent |= op == Op::TANGENT || (op == Op::NORMAL_MAP && instruction.parameters[0] == 0);
+    program.needs_footprint |= op == Op::BUMP;
+    program.reads_light_path |= op == Op::LIGHT_PATH;
+    if (!describe(op).is_closure) continue;
+    program.may_be_transparent |= may_pass_light(program, instruction);
+    if (!may_emit_light(program, instruction)) continue;
+    program.may_emit = true;
+    if (!add_constant_emission(program, instruction, program.constant_emission)) program.emission_is_constant = false;
+  }
+  if (!program.emission_is_constant) program.constant_emission = {};
+
+  program.attribute_hashes.clear();
+  for (const std::string& name : program.attribute_names) program.attribute_hashes.push_back(attribute_name_hash(name));
+  program.emission_instructions = slice(program, may_emit_light, matters_to_emission);
+  program.transparency_instructions = slice(program, may_pass_light, matters_to_transparency);
+}
+
+}  // namespace cistern

@@ -1,0 +1,110 @@
+#include "shading/material.h"
+
+#include <span>
+
+#include "shading/closures.h"
+#include "shading/evaluate_node.h"
+
+namespace cistern {
+namespace {
+
+constexpr size_t kMaxInputs = 25;  // of CLOSURE_PRINCIPLED
+
+bool is_closure(Op op) { return op >= Op::CLOSURE_PRINCIPLED; }
+
+/// Left uninitialised on purpose: `finish_program` has checked that nothing is read before it is written, and clearing
+/// 3 KB would cost more than running a typical program.
+class Registers {
+ public:
+  Vec3 read(size_t i) const { return {values_[3 * i], values_[3 * i + 1], values_[3 * i + 2]}; }
+  void write(size_t i, Vec3 v) { values_[3 * i] = v.x, values_[3 * i + 1] = v.y, values_[3 * i + 2] = v.z; }
+
+ private:
+  float values_[3 * kMaxRegisters];
+};
+
+Vec3 finite_or_zero(Vec3 v) {
+  return {std::isfinite(v.x) ? v.x : 0.0f, std::isfinite(v.y) ? v.y : 0.0f, std::isfinite(v.z) ? v.z : 0.0f};
+}
+
+/// Runs `instructions` and hands every closure with its operands to `on_closure`. Non-finite results are replaced where
+/// they reach a closure: in between they can still vanish, as in max(0, x).
+template <typename OnClosure>
+void run(const NodeContext& context, std::span<const Instruction> instructions, OnClosure on_closure) {
+  const MaterialProgram& program = context.program;
+  Registers registers;
+  Vec3 in[kMaxInputs];
+  for (const Instruction& instruction : instructions) {
+    const Operand* operands = program.inputs.data() + instruction.first_input;
+    const bool ends_here = is_closure(instruction.op);
+    for (size_t i = 0; i < instruction.input_count; ++i) {
+      const size_t index = static_cast<size_t>(operands[i].index());
+      if (operands[i].is_constant()) {
+        in[i] = program.constants[index];
+      } else {
+        in[i] = ends_here ? finite_or_zero(registers.read(index)) : registers.read(index);
+      }
+    }
+    if (ends_here) {
+      on_closure(instruction, std::span<const Vec3>(in, instruction.input_count));
+    } else {
+      registers.write(instruction.output, evaluate_node(instruction, in, context));
+    }
+  }
+}
+
+const MaterialProgram* find_program(const Scene& scene, int material) {
+  return material < 0 ? nullptr : scene.materials[static_cast<size_t>(material)].get();
+}
+
+Rgb run_emission(const NodeContext& context) {
+  Rgb emission;
+  run(context, context.program.emission_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
+    emission += closure_emission(closure.op, in, closure.parameters, context.point);
+  });
+  return emission;
+}
+
+}  // namespace
+
+Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const PathState& path) {
+  Bsdf bsdf;
+  bsdf.ng = point.ng;
+  bsdf.ns = point.ns;
+  bsdf.wo = point.wo;
+  const MaterialProgram* program = find_program(scene, point.material);
+  if (program == nullptr) return bsdf;
+  run({scene, *program, point, path}, program->instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
+    add_closure(bsdf, closure.op, in, closure.parameters, point);
+  });
+  return bsdf;
+}
+
+Rgb evaluate_emission(const Scene& scene, const SurfacePoint& point, const PathState& path) {
+  const MaterialProgram* program = find_program(scene, point.material);
+  if (program == nullptr || !program->may_emit) return {};
+  return run_emission({scene, *program, point, path});
+}
+
+Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const PathState& path) {
+  const MaterialProgram* program = find_program(scene, point.material);
+  if (program == nullptr || !program->may_be_transparent) return {};
+  Rgb transparency;
+  run({scene, *program, point, path}, program->transparency_instructions,
+      [&](const Instruction& closure, std::span<const Vec3> in) {
+        transparency += closure_transparency(closure.op, in, closure.parameters, point);
+      });
+  return transparency;
+}
+
+Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& path) {
+  const MaterialProgram* program = find_program(scene, scene.environment.material);
+  if (program == nullptr || !program->may_emit) return {};
+  SurfacePoint point;
+  point.position = direction;
+  point.ng = point.ns = point.wo = -direction;
+  point.material = scene.environment.material;
+  return run_emission({scene, *program, point, path, true});
+}
+
+}  // namespace cistern

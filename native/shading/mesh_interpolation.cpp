@@ -1,0 +1,71 @@
+#include "shading/mesh_interpolation.h"
+
+namespace cistern {
+namespace {
+
+Vec3 triangle_normal(const Mesh& mesh, uint32_t triangle) {
+  const TriangleIndices& v = mesh.vertices[triangle];
+  const Vec3 p0 = mesh.positions[v[0]];
+  return cross(mesh.positions[v[1]] - p0, mesh.positions[v[2]] - p0);
+}
+
+/// Elements of `domain` that the three vertices of a triangle read.
+TriangleIndices element_indices(const Mesh& mesh, uint32_t triangle, Domain domain) {
+  switch (domain) {
+    case Domain::POINT:
+      return mesh.vertices[triangle];
+    case Domain::CORNER:
+      return mesh.corners[triangle];
+    case Domain::FACE:
+      break;
+  }
+  const uint32_t polygon = mesh.polygons.empty() ? triangle : mesh.polygons[triangle];
+  return {polygon, polygon, polygon};
+}
+
+}  // namespace
+
+Vec3 interpolate_position(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
+  const TriangleIndices& v = mesh.vertices[triangle];
+  const float w = 1.0f - barycentric.x - barycentric.y;
+  return w * mesh.positions[v[0]] + barycentric.x * mesh.positions[v[1]] + barycentric.y * mesh.positions[v[2]];
+}
+
+Vec3 interpolate_normal(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
+  const Vec3 flat = triangle_normal(mesh, triangle);
+  Vec3 n = flat;
+  if (mesh.normals_domain != Domain::FACE && !mesh.normals.empty()) {
+    const TriangleIndices e = element_indices(mesh, triangle, mesh.normals_domain);
+    const float w = 1.0f - barycentric.x - barycentric.y;
+    n = w * decode_octahedral(mesh.normals[e[0]]) + barycentric.x * decode_octahedral(mesh.normals[e[1]]) +
+        barycentric.y * decode_octahedral(mesh.normals[e[2]]);
+  }
+  return normalize_or(n, normalize_or(flat, {0.0f, 0.0f, 1.0f}));
+}
+
+AttributeValue interpolate_attribute(const Mesh& mesh, uint32_t triangle, Vec2 barycentric, int index) {
+  const MeshAttribute& attribute = mesh.attributes[static_cast<size_t>(index)];
+  const TriangleIndices e = element_indices(mesh, triangle, attribute.domain);
+  const size_t stride = static_cast<size_t>(attribute.components);
+  const float* a = attribute.values.get() + stride * e[0];
+  const float* b = attribute.values.get() + stride * e[1];
+  const float* c = attribute.values.get() + stride * e[2];
+  const float w = 1.0f - barycentric.x - barycentric.y;
+  const auto component = [&](size_t i) { return w * a[i] + barycentric.x * b[i] + barycentric.y * c[i]; };
+  AttributeValue result;
+  result.value.x = component(0);
+  if (stride == 1) {
+    result.value = {result.value.x, result.value.x, result.value.x};
+    return result;
+  }
+  result.value.y = component(1);
+  if (stride > 2) result.value.z = component(2);
+  if (stride > 3) result.alpha = component(3);
+  return result;
+}
+
+int find_first_uv_map(const Mesh& mesh) {
+  return !mesh.attributes.empty() && mesh.attributes[0].components == 2 ? 0 : -1;
+}
+
+}  // namespace cistern

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "scene/scene.h"
+#include "shading/surface_point.h"
+
+namespace cistern {
+
+/// Where a material program runs: everything a node may read besides its operands.
+struct NodeContext {
+  const Scene& scene;
+  const MaterialProgram& program;
+  const SurfacePoint& point;
+  const PathState& path;
+  bool is_environment = false;  // `point` is a direction: there is no instance and no mesh
+
+  const Instance& instance() const { return scene.instances[point.instance]; }
+  const Mesh& mesh() const { return *scene.meshes[static_cast<size_t>(instance().mesh)]; }
+};
+
+}  // namespace cistern

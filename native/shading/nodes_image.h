@@ -1,0 +1,13 @@
+#pragma once
+
+#include "shading/node_context.h"
+#include "shading/texture.h"
+
+namespace cistern {
+
+/// Op::IMAGE and Op::IMAGE_ALPHA with their parameters. An image that is not there is magenta.
+Texel image_node(const NodeContext& context, const int32_t* parameters, Vec3 vector);
+/// Op::ENVIRONMENT_IMAGE.
+Texel environment_image_node(const NodeContext& context, const int32_t* parameters, Vec3 direction);
+
+}  // namespace cistern

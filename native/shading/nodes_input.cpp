@@ -1,0 +1,153 @@
+#include "shading/nodes_input.h"
+
+#include "shading/mesh_interpolation.h"
+
+namespace cistern {
+namespace {
+
+constexpr Vec3 kForwardZ{1.0f, 1.0f, -1.0f};  // cameras look along -z, Blender's coordinates along +z
+
+AttributeValue attribute_node(const NodeContext& c, int name_index, int shift) {
+  const int index = resolve_attribute(c, name_index);
+  if (index < 0) return {};
+  return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), index);
+}
+
+Vec3 object_position(const NodeContext& c, int shift) {
+  return interpolate_position(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
+}
+
+/// Mesh bounds to [0, 1]; an axis without extent is 1/2, as with Blender's texture space.
+Vec3 generated_node(const NodeContext& c, int shift) {
+  if (c.is_environment) return c.point.position;
+  const Bounds3& bounds = c.mesh().bounds;
+  const Vec3 p = object_position(c, shift) - bounds.lower;
+  const Vec3 size = bounds.diagonal();
+  const auto map = [](float x, float extent) { return extent > 0.0f ? x / extent : 0.5f; };
+  return {map(p.x, size.x), map(p.y, size.y), map(p.z, size.z)};
+}
+
+Vec3 normal_coordinate_node(const NodeContext& c, int shift) {
+  if (c.is_environment) return c.point.ns;
+  if (shift == 0) return normalize_or(c.instance().object_to_world.transposed_vector(c.point.ns), c.point.ns);
+  const Vec3 n = interpolate_normal(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
+  return c.point.is_backface ? -n : n;
+}
+
+Vec3 shifted_position(const NodeContext& c, int shift) { return c.point.position + footprint_step(c.point, shift); }
+
+Vec3 camera_node(const NodeContext& c, int shift) {
+  if (!c.is_environment) return to_camera_space(c.scene.camera, shifted_position(c, shift));
+  return kForwardZ * inverse(c.scene.camera.camera_to_world).vector(c.point.position);
+}
+
+Vec3 window_node(const NodeContext& c, int shift) {
+  const Camera& camera = c.scene.camera;
+  const Vec3 p = camera_node(c, shift);
+  const float depth = camera.type == CameraType::PERSPECTIVE ? p.z : 1.0f;
+  if (depth == 0.0f) return {};
+  return {(p.x / depth - camera.left) / (camera.right - camera.left),
+          (p.y / depth - camera.bottom) / (camera.top - camera.bottom), 0.0f};
+}
+
+Vec3 tangent_node(const NodeContext& c, int name_index) {
+  Vec3 tangent;
+  float handedness = 1.0f;
+  if (c.is_environment || !surface_tangent(c.scene, c.point, resolve_attribute(c, name_index), &tangent, &handedness))
+    return {};
+  return tangent;
+}
+
+Vec3 as_register(float value) { return {value, value, value}; }
+
+}  // namespace
+
+int resolve_attribute(const NodeContext& c, int name_index) {
+  if (c.is_environment) return -1;
+  const Mesh& mesh = c.mesh();
+  const size_t i = static_cast<size_t>(name_index);
+  if (c.program.attribute_names[i].empty()) return find_first_uv_map(mesh);
+  for (size_t k = 0; k < mesh.attributes.size(); ++k) {
+    const MeshAttribute& attribute = mesh.attributes[k];
+    const bool is_same = attribute.name_hash != 0 ? attribute.name_hash == c.program.attribute_hashes[i]
+                                                  : attribute.name == c.program.attribute_names[i];
+    if (is_same) return static_cast<int>(k);
+  }
+  return -1;
+}
+
+Vec3 to_camera_space(const Camera& camera, Vec3 world_point) {
+  return kForwardZ * inverse(camera.camera_to_world).point(world_point);
+}
+
+Vec3 input_node(const Instruction& instruction, const NodeContext& c) {
+  const int32_t* parameters = instruction.parameters;
+  switch (instruction.op) {
+    case Op::ATTRIBUTE:
+      return attribute_node(c, parameters[0], parameters[1]).value;
+    case Op::ATTRIBUTE_ALPHA:
+      return as_register(attribute_node(c, parameters[0], parameters[1]).alpha);
+    case Op::GENERATED:
+      return generated_node(c, parameters[0]);
+    case Op::OBJECT_COORDINATE:
+      return c.is_environment ? c.point.position : object_position(c, parameters[0]);
+    case Op::NORMAL_COORDINATE:
+      return normal_coordinate_node(c, parameters[0]);
+    case Op::REFLECTION_COORDINATE:
+      return c.is_environment ? c.point.wo : reflect(c.point.wo, c.point.ns);
+    case Op::CAMERA_COORDINATE:
+      return camera_node(c, parameters[0]);
+    case Op::WINDOW_COORDINATE:
+      return window_node(c, parameters[0]);
+    case Op::POSITION:
+      return shifted_position(c, parameters[0]);
+    case Op::NORMAL:
+      return c.point.ns;
+    case Op::TRUE_NORMAL:
+      return c.point.ng;
+    case Op::TANGENT:
+      return tangent_node(c, parameters[0]);
+    case Op::INCOMING:
+      return c.point.wo;
+    case Op::BACKFACING:
+      return as_register(c.point.is_backface ? 1.0f : 0.0f);
+    case Op::OBJECT_RANDOM:
+      return as_register(c.is_environment ? 0.0f : c.instance().random);
+    default:  // Op::OBJECT_LOCATION
+      return c.is_environment ? Vec3{} : c.instance().object_to_world.translation;
+  }
+}
+
+float light_path_node(int output, const PathState& path) {
+  const auto is_kind = [&path](int bits) { return (path.ray_kind & bits) != 0 ? 1.0f : 0.0f; };
+  switch (output) {
+    case 0:
+      return is_kind(kVisibleToCamera);
+    case 1:
+      return is_kind(kVisibleToShadow);
+    case 2:
+      return is_kind(kVisibleToDiffuse);
+    case 3:
+      return is_kind(kVisibleToGlossy);
+    case 4:
+      return path.is_singular ? 1.0f : 0.0f;
+    case 5:
+      return is_kind(kVisibleToDiffuse | kVisibleToGlossy);
+    case 6:
+      return is_kind(kVisibleToTransmission);
+    case 7:
+      return path.ray_length;
+    case 8:
+      return static_cast<float>(path.depth);
+    case 9:
+      return static_cast<float>(path.diffuse_depth);
+    case 10:
+      return static_cast<float>(path.glossy_depth);
+    case 11:
+      return static_cast<float>(path.transparent_depth);
+    default:
+      return static_cast<float>(path.transmission_depth);
+  }
+}
+
+}  // namespace cistern

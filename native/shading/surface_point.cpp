@@ -1,0 +1,101 @@
+#include "shading/surface_point.h"
+
+#include "base/frame.h"
+#include "shading/mesh_interpolation.h"
+
+namespace cistern {
+namespace {
+
+struct WorldTriangle {
+  Vec3 p0, edge_1, edge_2;
+};
+
+WorldTriangle world_triangle(const Mesh& mesh, const Instance& instance, uint32_t triangle) {
+  const TriangleIndices& v = mesh.vertices[triangle];
+  const Vec3 p0 = instance.object_to_world.point(mesh.positions[v[0]]);
+  return {p0, instance.object_to_world.point(mesh.positions[v[1]]) - p0,
+          instance.object_to_world.point(mesh.positions[v[2]]) - p0};
+}
+
+/// Change of the weights of vertices 1 and 2 for a step inside the triangle's plane.
+Vec2 barycentric_step(const WorldTriangle& t, Vec3 step) {
+  const Vec3 n = cross(t.edge_1, t.edge_2);
+  const float n2 = dot(n, n);
+  if (!(n2 > 0.0f)) return {};
+  return {dot(cross(step, t.edge_2), n) / n2, dot(cross(t.edge_1, step), n) / n2};
+}
+
+}  // namespace
+
+SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& hit) {
+  const Instance& instance = scene.instances[hit.instance];
+  const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
+  const WorldTriangle t = world_triangle(mesh, instance, hit.triangle);
+
+  SurfacePoint point;
+  // Interpolating vertices is accurate to the size of the triangle; origin + t * direction only to the ray's length.
+  point.position = t.p0 + hit.u * t.edge_1 + hit.v * t.edge_2;
+  point.wo = -ray.direction;
+  point.barycentric = {hit.u, hit.v};
+  point.instance = hit.instance;
+  point.triangle = hit.triangle;
+  point.material = scene.material_of(instance, hit.triangle);
+
+  // A mirroring transform turns the winding round but not the side the object calls outside.
+  const bool is_mirrored = instance.object_to_world.determinant() < 0.0f;
+  const Vec3 winding_normal = cross(t.edge_1, t.edge_2);
+  point.ng = normalize_or(is_mirrored ? -winding_normal : winding_normal, point.wo);
+  point.ns = point.ng;
+  if (mesh.normals_domain != Domain::FACE && !mesh.normals.empty()) {
+    const Vec3 n = interpolate_normal(mesh, hit.triangle, point.barycentric);
+    point.ns = normalize_or(transform_normal(instance.object_to_world, n), point.ng);
+  }
+  point.is_backface = dot(point.ng, point.wo) < 0.0f;
+  if (point.is_backface) {
+    point.ng = -point.ng;
+    point.ns = -point.ns;
+  }
+  return point;
+}
+
+Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, int shift) {
+  if (shift == 0 || point.footprint == 0.0f) return point.barycentric;
+  const Instance& instance = scene.instances[point.instance];
+  const WorldTriangle t = world_triangle(*scene.meshes[static_cast<size_t>(instance.mesh)], instance, point.triangle);
+  return point.barycentric + barycentric_step(t, footprint_step(point, shift));
+}
+
+Vec3 footprint_step(const SurfacePoint& point, int shift) {
+  if (shift == 0) return {};
+  const Frame frame(point.ng);
+  return point.footprint * (shift == 1 ? frame.s : frame.t);
+}
+
+bool surface_tangent(const Scene& scene, const SurfacePoint& point, int attribute, Vec3* tangent, float* handedness) {
+  if (attribute < 0) return false;
+  const Instance& instance = scene.instances[point.instance];
+  const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
+  const Vec3 uv0 = interpolate_attribute(mesh, point.triangle, {0.0f, 0.0f}, attribute).value;
+  const Vec3 duv1 = interpolate_attribute(mesh, point.triangle, {1.0f, 0.0f}, attribute).value - uv0;
+  const Vec3 duv2 = interpolate_attribute(mesh, point.triangle, {0.0f, 1.0f}, attribute).value - uv0;
+  const float determinant = duv1.x * duv2.y - duv2.x * duv1.y;
+  if (determinant == 0.0f || !std::isfinite(determinant)) return false;
+
+  const WorldTriangle t = world_triangle(mesh, instance, point.triangle);
+  const float sign = determinant < 0.0f ? -1.0f : 1.0f;  // lengths do not matter, signs do
+  const Vec3 dp_du = sign * (duv2.y * t.edge_1 - duv1.y * t.edge_2);
+  const Vec3 dp_dv = sign * (duv1.x * t.edge_2 - duv2.x * t.edge_1);
+  const Vec3 projected = dp_du - dot(dp_du, point.ns) * point.ns;
+  *tangent = normalize_or(projected, {});
+  if (*tangent == Vec3{}) return false;
+  const Vec3 outside = point.is_backface ? -point.ns : point.ns;
+  *handedness = dot(cross(outside, *tangent), dp_dv) < 0.0f ? -1.0f : 1.0f;
+  return true;
+}
+
+AttributeValue surface_attribute(const Scene& scene, const SurfacePoint& point, int index) {
+  const Mesh& mesh = *scene.meshes[static_cast<size_t>(scene.instances[point.instance].mesh)];
+  return interpolate_attribute(mesh, point.triangle, point.barycentric, index);
+}
+
+}  // namespace cistern

@@ -1,0 +1,201 @@
+#include "shading/texture.h"
+
+#include <immintrin.h>
+
+#include <array>
+
+namespace cistern {
+namespace {
+
+struct Rgba {
+  float r = 0.0f, g = 0.0f, b = 0.0f, a = 0.0f;
+  friend Rgba operator+(Rgba x, Rgba y) { return {x.r + y.r, x.g + y.g, x.b + y.b, x.a + y.a}; }
+  friend Rgba operator*(float s, Rgba x) { return {s * x.r, s * x.g, s * x.b, s * x.a}; }
+};
+
+constexpr float kMaxTexel = 1e9f;  // coordinates beyond it, and NaN, read texel 0: they have no meaning as int
+
+// --- Stored values ---
+
+template <PixelFormat F>
+float stored_value(const void* pixels, size_t i) {
+  if constexpr (F == PixelFormat::U8)
+    return static_cast<float>(static_cast<const uint8_t*>(pixels)[i]) * (1.0f / 255.0f);
+  if constexpr (F == PixelFormat::U16)
+    return static_cast<float>(static_cast<const uint16_t*>(pixels)[i]) * (1.0f / 65535.0f);
+  if constexpr (F == PixelFormat::HALF) return _cvtsh_ss(static_cast<const uint16_t*>(pixels)[i]);
+  if constexpr (F == PixelFormat::FLOAT) return static_cast<const float*>(pixels)[i];
+}
+
+template <PixelFormat F>
+Rgba fetch(const Image& image, int x, int y) {
+  const size_t channels = static_cast<size_t>(image.channels);
+  const size_t i = (static_cast<size_t>(y) * static_cast<size_t>(image.width) + static_cast<size_t>(x)) * channels;
+  const void* p = image.pixels.get();
+  const float first = stored_value<F>(p, i);
+  const bool has_alpha = (channels == 2 || channels == 4) && image.use_alpha;
+  const float alpha = has_alpha ? stored_value<F>(p, i + channels - 1) : 1.0f;
+  if (channels < 3) return {first, first, first, alpha};
+  return {first, stored_value<F>(p, i + 1), stored_value<F>(p, i + 2), alpha};
+}
+
+/// Outside of the image: transparent black. Only CLIP asks for such texels.
+template <PixelFormat F>
+Rgba fetch_clipped(const Image& image, int x, int y) {
+  if (x < 0 || y < 0 || x >= image.width || y >= image.height) return {};
+  return fetch<F>(image, x, y);
+}
+
+// --- Where texels lie ---
+
+int wrap(int i, int size, Extension extension) {
+  switch (extension) {
+    case Extension::REPEAT: {
+      const int m = i % size;
+      return m < 0 ? m + size : m;
+    }
+    case Extension::EXTEND:
+      return std::clamp(i, 0, size - 1);
+    case Extension::MIRROR: {
+      const int m = (i < 0 ? -(i + 1) : i) % (2 * size);
+      return m < size ? m : 2 * size - 1 - m;
+    }
+    case Extension::CLIP:
+      break;
+  }
+  return i;
+}
+
+struct TexelPosition {
+  int index;
+  float fraction;
+};
+
+TexelPosition texel_position(float coordinate) {
+  if (!(std::abs(coordinate) < kMaxTexel)) return {0, 0.0f};
+  const float whole = std::floor(coordinate);
+  return {static_cast<int>(whole), coordinate - whole};
+}
+
+// --- Filters ---
+
+template <PixelFormat F>
+Rgba filter_closest(const Image& image, float u, float v, Extension extension) {
+  const int x = wrap(texel_position(u * static_cast<float>(image.width)).index, image.width, extension);
+  const int y = wrap(texel_position(v * static_cast<float>(image.height)).index, image.height, extension);
+  return fetch_clipped<F>(image, x, y);
+}
+
+/// Bilinear; texel centres lie at half-integers.
+template <PixelFormat F>
+Rgba filter_linear(const Image& image, float u, float v, Extension extension) {
+  const TexelPosition px = texel_position(u * static_cast<float>(image.width) - 0.5f);
+  const TexelPosition py = texel_position(v * static_cast<float>(image.height) - 0.5f);
+  const int x0 = wrap(px.index, image.width, extension), x1 = wrap(px.index + 1, image.width, extension);
+  const int y0 = wrap(py.index, image.height, extension), y1 = wrap(py.index + 1, image.height, extension);
+  const float tx = px.fraction, ty = py.fraction;
+  return (1.0f - ty) * ((1.0f - tx) * fetch_clipped<F>(image, x0, y0) + tx * fetch_clipped<F>(image, x1, y0)) +
+         ty * ((1.0f - tx) * fetch_clipped<F>(image, x0, y1) + tx * fetch_clipped<F>(image, x1, y1));
+}
+
+/// Uniform cubic B-spline: smooths, never overshoots.
+std::array<float, 4> spline_weights(float t) {
+  const float t2 = t * t, t3 = t2 * t;
+  return {(1.0f - 3.0f * t + 3.0f * t2 - t3) / 6.0f, (4.0f - 6.0f * t2 + 3.0f * t3) / 6.0f,
+          (1.0f + 3.0f * t + 3.0f * t2 - 3.0f * t3) / 6.0f, t3 / 6.0f};
+}
+
+template <PixelFormat F>
+Rgba filter_cubic(const Image& image, float u, float v, Extension extension) {
+  const TexelPosition px = texel_position(u * static_cast<float>(image.width) - 0.5f);
+  const TexelPosition py = texel_position(v * static_cast<float>(image.height) - 0.5f);
+  const std::array<float, 4> wx = spline_weights(px.fraction), wy = spline_weights(py.fraction);
+  Rgba sum;
+  for (int j = 0; j < 4; ++j) {
+    const int y = wrap(py.index + j - 1, image.height, extension);
+    Rgba row;
+    for (int i = 0; i < 4; ++i) {
+      const int x = wrap(px.index + i - 1, image.width, extension);
+      row = row + wx[static_cast<size_t>(i)] * fetch_clipped<F>(image, x, y);
+    }
+    sum = sum + wy[static_cast<size_t>(j)] * row;
+  }
+  return sum;
+}
+
+template <PixelFormat F>
+Rgba filter(const Image& image, float u, float v, Interpolation interpolation, Extension extension) {
+  switch (interpolation) {
+    case Interpolation::LINEAR:
+      return filter_linear<F>(image, u, v, extension);
+    case Interpolation::CLOSEST:
+      return filter_closest<F>(image, u, v, extension);
+    default:
+      return filter_cubic<F>(image, u, v, extension);
+  }
+}
+
+// --- Decoding ---
+
+float srgb_to_linear_exact(float c) {  // [IEC 61966-2-1]
+  if (c < 0.04045f) return std::max(c, 0.0f) * (1.0f / 12.92f);
+  return std::pow((c + 0.055f) * (1.0f / 1.055f), 2.4f);
+}
+
+// The curve's second derivative is below 3.1, so that linear interpolation is off by at most 3.1 / (8 * 512^2)
+// = 1.5e-6.
+constexpr int kCurveSegments = 512;
+
+std::array<float, kCurveSegments + 1> make_srgb_curve() {
+  std::array<float, kCurveSegments + 1> curve;
+  for (size_t i = 0; i < curve.size(); ++i) curve[i] = srgb_to_linear_exact(static_cast<float>(i) / kCurveSegments);
+  return curve;
+}
+
+const std::array<float, kCurveSegments + 1> kSrgbCurve = make_srgb_curve();
+
+float srgb_to_linear(float c) {
+  if (!(c > 0.0f && c < 1.0f)) return srgb_to_linear_exact(c);
+  const float x = c * kCurveSegments;
+  const size_t i = static_cast<size_t>(x);
+  return lerp(kSrgbCurve[i], kSrgbCurve[i + 1], x - static_cast<float>(i));
+}
+
+Rgb to_working_space(const std::array<float, 9>& m, Rgb c) {
+  return {m[0] * c.r + m[1] * c.g + m[2] * c.b, m[3] * c.r + m[4] * c.g + m[5] * c.b,
+          m[6] * c.r + m[7] * c.g + m[8] * c.b};
+}
+
+Texel decode(const Image& image, Rgba stored) {
+  Rgb color{stored.r, stored.g, stored.b};
+  if (image.is_premultiplied && stored.a != 0.0f && stored.a != 1.0f) color = color / stored.a;
+  if (image.transfer == TransferCurve::SRGB)
+    color = {srgb_to_linear(color.r), srgb_to_linear(color.g), srgb_to_linear(color.b)};
+  if (image.has_colour_matrix) color = to_working_space(image.to_working_space, color);
+  return {color, stored.a};
+}
+
+}  // namespace
+
+Texel lookup_image(const Image& image, float u, float v, Interpolation interpolation, Extension extension) {
+  switch (image.format) {
+    case PixelFormat::U8:
+      return decode(image, filter<PixelFormat::U8>(image, u, v, interpolation, extension));
+    case PixelFormat::U16:
+      return decode(image, filter<PixelFormat::U16>(image, u, v, interpolation, extension));
+    case PixelFormat::HALF:
+      return decode(image, filter<PixelFormat::HALF>(image, u, v, interpolation, extension));
+    default:
+      return decode(image, filter<PixelFormat::FLOAT>(image, u, v, interpolation, extension));
+  }
+}
+
+Texel lookup_equirectangular(const Image& image, Vec3 direction, Interpolation interpolation) {
+  const float l = length(direction);
+  if (!(l > 0.0f)) return lookup_image(image, 0.0f, 0.0f, interpolation, Extension::REPEAT);
+  const float u = 0.5f - std::atan2(direction.y, direction.x) * (0.5f * kInvPi);
+  const float v = 1.0f - std::acos(std::clamp(direction.z / l, -1.0f, 1.0f)) * kInvPi;
+  return lookup_image(image, u, v, interpolation, Extension::REPEAT);
+}
+
+}  // namespace cistern
