@@ -1,0 +1,113 @@
+"""CPU time per sample per pixel of Cistern beside Cycles, on .blend files, in one run.
+
+  python -m tests.benchmark.cpu_per_sample SCENE.blend ... [--rounds 3] [--scale 0.5] [--samples 16 80] [--json FILE]
+
+Each engine renders each scene in fresh processes, in turn (A B A B ...). Two sample counts are rendered per process; the
+difference of their user times cancels scene export and acceleration-structure builds. Medians over the rounds; the ratio is the
+median of the rounds' own ratios, because the machine's speed drifts.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import statistics
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+ENGINES = ("CISTERN", "CYCLES")
+PROCESS_SECONDS = 1200
+
+
+def measure(blend: str, engine: str, scale: float, samples: list[int]) -> dict[str, float]:
+    """Inside a fresh process: microseconds of user time per sample per pixel, and seconds of everything else."""
+    import atexit
+
+    import bpy
+
+    sys.path.insert(0, str(ROOT))
+    import addon
+    from tests.support.engines import prepare
+
+    addon.register()
+    atexit.register(addon.unregister)
+    bpy.ops.wm.open_mainfile(filepath=blend)
+    scene = bpy.context.scene
+    factor = scene.render.resolution_percentage / 100.0 * scale
+    width, height = round(scene.render.resolution_x * factor), round(scene.render.resolution_y * factor)
+    prepare(scene, width, height)
+    for settings in (scene.cycles, scene.cistern):
+        settings.max_bounces = 12
+    for kind in ("diffuse", "glossy", "transmission"):
+        setattr(scene.cycles, f"{kind}_bounces", 12)
+        setattr(scene.cistern, f"max_{kind}_bounces", 12)
+    scene.render.engine = engine
+    times = []
+    for count in samples:
+        (scene.cycles if engine == "CYCLES" else scene.cistern).samples = count
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
+        bpy.ops.render.render()
+        times.append(resource.getrusage(resource.RUSAGE_SELF).ru_utime - before)
+    per_sample = (times[-1] - times[0]) / (samples[-1] - samples[0])
+    errors = [line["error"] for line in addon.report.last if line["error"]] if engine == "CISTERN" else []
+    if errors:
+        raise SystemExit(errors[0])
+    return {"microseconds": per_sample / (width * height) * 1e6, "rest_seconds": times[0] - samples[0] * per_sample}
+
+
+def run_process(blend: Path, engine: str, scale: float, samples: list[int]) -> dict[str, float]:
+    command = [sys.executable, __file__, "--measure", str(blend), engine, str(scale), *map(str, samples)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PROCESS_SECONDS, check=False)
+    lines = [line for line in done.stdout.splitlines() if line.startswith("@@")]
+    if not lines:
+        raise SystemExit(f"{blend.name} with {engine} failed:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return json.loads(lines[-1][2:])
+
+
+def benchmark(blend: Path, rounds: int, scale: float, samples: list[int]) -> dict:
+    results = {engine: [] for engine in ENGINES}
+    for _ in range(rounds):
+        for engine in ENGINES:
+            results[engine].append(run_process(blend, engine, scale, samples))
+    ours, theirs = ([r["microseconds"] for r in results[engine]] for engine in ENGINES)
+    return {
+        "scene": blend.stem,
+        "cistern_us": statistics.median(ours),
+        "cycles_us": statistics.median(theirs),
+        "ratio": statistics.median(a / b for a, b in zip(ours, theirs, strict=True)),
+        "cistern_rest_s": statistics.median(r["rest_seconds"] for r in results["CISTERN"]),
+        "cycles_rest_s": statistics.median(r["rest_seconds"] for r in results["CYCLES"]),
+    }
+
+
+def main() -> None:
+    if sys.argv[1:2] == ["--measure"]:
+        blend, engine, scale, *samples = sys.argv[2:]
+        print("@@" + json.dumps(measure(blend, engine, float(scale), [int(n) for n in samples])), flush=True)
+        return
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="+", type=Path)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--scale", type=float, default=0.5, help="of the scene's own resolution")
+    parser.add_argument("--samples", type=int, nargs=2, default=[16, 80])
+    parser.add_argument("--json", type=Path, help="append one line per scene to this file")
+    arguments = parser.parse_args()
+    print("| scene | Cistern µs | Cycles µs | ratio | Cistern other s | Cycles other s |")
+    print("|---|---|---|---|---|---|")
+    for blend in arguments.scenes:
+        row = benchmark(blend, arguments.rounds, arguments.scale, arguments.samples)
+        print(
+            f"| {row['scene']} | {row['cistern_us']:.2f} | {row['cycles_us']:.2f} | {row['ratio']:.2f} "
+            f"| {row['cistern_rest_s']:.2f} | {row['cycles_rest_s']:.2f} |",
+            flush=True,
+        )
+        if arguments.json:
+            with arguments.json.open("a") as file:
+                file.write(json.dumps(row) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,95 @@
+"""Every camera model against Cycles; method and false-alarm rate as in test_against_cycles_lights."""
+
+import math
+
+import bpy
+import pytest
+
+from tests.support import blender_scenes as build
+from tests.support.engines import compare_with_cycles
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+CAMERAS = {
+    "perspective": {},
+    "wide": {"lens": 20.0},
+    "vertical fit": {"sensor_fit": "VERTICAL", "sensor_height": 20.0},
+    "horizontal fit": {"sensor_fit": "HORIZONTAL", "sensor_width": 30.0},
+    "shift": {"shift_x": 0.15, "shift_y": -0.1},
+    "orthographic": {"type": "ORTHO", "ortho_scale": 4.0},
+    "orthographic shift": {"type": "ORTHO", "ortho_scale": 4.0, "shift_x": 0.1, "shift_y": 0.2},
+    "clipping": {"clip_start": 3.6, "clip_end": 5.2},
+}
+LENSES = {
+    "round": {"aperture_fstop": 0.05},
+    "blades": {"aperture_fstop": 0.05, "aperture_blades": 5, "aperture_rotation": 0.4},
+    "anamorphic": {"aperture_fstop": 0.05, "aperture_ratio": 2.0},
+}
+
+
+def textured_stage(scene: bpy.types.Scene) -> bpy.types.Object:
+    build.stage(scene, build.principled("ball", Base_Color=(0.8, 0.3, 0.2, 1), Roughness=0.6))
+    return scene.camera
+
+
+@pytest.mark.parametrize("case", CAMERAS)
+def test_camera(empty_scene: bpy.types.Scene, case: str) -> None:
+    camera = textured_stage(empty_scene)
+    for name, value in CAMERAS[case].items():
+        setattr(camera.data, name, value)
+    size = (64, 40) if "vertical" not in case else (40, 64)
+    result = compare_with_cycles(empty_scene, size=size)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("case", LENSES)
+def test_depth_of_field(empty_scene: bpy.types.Scene, case: str) -> None:
+    camera = textured_stage(empty_scene)
+    camera.data.dof.use_dof = True
+    camera.data.dof.focus_distance = 2.2
+    for name, value in LENSES[case].items():
+        setattr(camera.data.dof, name, value)
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def test_focus_object(empty_scene: bpy.types.Scene) -> None:
+    camera = textured_stage(empty_scene)
+    camera.data.dof.use_dof, camera.data.dof.aperture_fstop = True, 0.05
+    target = bpy.data.objects.new("focus", None)
+    target.location = (0.8, -1.5, 0.3)
+    empty_scene.collection.objects.link(target)
+    camera.data.dof.focus_object = target
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def test_orthographic_depth_of_field(empty_scene: bpy.types.Scene) -> None:
+    camera = textured_stage(empty_scene)
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 4.0
+    camera.data.dof.use_dof, camera.data.dof.aperture_fstop, camera.data.dof.focus_distance = True, 2.0, 2.0
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def test_pixel_aspect_and_scaled_camera(empty_scene: bpy.types.Scene) -> None:
+    camera = textured_stage(empty_scene)
+    camera.scale = (2.0, 0.5, 3.0)
+    empty_scene.render.pixel_aspect_x = 1.6
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def zoomed(scene: bpy.types.Scene) -> None:
+    scene.camera.data.lens *= 1.01
+
+
+def turned(scene: bpy.types.Scene) -> None:
+    scene.camera.rotation_euler.x += math.radians(0.3)
+
+
+@pytest.mark.parametrize("plant", [zoomed, turned])
+def test_planted_bugs(empty_scene: bpy.types.Scene, plant) -> None:
+    """Cycles' lens is 1 % longer, or its camera turned by 0.3 degrees."""
+    textured_stage(empty_scene)
+    assert not compare_with_cycles(empty_scene, plant=plant).agrees

@@ -1,0 +1,129 @@
+"""Every supported material on a test sphere against Cycles; method as in test_against_cycles_lights."""
+
+import bpy
+import pytest
+
+from tests.support import blender_scenes as build
+from tests.support.engines import compare_with_cycles
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+RED = (0.8, 0.2, 0.1, 1.0)
+GOLD = (0.9, 0.6, 0.2, 1.0)
+
+PRINCIPLED = {
+    "diffuse": {"Roughness": 1.0, "Specular_IOR_Level": 0.0},
+    "default": {},
+    "shiny": {"Roughness": 0.15},
+    "mirror coat of plastic": {"Roughness": 0.0},
+    "ior": {"IOR": 2.2, "Roughness": 0.3},
+    "specular level and tint": {"Specular_IOR_Level": 0.9, "Specular_Tint": (0.3, 0.9, 0.5, 1.0), "Roughness": 0.3},
+    "metal": {"Metallic": 1.0, "Base_Color": GOLD, "Roughness": 0.3},
+    "rough metal": {"Metallic": 1.0, "Base_Color": GOLD, "Roughness": 0.9},
+    "tinted metal": {"Metallic": 1.0, "Base_Color": GOLD, "Specular_Tint": (0.2, 0.4, 1.0, 1.0), "Roughness": 0.4},
+    "half metal": {"Metallic": 0.5, "Base_Color": GOLD, "Roughness": 0.4},
+    "anisotropic": {
+        "Metallic": 1.0,
+        "Base_Color": GOLD,
+        "Roughness": 0.4,
+        "Anisotropic": 0.8,
+        "Anisotropic_Rotation": 0.1,
+    },
+    "glass": {"Transmission_Weight": 1.0, "Roughness": 0.0, "Base_Color": (0.9, 1.0, 0.95, 1.0)},
+    "rough glass": {"Transmission_Weight": 1.0, "Roughness": 0.4, "Base_Color": (0.9, 1.0, 0.95, 1.0)},
+    "half glass": {"Transmission_Weight": 0.5, "Roughness": 0.3},
+    "coat": {"Coat_Weight": 1.0, "Coat_Roughness": 0.1, "Coat_Tint": (0.9, 0.6, 0.4, 1.0), "Roughness": 0.7},
+    "sheen": {"Sheen_Weight": 1.0, "Sheen_Roughness": 0.4, "Sheen_Tint": (0.5, 0.7, 1.0, 1.0)},
+    "emission": {"Emission_Color": (0.3, 0.6, 1.0, 1.0), "Emission_Strength": 1.5},
+    "alpha": {"Alpha": 0.4},
+    "coated emission": {"Emission_Strength": 1.0, "Coat_Weight": 0.8, "Coat_Roughness": 0.0, "Alpha": 0.7},
+}
+
+
+@pytest.mark.parametrize("case", PRINCIPLED)
+def test_principled(empty_scene: bpy.types.Scene, case: str) -> None:
+    build.stage(empty_scene, build.principled("ball", **({"Base_Color": RED} | PRINCIPLED[case])))
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def simple(kind: str, **inputs):
+    return lambda tree: build.shader(tree, kind, **inputs).outputs[0]
+
+
+def distribution(kind: str, name: str, **inputs):
+    def make(tree):
+        node = build.shader(tree, kind, **inputs)
+        node.distribution = name
+        return node.outputs[0]
+
+    return make
+
+
+def mix(first, second, factor: float = 0.35):
+    def make(tree):
+        node = tree.nodes.new("ShaderNodeMixShader")
+        node.inputs[0].default_value = factor
+        tree.links.new(first(tree), node.inputs[1])
+        tree.links.new(second(tree), node.inputs[2])
+        return node.outputs[0]
+
+    return make
+
+
+def add(first, second):
+    def make(tree):
+        node = tree.nodes.new("ShaderNodeAddShader")
+        tree.links.new(first(tree), node.inputs[0])
+        tree.links.new(second(tree), node.inputs[1])
+        return node.outputs[0]
+
+    return make
+
+
+DIFFUSE = simple("ShaderNodeBsdfDiffuse", Color=RED)
+TRANSPARENT = simple("ShaderNodeBsdfTransparent", Color=(0.4, 0.8, 0.9, 1.0))
+GLOSSY = distribution("ShaderNodeBsdfAnisotropic", "GGX", Color=GOLD, Roughness=0.3)
+EMISSION = simple("ShaderNodeEmission", Color=(0.5, 0.3, 0.9, 1.0), Strength=0.7)
+
+CLOSURES = {
+    "diffuse": DIFFUSE,
+    "rough diffuse": simple("ShaderNodeBsdfDiffuse", Color=RED, Roughness=0.8),
+    "translucent": simple("ShaderNodeBsdfTranslucent", Color=RED),
+    "transparent": TRANSPARENT,
+    "emission": EMISSION,
+    "glossy": GLOSSY,
+    "glossy, multiple scattering": distribution("ShaderNodeBsdfAnisotropic", "MULTI_GGX", Color=GOLD, Roughness=0.8),
+    "glossy mirror": distribution("ShaderNodeBsdfAnisotropic", "GGX", Color=GOLD, Roughness=0.0),
+    "glass": distribution("ShaderNodeBsdfGlass", "GGX", Color=(0.9, 0.95, 1.0, 1.0), Roughness=0.0, IOR=1.45),
+    "rough glass": distribution("ShaderNodeBsdfGlass", "GGX", Color=(0.9, 0.95, 1.0, 1.0), Roughness=0.3, IOR=1.45),
+    "mix": mix(DIFFUSE, GLOSSY),
+    "mix with transparent": mix(DIFFUSE, TRANSPARENT, 0.6),
+    "add": add(DIFFUSE, EMISSION),
+    "nested": mix(add(DIFFUSE, EMISSION), mix(GLOSSY, TRANSPARENT, 0.5), 0.4),
+}
+
+
+@pytest.mark.parametrize("case", CLOSURES)
+def test_closure(empty_scene: bpy.types.Scene, case: str) -> None:
+    build.stage(empty_scene, build.material("ball", CLOSURES[case]))
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def rougher(scene: bpy.types.Scene) -> None:
+    node = next(n for n in bpy.data.materials["ball"].node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    node.inputs["Roughness"].default_value += 0.03
+
+
+def redder(scene: bpy.types.Scene) -> None:
+    node = next(n for n in bpy.data.materials["ball"].node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    node.inputs["Base Color"].default_value = (RED[0] * 1.05, *RED[1:])
+
+
+@pytest.mark.parametrize("plant", [rougher, redder])
+def test_planted_bugs(empty_scene: bpy.types.Scene, plant) -> None:
+    """Cycles' roughness is 0.03 higher, or its red 5 % stronger."""
+    inputs = {"Metallic": 1.0, "Roughness": 0.3} if plant is rougher else {}
+    build.stage(empty_scene, build.principled("ball", Base_Color=RED, **inputs))
+    assert not compare_with_cycles(empty_scene, plant=plant).agrees

@@ -1,0 +1,129 @@
+"""Textures and colour nodes on the test sphere against Cycles; method as in test_against_cycles_lights."""
+
+import bpy
+import numpy as np
+import pytest
+
+from tests.support import blender_scenes as build
+from tests.support.engines import compare_with_cycles
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+
+def byte_image(alpha: bool = False) -> bpy.types.Image:
+    """8-bit sRGB blocks, so that interpolation and decoding order matter."""
+    rng = np.random.default_rng(7)
+    pixels = rng.random((8, 16, 4)).astype(np.float32)
+    if not alpha:
+        pixels[..., 3] = 1.0
+    image = bpy.data.images.new("bytes", 16, 8, alpha=alpha)
+    image.pixels.foreach_set(pixels.ravel())
+    image.pack()
+    return image
+
+
+def textured(coordinates: str = "UV", alpha: bool = False, image=None, **members):
+    """Diffuse with an image; members of the node by name, `scale` for a Mapping in front."""
+    scale = members.pop("scale", None)
+
+    def make(tree):
+        node = tree.nodes.new("ShaderNodeTexImage")
+        node.image = image or byte_image(alpha)
+        for name, value in members.items():
+            setattr(node, name, value)
+        vector = tree.nodes.new("ShaderNodeTexCoord").outputs[coordinates]
+        if scale:
+            vector = build.shader(
+                tree, "ShaderNodeMapping", Vector=vector, Scale=scale, Location=(0.13, 0.21, 0.0)
+            ).outputs[0]
+        tree.links.new(vector, node.inputs["Vector"])
+        diffuse = build.shader(tree, "ShaderNodeBsdfDiffuse", Color=node.outputs["Color"]).outputs[0]
+        if not alpha:
+            return diffuse
+        clear = tree.nodes.new("ShaderNodeBsdfTransparent").outputs[0]
+        blend = tree.nodes.new("ShaderNodeMixShader")
+        tree.links.new(node.outputs["Alpha"], blend.inputs[0])
+        tree.links.new(clear, blend.inputs[1])
+        tree.links.new(diffuse, blend.inputs[2])
+        return blend.outputs[0]
+
+    return make
+
+
+def through(kind: str, output: str | int = 0, coordinates: str = "Generated", socket: str = "Vector", **inputs):
+    """Diffuse coloured by a texture node."""
+
+    def make(tree):
+        vector = tree.nodes.new("ShaderNodeTexCoord").outputs[coordinates]
+        node = build.shader(tree, kind, **({socket: vector} | inputs))
+        return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=node.outputs[output]).outputs[0]
+
+    return make
+
+
+def adjusted(kind: str, **inputs):
+    """A colour node between an image and a diffuse."""
+
+    def make(tree):
+        source = tree.nodes.new("ShaderNodeTexImage")
+        source.image = byte_image()
+        node = build.shader(tree, kind, **({"Color": source.outputs["Color"]} | inputs))
+        return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=node.outputs[0]).outputs[0]
+
+    return make
+
+
+def normal_mapped(tree):
+    source = tree.nodes.new("ShaderNodeTexImage")
+    source.image = build.gradient_image()
+    node = build.shader(tree, "ShaderNodeNormalMap", Color=source.outputs["Color"], Strength=0.3)
+    return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=(0.7, 0.7, 0.7, 1), Normal=node.outputs[0]).outputs[0]
+
+
+def bumped(tree):
+    coordinates = tree.nodes.new("ShaderNodeTexCoord").outputs["Object"]
+    wave = build.shader(tree, "ShaderNodeTexWave", Vector=coordinates, Scale=1.5)
+    node = build.shader(tree, "ShaderNodeBump", Height=wave.outputs["Fac" if "Fac" in wave.outputs else "Factor"],
+                        Strength=0.6, Distance=0.1)  # fmt: skip
+    return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=(0.7, 0.7, 0.7, 1), Normal=node.outputs[0]).outputs[0]
+
+
+TEXTURES = {
+    "uv": textured(),
+    "closest": textured(interpolation="Closest"),
+    "scaled": textured(scale=(3.0, 2.0, 1.0)),
+    "clip": textured(extension="CLIP", scale=(2.0, 2.0, 1.0)),
+    "extend": textured(extension="EXTEND", scale=(2.0, 2.0, 1.0)),
+    "mirror": textured(extension="MIRROR", scale=(3.0, 2.0, 1.0)),
+    "alpha": textured(alpha=True),
+    "box": textured("Generated", projection="BOX", projection_blend=0.3),
+    "checker": through("ShaderNodeTexChecker", Scale=6.0),
+    "noise": through("ShaderNodeTexNoise", 1, Scale=4.0),
+    "voronoi": through("ShaderNodeTexVoronoi", 1, Scale=4.0),
+    "brightness": adjusted("ShaderNodeBrightContrast", Bright=0.1, Contrast=0.4),
+    "hue": adjusted("ShaderNodeHueSaturation", Hue=0.6, Saturation=1.3, Value=0.8),
+    "gamma": adjusted("ShaderNodeGamma", Gamma=1.8),
+    "invert": adjusted("ShaderNodeInvert"),
+    "normal map": normal_mapped,
+    "bump": bumped,
+}
+
+
+@pytest.mark.parametrize("case", TEXTURES)
+def test_texture(empty_scene: bpy.types.Scene, case: str) -> None:
+    build.stage(empty_scene, build.material("ball", TEXTURES[case]))
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def shifted(scene: bpy.types.Scene) -> None:
+    layer = scene.objects["sphere"].data.uv_layers[0]
+    uv = np.zeros(2 * len(layer.data), np.float32)
+    layer.data.foreach_get("uv", uv)
+    layer.data.foreach_set("uv", uv + 0.02)
+
+
+def test_planted_bug(empty_scene: bpy.types.Scene) -> None:
+    """Cycles' texture is moved by a third of a texel."""
+    build.stage(empty_scene, build.material("ball", textured()))
+    assert not compare_with_cycles(empty_scene, plant=shifted).agrees
