@@ -1,0 +1,178 @@
+"""Renders of small scenes by the built core through Blender: needs `cistern_core`."""
+
+import math
+import time
+
+import addon
+import bpy
+import numpy as np
+import pytest
+from addon.engine import CisternEngine
+
+from tests.blender.engine_fakes import fresh_scene, read_channels, render
+from tests.blender.test_passes import blender_names, enable_all
+
+pytestmark = pytest.mark.usefixtures("registered_addon", "built_core")
+
+
+@pytest.fixture(scope="module")
+def built_core():
+    import cistern_core
+
+    return cistern_core
+
+
+def plane(channels, name, ids="RGB"):
+    return np.stack([channels[f"ViewLayer.{name}.{channel}"] for channel in ids], axis=2)
+
+
+def small_scene(samples=4, width=24, height=16):
+    """The factory cube under a lamp, on a floor, before a grey world."""
+    scene = fresh_scene(width, height, samples)
+    bpy.ops.mesh.primitive_plane_add(size=20.0, location=(0.0, 0.0, -1.0))
+    lamp = scene.objects["Cube"].material_slots[0].material
+    lamp.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 0.2
+    return scene
+
+
+def test_light_passes_add_up_to_the_picture(tmp_path):
+    scene = small_scene()
+    enable_all(scene.view_layers[0])
+    channels, [report] = render(scene, tmp_path)
+    assert (report.error, report.samples) == (None, 4)
+    assert report.peak_memory_mb > 0.0
+    names = blender_names()
+    parts = [plane(channels, names[name]) for name in ("Direct", "Indirect", "Emission", "Environment")]
+    assert all(part.max() > 0.0 for part in parts)
+    np.testing.assert_allclose(plane(channels, "Combined"), sum(parts), rtol=1e-4, atol=1e-5)
+
+
+def test_data_passes_have_blenders_meaning(tmp_path):
+    scene = small_scene()
+    enable_all(scene.view_layers[0])
+    scene.render.film_transparent = True
+    bpy.data.objects["Plane"].hide_render = True
+    channels, _ = render(scene, tmp_path)
+    alpha = channels["ViewLayer.Combined.A"]
+    outside, inside = alpha == 0.0, alpha == 1.0
+    assert outside.any() and inside.any()
+    depth = next(pixels for name, pixels in channels.items() if name.startswith("ViewLayer.Depth."))
+    assert np.all(depth[outside] == np.float32(1e10))
+    assert np.all((depth[inside] > 5.0) & (depth[inside] < 15.0))
+    assert np.abs(plane(channels, "Position", "XYZ")[inside]).max() < 1.01
+    lengths = np.linalg.norm(plane(channels, "Normal", "XYZ")[inside], axis=1)
+    assert np.all((lengths > 0.3) & (lengths < 1.001))
+    assert np.all(plane(channels, "Combined")[outside] == 0.0)
+
+
+def test_border_is_the_same_part_of_the_full_picture(tmp_path):
+    scene = small_scene()
+    scene.cistern.pixel_filter = "BOX"
+    full, _ = render(scene, tmp_path)
+    scene.render.use_border = scene.render.use_crop_to_border = True
+    scene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75
+    scene.render.border_min_y, scene.render.border_max_y = 0.25, 0.5
+    part, _ = render(scene, tmp_path)
+    assert part["ViewLayer.Combined.R"].shape == (4, 12)
+    np.testing.assert_allclose(plane(part, "Combined").mean(), plane(full, "Combined")[4:8, 6:18].mean(), rtol=0.1)
+
+
+def test_one_pixel_and_a_wide_row(tmp_path):
+    scene = small_scene(width=100, height=100)
+    scene.render.resolution_percentage = 1
+    channels, _ = render(scene, tmp_path)
+    assert channels["ViewLayer.Combined.R"].shape == (1, 1)
+    scene.render.resolution_percentage = 100
+    scene.render.resolution_x, scene.render.resolution_y = 8192, 4
+    scene.render.use_border = scene.render.use_crop_to_border = True
+    scene.render.border_min_y, scene.render.border_max_y = 0.5, 0.75
+    scene.cistern.samples = 1
+    channels, _ = render(scene, tmp_path)
+    assert channels["ViewLayer.Combined.R"].shape == (1, 8192)
+    assert channels["ViewLayer.Combined.A"].min() == 1.0
+
+
+def test_same_seed_same_picture(tmp_path):
+    scene = small_scene()
+    first, _ = render(scene, tmp_path)
+    scene.render.threads_mode, scene.render.threads = "FIXED", 1
+    second, _ = render(scene, tmp_path)
+    assert all(np.array_equal(first[name], second[name]) for name in first)
+    scene.cistern.seed = 1
+    third, _ = render(scene, tmp_path)
+    assert not np.array_equal(first["ViewLayer.Combined.R"], third["ViewLayer.Combined.R"])
+
+
+def test_persistent_data_follows_an_animation(tmp_path):
+    scene = small_scene()
+    scene.cistern.use_animated_seed = False
+    cube = bpy.data.objects["Cube"]
+    cube.keyframe_insert("location", frame=1)
+    cube.location.x += 2.0
+    cube.keyframe_insert("location", frame=2)
+    scene.frame_start, scene.frame_end = 1, 2
+    pictures = {}
+    for persistent in (False, True):
+        scene.render.use_persistent_data = persistent
+        scene.render.filepath = str(tmp_path / f"{persistent}_")
+        bpy.ops.render.render(animation=True)
+        pictures[persistent] = [read_channels(tmp_path / f"{persistent}_000{frame}.exr") for frame in (1, 2)]
+    assert not np.array_equal(*(picture["ViewLayer.Combined.R"] for picture in pictures[True]))
+    for kept, fresh in zip(pictures[True], pictures[False], strict=True):
+        assert np.array_equal(kept["ViewLayer.Combined.R"], fresh["ViewLayer.Combined.R"])
+
+
+def test_cancel_returns_quickly_with_what_is_finished(tmp_path, monkeypatch):
+    scene = small_scene(samples=2**20)
+    started = time.monotonic()
+    monkeypatch.setattr(CisternEngine, "is_stop_wanted", lambda self: time.monotonic() > started + 1.0)
+    channels, [report] = render(scene, tmp_path)
+    assert time.monotonic() - started < 3.0
+    assert report.error is None and 0 < report.samples < 2**20
+    assert plane(channels, "Combined").max() > 0.0
+
+
+def test_time_limit_ends_the_render(tmp_path):
+    scene = small_scene(samples=2**20)
+    scene.cistern.time_limit = 0.5
+    _, [report] = render(scene, tmp_path)
+    assert report.error is None and 0.4 < report.seconds < 3.0
+
+
+def test_layers_show_their_own_collections(tmp_path):
+    scene = small_scene()
+    second = scene.view_layers.new("Second")
+    second.layer_collection.children[0].exclude = True
+    channels, reports = render(scene, tmp_path)
+    assert [report.layer for report in reports] == ["ViewLayer", "Second"]
+    assert not np.array_equal(channels["ViewLayer.Combined.R"], channels["Second.Combined.R"])
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_light_of_no_finite_energy_is_named(bad, tmp_path):
+    scene = small_scene()
+    scene.objects["Light"].data.energy = bad
+    if math.isfinite(scene.objects["Light"].data.energy):
+        pytest.skip("this Blender does not store such a value")
+    scene.render.filepath = str(tmp_path / "failed.exr")
+    with pytest.raises(RuntimeError, match="Light"):
+        bpy.ops.render.render(write_still=True)
+    assert "Light" in addon.report.last_report().error
+
+
+def test_vertex_at_nowhere_is_named(tmp_path):
+    scene = small_scene()
+    scene.objects["Cube"].data.vertices[3].co.x = math.nan
+    with pytest.raises(RuntimeError, match="Cube"):
+        bpy.ops.render.render()
+    assert "Cube" in addon.report.last_report().error
+
+
+def test_scene_without_anything_is_black(tmp_path):
+    scene = fresh_scene()
+    for name in ("Cube", "Light"):
+        bpy.data.objects.remove(bpy.data.objects[name])
+    scene.world = None
+    channels, [report] = render(scene, tmp_path)
+    assert report.error is None
+    assert plane(channels, "Combined").max() == 0.0
