@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ class Error(RuntimeError):
     pass
 
 
+@cache
 def describe_ops() -> dict[str, tuple[str, str, int, bool]]:
     entries = ENTRY.findall(OP_TABLE.read_text())
     return {name: (inputs, output, int(count), closure == "true") for name, inputs, output, count, closure in entries}
@@ -80,7 +82,7 @@ class MaterialProgram:
         return len(self.images) - 1
 
     def _checked(self, op: str, inputs: Sequence[int], parameters: Sequence[int], is_closure: bool) -> Instruction:
-        ops = describe_ops_cached()
+        ops = describe_ops()
         if op not in ops:
             raise Error(f"{self.name}: unknown operation {op}")
         letters, _, parameter_count, closure = ops[op]
@@ -94,7 +96,7 @@ class MaterialProgram:
         if code & CONSTANT_BIT:
             return self.constants[code & ~CONSTANT_BIT]
         source = self.instructions[code]
-        output = describe_ops_cached()[source.op][1]
+        output = describe_ops()[source.op][1]
         if SAME_REGISTER[output] != SAME_REGISTER[letter]:
             raise Error(f"{self.name}: {op} reads {output} of {source.op} as {letter}")
         return source
@@ -107,12 +109,3 @@ class MaterialProgram:
         limits |= {"ATTRIBUTE": self.attributes, "ATTRIBUTE_ALPHA": self.attributes, "TANGENT": self.attributes}
         if op in limits and parameters[0] >= len(limits[op]):
             raise Error(f"{self.name}: {op} points at {parameters[0]} of {len(limits[op])}")
-
-
-_ops: dict[str, tuple[str, str, int, bool]] = {}
-
-
-def describe_ops_cached() -> dict[str, tuple[str, str, int, bool]]:
-    if not _ops:
-        _ops.update(describe_ops())
-    return _ops

@@ -9,19 +9,24 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
+
+import bpy
 
 from . import closures, color, converter, inputs, textures, vector  # noqa: F401 - they register their nodes
-from .compiler import Compiler, flatten_shader
-from .graph import Port, Scope, active_output, socket_named, source_of
+from .compiler import Compiler, Context, flatten_shader
+from .graph import Port, Scope, Tree, active_output, socket_named, source_of
 from .instructions import COLOR, MAX_REGISTERS, constant
+
+if TYPE_CHECKING:
+    from cistern_core import MaterialProgram
 
 DEFAULT_SURFACE = (0.8, 0.8, 0.8)  # what Blender shows without a material
 WHITE = (1.0, 1.0, 1.0)
 ONE = constant(1.0)
 
 
-def compile_material(material: Any | None, context: Any) -> Any:
+def compile_material(material: bpy.types.Material | None, context: Context) -> MaterialProgram:
     """The program of a material; of None, the grey of an object without one. Without a surface it is black."""
     name = material.name if material else "default"
     owner = f"Material '{name}'"
@@ -38,7 +43,7 @@ def compile_material(material: Any | None, context: Any) -> Any:
     return _compile(build, name, owner, context, True)
 
 
-def compile_world(world: Any | None, context: Any) -> Any | None:
+def compile_world(world: bpy.types.World | None, context: Context) -> MaterialProgram | None:
     """The program of a world, whose emission is the radiance from a direction; None for a black one."""
     if world is None:
         return None
@@ -55,7 +60,7 @@ def compile_world(world: Any | None, context: Any) -> Any | None:
     return _compile(build, world.name, owner, context, False, needs_closures=True) if surface else None
 
 
-def compile_light(light: Any, context: Any) -> Any | None:
+def compile_light(light: bpy.types.Light, context: Context) -> MaterialProgram | None:
     """The program that scales a lamp's own emission; None where the tree leaves it as it is (white, strength 1)."""
     if not _uses_nodes(light):
         return None
@@ -74,13 +79,13 @@ def _is_plain_emission(source: Port) -> bool:
     return not linked and tuple(color_socket.default_value[:3]) == WHITE and strength.default_value == 1.0
 
 
-def _uses_nodes(block: Any) -> bool:
+def _uses_nodes(block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bool:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # from 5.0 on every block has a tree
         return block.node_tree is not None and getattr(block, "use_nodes", True)
 
 
-def _output_port(tree: Any, idname: str) -> Port | None:
+def _output_port(tree: Tree, idname: str) -> Port | None:
     node = active_output(tree, idname)
     return Port(Scope(tree), node, socket_named(node.inputs, "Surface")) if node else None
 
@@ -95,9 +100,9 @@ def _warn_other_outputs(compiler: Compiler, surface: Port) -> None:
 def _flatten_surface(compiler: Compiler, surface: Port) -> None:
     """A volume without a surface is looked through, everything else without one is black."""
     volume = socket_named(surface.node.inputs, "Volume")
-    if surface.scope.link_into(surface.node, surface.socket) is None and volume is not None:
-        if surface.scope.link_into(surface.node, volume) is not None:
-            compiler.code.closure("CLOSURE_TRANSPARENT", (ONE, constant(*WHITE, COLOR)))
+    volume_only = surface.scope.link_into(surface.node, surface.socket) is None and volume is not None
+    if volume_only and surface.scope.link_into(surface.node, volume) is not None:
+        compiler.code.closure("CLOSURE_TRANSPARENT", (ONE, constant(*WHITE, COLOR)))
     flatten_shader(compiler, surface, ONE)
 
 
@@ -114,10 +119,10 @@ def _compile(
     build: Callable[[Compiler], None],
     name: str,
     owner: str,
-    context: Any,
+    context: Context,
     is_surface: bool,
     needs_closures: bool = False,
-) -> Any | None:
+) -> MaterialProgram | None:
     """Compile; a tree too large for the core loses its bumps, then its nodes."""
     reasons: list[str] = []
     for allow_bump in (True, False):

@@ -171,7 +171,7 @@ def conductor_reflectance(cosine: float, n: float, k: float) -> float:
 def unsupported(node: NodeView, weight: Value) -> None:
     """Stand-in for a shader the core does not have: diffuse of its colour, nothing for a volume."""
     output = node.node.outputs[0].name if len(node.node.outputs) else ""
-    if output == "Volume" or node.port("Color") is None and node.port("Base Color") is None:
+    if output == "Volume" or (node.port("Color") is None and node.port("Base Color") is None):
         return
     color = node.value("Color") if node.port("Color") else node.value("Base Color")
     node.compiler.code.closure("CLOSURE_DIFFUSE", (weight, color, constant(0.0), node.emit("NORMAL")))

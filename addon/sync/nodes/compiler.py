@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from types import ModuleType
+from typing import Protocol
+
+import bpy
 
 from .enums import MATH_OPERATIONS, VECTOR_MATH_OPERATIONS
-from .graph import SHADER, Port, Scope, entry_of, is_group, is_pass_through, socket_named, source_of
+from .graph import SHADER, Node, Port, Scope, Socket, entry_of, is_group, is_pass_through, socket_named, source_of
 from .instructions import COLOR, FLOAT, VECTOR, InstructionList, Value, constant
 
 LETTERS = {
@@ -18,6 +21,19 @@ LETTERS = {
     "VECTOR": VECTOR,
     "ROTATION": VECTOR,
 }
+
+
+class Context(Protocol):
+    """What the compiler needs from its caller."""
+
+    core: ModuleType
+
+    def image_handle(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> int:
+        """Handle of an image, -1 for one that cannot be read."""
+
+    def warn(self, text: str) -> None:
+        """Tell the user."""
+
 
 ValueHandler = Callable[["NodeView", str], "Value | None"]
 ClosureHandler = Callable[["NodeView", Value], None]
@@ -45,7 +61,7 @@ def closure_node(*idnames: str) -> Callable[[ClosureHandler], ClosureHandler]:
     return register
 
 
-def default_of(socket: Any) -> Value:
+def default_of(socket: Socket) -> Value:
     """The value shown on an unlinked socket; 0 for kinds that hold no number."""
     letter = LETTERS.get(socket.type, FLOAT)
     default = getattr(socket, "default_value", 0.0)
@@ -58,7 +74,7 @@ def default_of(socket: Any) -> Value:
 class Compiler:
     """State of one compilation: the instructions so far, the bump shift, and what to tell the user."""
 
-    def __init__(self, name: str, owner: str, context: Any, is_surface: bool) -> None:
+    def __init__(self, name: str, owner: str, context: Context, is_surface: bool) -> None:
         self.code = InstructionList(context.core, name)
         self.owner = owner  # as shown in warnings, e.g. "Material 'Wood'"
         self.context = context
@@ -73,7 +89,7 @@ class Compiler:
     def warn(self, text: str) -> None:
         self._warnings[f"{self.owner}: {text}"] = None
 
-    def unsupported(self, node: Any, output: str = "") -> None:
+    def unsupported(self, node: Node, output: str = "") -> None:
         self._unsupported[f"{node.bl_label} ({output})" if output else node.bl_label] = None
 
     def report(self) -> None:
@@ -152,7 +168,7 @@ def substitute(port: Port) -> Value:
 class NodeView:
     """A node as its handler sees it: values by socket identifier, properties, and a place to emit."""
 
-    def __init__(self, compiler: Compiler, scope: Scope, node: Any) -> None:
+    def __init__(self, compiler: Compiler, scope: Scope, node: Node) -> None:
         self.compiler = compiler
         self.scope = scope
         self.node = node

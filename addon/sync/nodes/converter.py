@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
+import bpy
 import numpy as np
 
 from .compiler import NodeView, value_node
@@ -121,7 +122,13 @@ def float_curve(node: NodeView, output: str) -> Value:
     return separate(node, _curves(node, mapping, evaluate, grey, "Factor"), 0)
 
 
-def _curves(node: NodeView, mapping: Any, evaluate: Any, value: Value, factor: str = "Fac") -> Value:
+def _curves(
+    node: NodeView,
+    mapping: bpy.types.CurveMapping,
+    evaluate: Callable[[float], list[float]],
+    value: Value,
+    factor: str = "Fac",
+) -> Value:
     """Tabulate over the curves' common range; outside of it continue straight, or stay level where asked to."""
     points = [point.location.x for curve in mapping.curves for point in curve.points]
     low, high = min(points), max(points)

@@ -135,10 +135,12 @@ def _each(function: Callable[..., float]) -> Callable[..., Triple]:
     return lambda a, b, c, scale: tuple(function(*xyz) for xyz in zip(a, b, c, strict=True))
 
 
+_COMPONENT_WISE = (
+    "ADD SUBTRACT MULTIPLY DIVIDE MULTIPLY_ADD ABSOLUTE MINIMUM MAXIMUM FLOOR CEIL MODULO WRAP SNAP SINE COSINE "
+    "TANGENT POWER SIGN"
+)
 _VECTOR_MATH: dict[str, Callable[[Triple, Triple, Triple, float], Triple]] = {
-    name: _each(_MATH[name])
-    for name in ("ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "MULTIPLY_ADD", "ABSOLUTE", "MINIMUM", "MAXIMUM", "FLOOR")
-    + ("CEIL", "MODULO", "WRAP", "SNAP", "SINE", "COSINE", "TANGENT", "POWER", "SIGN")
+    name: _each(_MATH[name]) for name in _COMPONENT_WISE.split()
 } | {
     "FRACTION": _each(_MATH["FRACT"]),
     "CROSS_PRODUCT": lambda a, b, c, scale: cross(a, b),

@@ -6,8 +6,15 @@ Sockets are named by identifier, since positions and labels change between Blend
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+
+import bpy
+
+Tree = bpy.types.NodeTree
+Node = bpy.types.Node
+Socket = bpy.types.NodeSocket
+Link = bpy.types.NodeLink
 
 SHADER = "SHADER"
 
@@ -15,7 +22,7 @@ SHADER = "SHADER"
 class Scope:
     """One use of a node tree: the material's own tree, or what stands inside one group node."""
 
-    def __init__(self, tree: Any, parent: Scope | None = None, group_node: Any = None) -> None:
+    def __init__(self, tree: Tree, parent: Scope | None = None, group_node: Node | None = None) -> None:
         self.tree = tree
         self.parent = parent
         self.group_node = group_node
@@ -24,10 +31,10 @@ class Scope:
         }
         self._children: dict[str, Scope | None] = {}
 
-    def link_into(self, node: Any, socket: Any) -> Any | None:
+    def link_into(self, node: Node, socket: Socket) -> Link | None:
         return self._links.get((node.name, socket.identifier))
 
-    def child(self, group_node: Any) -> Scope | None:
+    def child(self, group_node: Node) -> Scope | None:
         """The inside of a group node; None without a tree or when the group contains itself."""
         if group_node.name not in self._children:
             tree = group_node.node_tree
@@ -35,11 +42,11 @@ class Scope:
             self._children[group_node.name] = None if empty else Scope(tree, self, group_node)
         return self._children[group_node.name]
 
-    def _is_inside(self, tree: Any) -> bool:
+    def _is_inside(self, tree: Tree) -> bool:
         return self.tree == tree or (self.parent is not None and self.parent._is_inside(tree))
 
 
-def _carries_values(link: Any) -> bool:
+def _carries_values(link: Link) -> bool:
     usable = link.is_valid and not link.is_muted
     return usable and link.from_socket.enabled and link.to_socket.enabled
 
@@ -49,11 +56,11 @@ class Port:
     """A socket of a node in a scope; whether it is an input or an output is known from the context."""
 
     scope: Scope
-    node: Any
-    socket: Any
+    node: Node
+    socket: Socket
 
 
-def socket_named(sockets: Any, identifier: str) -> Any | None:
+def socket_named(sockets: Iterable[Socket], identifier: str) -> Socket | None:
     return next((socket for socket in sockets if socket.identifier == identifier), None)
 
 
@@ -67,11 +74,11 @@ def source_of(port: Port) -> Port | None:
     return Port(port.scope, link.from_node, link.from_socket)
 
 
-def is_pass_through(node: Any) -> bool:
+def is_pass_through(node: Node) -> bool:
     return node.mute or node.bl_idname in ("NodeReroute", "NodeGroupInput") or is_group(node)
 
 
-def is_group(node: Any) -> bool:
+def is_group(node: Node) -> bool:
     return node.bl_idname in ("ShaderNodeGroup", "ShaderNodeCustomGroup")
 
 
@@ -94,19 +101,19 @@ def entry_of(output: Port) -> Port | None:
     return Port(scope, node, socket) if socket else None
 
 
-def _bypass(node: Any, socket: Any) -> Any | None:
+def _bypass(node: Node, socket: Socket) -> Socket | None:
     for link in node.internal_links:
         if link.to_socket.identifier == socket.identifier:
             return socket_named(node.inputs, link.from_socket.identifier)
     return None
 
 
-def group_output(tree: Any) -> Any | None:
+def group_output(tree: Tree) -> Node | None:
     outputs = [node for node in tree.nodes if node.bl_idname == "NodeGroupOutput"]
     return next((node for node in outputs if node.is_active_output), outputs[0] if outputs else None)
 
 
-def active_output(tree: Any, idname: str) -> Any | None:
+def active_output(tree: Tree, idname: str) -> Node | None:
     """The output node Cycles would take: one for Cycles before one for all renderers, the active one of equals."""
     outputs = [node for node in tree.nodes if node.bl_idname == idname and node.target in ("CYCLES", "ALL")]
     return max(outputs, key=lambda node: (node.target == "CYCLES", node.is_active_output), default=None)

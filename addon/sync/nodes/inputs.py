@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+import bpy
 
 from .compiler import NodeView, default_of, value_node
 from .enums import LIGHT_PATH_OUTPUTS, VECTOR_MATH_VALUES
@@ -49,7 +49,7 @@ def texture_coordinate(node: NodeView, output: str) -> Value | None:
     return node.at_shift(ops[output]) if output in ops else None
 
 
-def _object_coordinate(node: NodeView, other: Any | None) -> Value:
+def _object_coordinate(node: NodeView, other: bpy.types.Object | None) -> Value:
     if other is None:
         return node.at_shift("OBJECT_COORDINATE") if node.compiler.is_surface else position(node)
     matrix = other.matrix_world.inverted_safe()

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from . import blend  # noqa: F401 - completes FOLDERS
 from .fold import FOLDERS, Triple
+
+if TYPE_CHECKING:
+    from cistern_core import MaterialProgram
 
 FLOAT, COLOR, VECTOR = "f", "c", "v"
 MAX_REGISTERS = 256  # kMaxRegisters of native/scene/material_program.h
@@ -45,7 +49,7 @@ class _Instruction:
 class InstructionList:
     """Instructions in single-assignment form; nothing reaches the program before `write`."""
 
-    def __init__(self, core: Any, name: str) -> None:
+    def __init__(self, core: ModuleType, name: str) -> None:
         self.program = core.MaterialProgram(name)
         self._ops = core.describe_ops()
         self._instructions: list[_Instruction] = []
@@ -109,7 +113,7 @@ class InstructionList:
     def closures(self) -> list[tuple[str, tuple[Value, ...]]]:
         return [(closure.op, closure.inputs) for closure in self._closures]
 
-    def write(self) -> Any:
+    def write(self) -> MaterialProgram:
         operands: dict[int, int] = {}
         constants: dict[Triple, int] = {}
 

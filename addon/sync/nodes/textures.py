@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+
+import bpy
 
 from . import enums
 from .compiler import NodeView, value_node
@@ -18,7 +20,7 @@ def _generated(node: NodeView) -> Value:
     return node.at_shift("GENERATED")
 
 
-def texture_vector(node: NodeView, unlinked: Any = _generated) -> Value:
+def texture_vector(node: NodeView, unlinked: Callable[[NodeView], Value] = _generated) -> Value:
     """The linked vector, else the texture's own coordinate, through the node's texture mapping panel."""
     vector = node.linked("Vector")
     vector = unlinked(node) if vector is None else vector
@@ -26,7 +28,7 @@ def texture_vector(node: NodeView, unlinked: Any = _generated) -> Value:
     return vector if mapping is None else _texture_mapping(node, vector, mapping)
 
 
-def _texture_mapping(node: NodeView, vector: Value, mapping: Any) -> Value:
+def _texture_mapping(node: NodeView, vector: Value, mapping: bpy.types.TexMapping) -> Value:
     axes = (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z)
     if axes != ("X", "Y", "Z"):
         vector = node.emit("COMBINE_XYZ", [_axis(node, vector, axis) for axis in axes])

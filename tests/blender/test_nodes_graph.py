@@ -1,0 +1,283 @@
+"""Groups, reroutes, muted nodes, shader mixing, unknown nodes, and the blocks around a tree."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+import pytest
+from node_trees import Context, Tree, socket
+
+from addon.sync.nodes import compile_light, compile_material, compile_world
+from addon.sync.nodes.graph import Scope
+
+SCENES = "CISTERN_TEST_SCENES"
+
+
+def emission_color(tree: Tree, context: Context | None = None):
+    (closure,) = tree.compile(context).closures
+    return closure.inputs[1]
+
+
+def tinting_group(name: str) -> bpy.types.NodeTree:
+    """A group with input Tint (default red) and output Result; nothing inside is linked yet."""
+    group = bpy.data.node_groups.new(name, "ShaderNodeTree")
+    tint = group.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
+    tint.default_value = (1.0, 0.0, 0.0, 1.0)
+    group.interface.new_socket("Result", in_out="OUTPUT", socket_type="NodeSocketColor")
+    group.nodes.new("NodeGroupInput")
+    group.nodes.new("NodeGroupOutput")
+    return group
+
+
+def ends(group: bpy.types.NodeTree) -> tuple[bpy.types.NodeSocket, bpy.types.NodeSocket]:
+    inner = next(node for node in group.nodes if node.bl_idname == "NodeGroupInput")
+    outer = next(node for node in group.nodes if node.bl_idname == "NodeGroupOutput")
+    return inner.outputs[0], outer.inputs[0]
+
+
+def test_nested_groups_reroutes_and_group_defaults(empty_scene):
+    inner, outer = tinting_group("Inner"), tinting_group("Outer")
+    source, target = ends(inner)
+    reroute = inner.nodes.new("NodeReroute")
+    inner.links.new(reroute.inputs[0], source)
+    gamma = inner.nodes.new("ShaderNodeGamma")
+    gamma.inputs["Gamma"].default_value = 2.0
+    inner.links.new(gamma.inputs["Color"], reroute.outputs[0])
+    inner.links.new(target, gamma.outputs[0])
+    source, target = ends(outer)
+    use = outer.nodes.new("ShaderNodeGroup")
+    use.node_tree = inner
+    outer.links.new(use.inputs[0], source)
+    outer.links.new(target, use.outputs[0])
+
+    tree = Tree()
+    first, second = tree.node("ShaderNodeGroup", node_tree=outer), tree.node("ShaderNodeGroup", node_tree=outer)
+    second.inputs[0].default_value = (0.5, 0.0, 0.0, 1.0)
+    add = tree.node("ShaderNodeMix", data_type="RGBA", blend_type="ADD")
+    tree.set(add, Factor_Float=1.0)
+    tree.tree.links.new(socket(add.inputs, "A_Color"), first.outputs[0])
+    tree.tree.links.new(socket(add.inputs, "B_Color"), second.outputs[0])
+    tree.shown(add, "Result_Color")
+    assert emission_color(tree) == pytest.approx((1.25, 0.0, 0.0))
+
+
+def test_group_socket_converts_what_passes(empty_scene):
+    group = bpy.data.node_groups.new("Grey", "ShaderNodeTree")
+    group.interface.new_socket("Amount", in_out="INPUT", socket_type="NodeSocketFloat")
+    group.interface.new_socket("Result", in_out="OUTPUT", socket_type="NodeSocketColor")
+    group.links.new(group.nodes.new("NodeGroupOutput").inputs[0], group.nodes.new("NodeGroupInput").outputs[0])
+    tree = Tree()
+    use, rgb = tree.node("ShaderNodeGroup", node_tree=group), tree.node("ShaderNodeRGB")
+    rgb.outputs[0].default_value = (0.0, 1.0, 0.0, 1.0)
+    tree.tree.links.new(use.inputs[0], rgb.outputs[0])
+    tree.tree.links.new(tree.shown(rgb, "Color").inputs["Color"], use.outputs[0])
+    assert emission_color(tree) == pytest.approx((0.7151522,) * 3)
+
+
+def test_muted_nodes_and_links(empty_scene):
+    tree = Tree()
+    rgb, invert = tree.node("ShaderNodeRGB"), tree.node("ShaderNodeInvert")
+    rgb.outputs[0].default_value = (0.25, 0.25, 0.25, 1.0)
+    link = tree.link(rgb, "Color", invert, "Color")
+    tree.shown(invert, "Color")
+    assert emission_color(tree) == pytest.approx((0.75,) * 3)
+    invert.mute = True
+    assert emission_color(tree) == pytest.approx((0.25,) * 3)
+    invert.mute = False
+    link.is_muted = True
+    assert emission_color(tree) == pytest.approx((1.0,) * 3)
+
+
+def test_group_inside_itself_is_named_and_replaced(empty_scene):
+    """Blender refuses to build one, broken files hold it: a scope that pretends its group node leads home."""
+    tree = Tree()
+    group = tinting_group("Snake")
+    use = tree.node("ShaderNodeGroup", node_tree=group)
+    tree.shown(use, use.outputs[0].identifier)
+    inside = group.nodes.new("ShaderNodeGroup")
+    inside.node_tree = group
+    looped = SimpleNamespace(name="Loop", node_tree=group)
+    assert Scope(group).child(looped) is None
+    parent = Scope(tree.tree)
+    nested = parent.child(use)
+    assert nested is not None and nested.child(looped) is None
+
+
+def test_self_containing_group_compiles_to_its_default(empty_scene, monkeypatch):
+    tree = Tree()
+    group = tinting_group("Snake")
+    use = tree.node("ShaderNodeGroup", node_tree=group)
+    tree.tree.links.new(tree.shown(tree.node("ShaderNodeRGB"), "Color").inputs["Color"], use.outputs[0])
+    monkeypatch.setattr(Scope, "_is_inside", lambda self, other: True)
+    context = Context()
+    emission_color(tree, context)
+    assert [warning for warning in context.warnings if "'Snake' contains itself" in warning]
+
+
+def test_group_without_tree_is_harmless(empty_scene):
+    tree = Tree()
+    tree.node("ShaderNodeGroup")
+    assert tree.compile().closures == []
+
+
+def test_unknown_nodes_make_one_warning(empty_scene):
+    tree = Tree("Exotic")
+    mix = tree.node("ShaderNodeMix", data_type="RGBA", blend_type="ADD")
+    tree.set(mix, Factor_Float=1.0)
+    tree.link(tree.node("ShaderNodeTexSky"), "Color", mix, "A_Color")
+    for _ in range(2):
+        tree.link(tree.node("ShaderNodeWireframe"), "Fac", mix, "B_Color")
+    tree.shown(mix, "Result_Color")
+    context = Context()
+    assert emission_color(tree, context) == pytest.approx((0.81, 0.81, 0.81))
+    assert context.warnings == ["Material 'Exotic': nodes replaced by their defaults: Sky Texture, Wireframe"]
+
+
+def test_unknown_shader_becomes_diffuse_of_its_color(empty_scene):
+    tree = Tree()
+    toon = tree.set(tree.node("ShaderNodeBsdfToon"), Color=(0.1, 0.2, 0.3, 1.0))
+    tree.link(toon, "BSDF", tree.output, "Surface")
+    context = Context()
+    (closure,) = tree.compile(context).closures
+    assert closure.op == "CLOSURE_DIFFUSE" and closure.inputs[1] == pytest.approx((0.1, 0.2, 0.3))
+    assert len(context.warnings) == 1 and "Toon" in context.warnings[0]
+
+
+def mixed(factor: float | None) -> Tree:
+    """mix(factor, Diffuse, Add(Emission, Transparent)); None links a texture to the factor."""
+    tree = Tree()
+    mix, add = tree.node("ShaderNodeMixShader"), tree.node("ShaderNodeAddShader")
+    if factor is None:
+        tree.link(tree.node("ShaderNodeTexNoise"), "Fac", mix, "Fac")
+    else:
+        tree.set(mix, Fac=factor)
+    tree.link(tree.node("ShaderNodeBsdfDiffuse"), "BSDF", mix, "Shader")
+    tree.link(tree.node("ShaderNodeEmission"), "Emission", add, "Shader")
+    tree.link(tree.node("ShaderNodeBsdfTransparent"), "BSDF", add, "Shader_001")
+    tree.link(add, "Shader", mix, "Shader_001")
+    tree.link(mix, "Shader", tree.output, "Surface")
+    return tree
+
+
+@pytest.mark.parametrize(
+    ("factor", "weights"),
+    [
+        (0.25, {"DIFFUSE": 0.75, "EMISSION": 0.25, "TRANSPARENT": 0.25}),
+        (0.0, {"DIFFUSE": 1.0}),
+        (1.0, {"EMISSION": 1.0, "TRANSPARENT": 1.0}),
+    ],
+)
+def test_mix_shader_weights(empty_scene, factor, weights):
+    closures = mixed(factor).compile().closures
+    assert {c.op.removeprefix("CLOSURE_"): c.inputs[0][0] for c in closures} == pytest.approx(weights)
+
+
+def test_mix_shader_clamps_a_textured_factor(empty_scene):
+    diffuse, emission, transparent = mixed(None).compile().closures
+    assert emission.inputs[0] is transparent.inputs[0]
+    assert emission.inputs[0].op == "CLAMP" and emission.inputs[0].inputs[1:] == [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)]
+    assert diffuse.inputs[0].op == "MATH" and diffuse.inputs[0].inputs[1] is emission.inputs[0]
+
+
+def test_values_in_shader_sockets_glow_and_shaders_in_values_are_ignored(empty_scene):
+    tree = Tree()
+    tree.link(tree.node("ShaderNodeRGB"), "Color", tree.output, "Surface")
+    assert [closure.op for closure in tree.compile().closures] == ["CLOSURE_EMISSION"]
+    tree = Tree()
+    shader, gamma = tree.node("ShaderNodeBsdfDiffuse"), tree.node("ShaderNodeGamma")
+    tree.link(shader, "BSDF", gamma, "Color")
+    tree.shown(gamma, "Color")
+    assert emission_color(tree) == (1.0, 1.0, 1.0)
+
+
+def test_output_for_cycles_wins_and_eevee_never_counts(empty_scene):
+    tree = Tree()
+    tree.output.target = "EEVEE"
+    tree.link(tree.node("ShaderNodeBsdfDiffuse"), "BSDF", tree.output, "Surface")
+    assert tree.compile().closures == []
+    for target, idname in (("ALL", "ShaderNodeBsdfGlass"), ("CYCLES", "ShaderNodeBsdfTranslucent")):
+        output = tree.node("ShaderNodeOutputMaterial", target=target)
+        tree.link(tree.node(idname), "BSDF", output, "Surface")
+    assert [closure.op for closure in tree.compile().closures] == ["CLOSURE_TRANSLUCENT"]
+
+
+def test_endless_trees_end(empty_scene):
+    """A chain longer than Python's stack and one wider than the core's registers both become something."""
+    deep, wide = Tree("Deep"), Tree("Wide")
+    for tree, idname, count in ((deep, "ShaderNodeGamma", 1500), (wide, "ShaderNodeHueSaturation", 300)):
+        last = tree.node("ShaderNodeTexNoise")
+        for _ in range(count):
+            node = tree.node(idname)
+            tree.link(last, "Color", node, "Color")
+            last = node
+        tree.shown(last, "Color")
+        context = Context()
+        assert tree.compile(context).closures
+        assert context.warnings == [] or "too large" in context.warnings[0]
+
+
+def test_volumes_and_displacement_warn(empty_scene):
+    tree = Tree()
+    tree.link(tree.node("ShaderNodeVolumeScatter"), "Volume", tree.output, "Volume")
+    tree.link(tree.node("ShaderNodeDisplacement"), "Displacement", tree.output, "Displacement")
+    context = Context()
+    assert [closure.op for closure in tree.compile(context).closures] == ["CLOSURE_TRANSPARENT"]
+    assert len(context.warnings) == 2
+
+
+def test_object_without_material_is_grey():
+    (closure,) = compile_material(None, Context()).closures
+    assert closure.inputs[1] == (0.8, 0.8, 0.8)
+
+
+def test_world_reads_directions(empty_scene):
+    world = bpy.data.worlds.new("Sky")
+    world.use_nodes = True
+    tree = world.node_tree
+    texture = tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = bpy.data.images.new("sky", 4, 2)
+    background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
+    tree.links.new(background.inputs["Color"], texture.outputs[0])
+    (closure,) = compile_world(world, Context()).closures
+    assert closure.inputs[1].op == "ENVIRONMENT_IMAGE" and closure.inputs[1].inputs[0].op == "GENERATED"
+    assert compile_world(None, Context()) is None
+
+
+def test_plain_light_needs_no_program(empty_scene):
+    light = bpy.data.lights.new("Lamp", "POINT")
+    light.use_nodes = True
+    assert compile_light(light, Context()) is None
+    emission = next(node for node in light.node_tree.nodes if node.bl_idname == "ShaderNodeEmission")
+    emission.inputs["Strength"].default_value = 2.0
+    (closure,) = compile_light(light, Context()).closures
+    assert closure.op == "CLOSURE_EMISSION" and closure.inputs[2][0] == 2.0
+
+
+def test_coordinates_of_another_object(empty_scene):
+    other = bpy.data.objects.new("Other", None)
+    other.location = (1.0, 2.0, 3.0)
+    empty_scene.collection.objects.link(other)
+    bpy.context.view_layer.update()
+    tree = Tree()
+    tree.shown(tree.node("ShaderNodeTexCoord", object=other), "Object")
+    shifted = emission_color(tree)
+    assert shifted.op == "VECTOR_MATH" and shifted.inputs[1] == pytest.approx((-1.0, -2.0, -3.0))
+    assert all(math.isfinite(x) for row in shifted.inputs[0].inputs for x in row.inputs[1])
+
+
+def test_materials_of_real_scenes(empty_scene):
+    folder = os.environ.get(SCENES)
+    if not folder:
+        pytest.skip(f"{SCENES} does not name a folder of .blend files")
+    files = sorted(Path(folder).glob("*.blend"))
+    assert files
+    for file in files:
+        bpy.ops.wm.open_mainfile(filepath=str(file))
+        context = Context()
+        programs = [compile_material(material, context) for material in bpy.data.materials]
+        assert all(len(program.instructions) <= 256 for program in programs)
+        print(file.name, len(programs), "materials;", *context.warnings, sep="\n  ")

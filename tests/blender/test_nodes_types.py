@@ -1,0 +1,124 @@
+"""Every supported node type compiles to instructions the core accepts, in every mode and for every output."""
+
+from __future__ import annotations
+
+import contextlib
+
+import bpy
+import pytest
+from node_trees import Context, Tree
+
+from addon.sync.nodes.compiler import CLOSURE_NODES, VALUE_NODES
+
+MODES = {  # enum members that select what a node computes
+    "operation", "blend_type", "data_type", "factor_mode", "mode", "clamp_type", "interpolation_type", "vector_type",
+    "rotation_type", "convert_from", "convert_to", "space", "direction_type", "axis", "distribution", "interpolation",
+    "extension", "projection", "gradient_type", "noise_dimensions", "noise_type", "voronoi_dimensions", "distance",
+    "feature", "wave_type", "bands_direction", "rings_direction", "wave_profile", "fresnel_type",
+}  # fmt: skip
+PARTLY_SUPPORTED = {  # outputs that become defaults with a warning
+    ("ShaderNodeObjectInfo", "Color"), ("ShaderNodeObjectInfo", "Alpha"), ("ShaderNodeObjectInfo", "Object Index"),
+    ("ShaderNodeObjectInfo", "Material Index"), ("ShaderNodeNewGeometry", "Parametric"),
+    ("ShaderNodeNewGeometry", "Pointiness"), ("ShaderNodeNewGeometry", "Random Per Island"),
+    ("ShaderNodeTexVoronoi", "W"), ("ShaderNodeLightFalloff", "Linear"), ("ShaderNodeLightFalloff", "Constant"),
+    ("ShaderNodeMix", "Result_Rotation"),
+}  # fmt: skip
+
+
+def exists(idname: str) -> bool:
+    return hasattr(bpy.types, idname)
+
+
+def mode_settings(node: bpy.types.Node):
+    """One (member, value) at a time, from all enum members that select a mode; (None, None) first."""
+    yield None, None
+    for member in node.bl_rna.properties:
+        if member.identifier in MODES and member.type == "ENUM":
+            for item in member.enum_items:
+                with contextlib.suppress(TypeError):  # listed for other editors only
+                    setattr(node, member.identifier, item.identifier)
+                    yield member.identifier, item.identifier
+
+
+@pytest.mark.parametrize("idname", sorted(filter(exists, VALUE_NODES)))
+def test_value_node_compiles_in_every_mode(empty_scene, idname):
+    probe = Tree("Probe").node(idname)
+    for member, value in list(mode_settings(probe)):
+        tree = Tree()
+        node = tree.node(idname)
+        if hasattr(node, "image"):
+            node.image = bpy.data.images.new("picture", 4, 4)
+        if member:
+            setattr(node, member, value)
+        for output in [socket for socket in node.outputs if socket.enabled]:
+            tree.shown(node, output.identifier)
+            context = Context()
+            program = tree.compile(context)
+            assert [closure.op for closure in program.closures] in (["CLOSURE_EMISSION"], [])
+            replaced = any("replaced by their defaults" in warning for warning in context.warnings)
+            assert replaced == ((idname, output.identifier) in PARTLY_SUPPORTED), (member, value, context.warnings)
+
+
+@pytest.mark.parametrize("idname", sorted(filter(exists, CLOSURE_NODES)))
+def test_closure_node_compiles_in_every_mode(empty_scene, idname):
+    probe = Tree("Probe").node(idname)
+    for member, value in list(mode_settings(probe)):
+        tree = Tree()
+        node = tree.node(idname)
+        if member:
+            setattr(node, member, value)
+        for shader in [socket for socket in node.inputs if socket.type == "SHADER"]:
+            tree.tree.links.new(shader, tree.node("ShaderNodeBsdfDiffuse").outputs[0])
+        tree.link(node, node.outputs[0].identifier, tree.output, "Surface")
+        context = Context()
+        assert tree.compile(context).closures
+        assert not any("replaced" in warning for warning in context.warnings)
+
+
+def test_anisotropic_principled_reads_the_radial_tangent(empty_scene):
+    tree = Tree()
+    node = tree.node("ShaderNodeBsdfPrincipled")
+    tree.link(node, "BSDF", tree.output, "Surface")
+    assert [instruction.op for instruction in tree.compile().instructions] == ["NORMAL"]
+    tree.set(node, Anisotropic=0.5)
+    ops = [instruction.op for instruction in tree.compile().instructions]
+    assert {"GENERATED", "VECTOR_TRANSFORM", "VECTOR_MATH"} <= set(ops)
+
+
+def test_bump_compiles_its_height_at_three_places_and_nests(empty_scene):
+    tree = Tree()
+    outer, inner, noise, picture = (
+        tree.node(name) for name in ("ShaderNodeBump", "ShaderNodeBump", "ShaderNodeTexNoise", "ShaderNodeTexChecker")
+    )
+    tree.link(noise, "Fac", inner, "Height")
+    tree.link(picture, "Fac", outer, "Height")
+    tree.link(inner, "Normal", outer, "Normal")
+    shader = tree.node("ShaderNodeBsdfDiffuse")
+    tree.link(outer, "Normal", shader, "Normal")
+    tree.link(shader, "BSDF", tree.output, "Surface")
+    program = tree.compile()
+    (closure,) = program.closures
+    bump = closure.inputs[3]
+    assert bump.op == "BUMP" and bump.inputs[5].op == "BUMP" and bump.inputs[5].inputs[5].op == "NORMAL"
+    shifts = [height.inputs[0].parameters[-1] for height in bump.inputs[:3]]
+    assert shifts == [0, 1, 2]
+    assert sum(instruction.op == "GENERATED" for instruction in program.instructions) == 3  # shared by both heights
+
+
+def test_bump_of_a_constant_height_is_no_bump(empty_scene):
+    tree = Tree()
+    bump, shader = tree.node("ShaderNodeBump"), tree.node("ShaderNodeBsdfDiffuse")
+    tree.link(tree.node("ShaderNodeValue"), "Value", bump, "Height")
+    tree.link(bump, "Normal", shader, "Normal")
+    tree.link(shader, "BSDF", tree.output, "Surface")
+    assert tree.compile().closures[0].inputs[3].op == "NORMAL"
+
+
+def test_missing_image_is_magenta_and_opaque(empty_scene):
+    for handle, image in ((-1, bpy.data.images.new("lost", 1, 1)), (3, None)):
+        tree = Tree()
+        node = tree.node("ShaderNodeTexImage", image=image)
+        tree.shown(node, "Color")
+        assert tree.compile(Context(handle)).closures[0].inputs[1] == (1.0, 0.0, 1.0)
+        tree.shown(node, "Alpha")
+        assert tree.compile(Context(handle)).closures[0].inputs[2] == (1.0, 0.0, 0.0)
