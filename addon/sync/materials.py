@@ -12,7 +12,7 @@ from . import SyncReport
 from .images import ImageCache
 from .nodes import compile_light, compile_material, compile_world
 
-_GREY = (0.8, 0.8, 0.8)  # what Blender shows where a slot is empty
+_EMPTY_SLOT = 0
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,9 @@ class MaterialTable:
     def set_handle(self, evaluated_object: bpy.types.Object) -> int:
         """Material set of an object's slots, whether they are linked to the object or to its data."""
         slots = evaluated_object.material_slots
-        handles = tuple(self._slot_handle(self._override or slot.material) for slot in slots)
+        handles = tuple(self._handle(self._override or slot.material, compile_material) for slot in slots)
         if not handles and self._override is not None:
-            handles = (self._slot_handle(self._override),)
+            handles = (self._handle(self._override, compile_material),)
         if handles not in self._sets:
             self._sets[handles] = self._context.builder.add_material_set(list(handles), evaluated_object.name)
         return self._sets[handles]
@@ -60,25 +60,12 @@ class MaterialTable:
     def world_handle(self, world: bpy.types.World) -> int | None:
         return self._handle(world, compile_world)
 
-    def _slot_handle(self, material: bpy.types.Material | None) -> int:
-        if material is not None:
-            return self._handle(material, compile_material)
-        if 0 not in self._handles:
-            self._handles[0] = self._context.builder.add_material(self._empty_slot_program())
-        return self._handles[0]
-
-    def _handle(self, data_block: bpy.types.ID, compile_tree) -> int | None:
-        key = data_block.as_pointer()
+    def _handle(self, data_block: bpy.types.ID | None, compile_tree) -> int | None:
+        key = _EMPTY_SLOT if data_block is None else data_block.as_pointer()
         if key not in self._handles:
             program = compile_tree(data_block, self._context)
             self._handles[key] = None if program is None else self._context.builder.add_material(program)
         return self._handles[key]
-
-    def _empty_slot_program(self):
-        program = self._context.core.MaterialProgram("Empty material slot")
-        inputs = [program.constant(1.0), program.constant(*_GREY), program.constant(0.0), program.emit("NORMAL")]
-        program.closure("CLOSURE_DIFFUSE", inputs)
-        return program
 
 
 @dataclass(frozen=True)

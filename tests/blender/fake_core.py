@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
-STUB = Path(__file__).resolve().parents[2] / "native" / "binding" / "cistern_core.pyi"
+NATIVE = Path(__file__).resolve().parents[2] / "native"
+STUB = NATIVE / "binding" / "cistern_core.pyi"
+OP_TABLE = NATIVE / "scene" / "op_table.cpp"
 
 
 class MaterialProgram:
@@ -41,18 +44,15 @@ class MaterialProgram:
         return self._operand("image", handle)
 
 
-def _signatures() -> dict[str, tuple[set[str], set[str], bool]]:
-    """Method of SceneBuilder -> (required names, all names, takes more keywords), read from the contract itself."""
-    builder = next(
-        node
-        for node in ast.parse(STUB.read_text()).body
-        if isinstance(node, ast.ClassDef) and node.name == "SceneBuilder"
-    )
+def _signatures() -> dict[str, tuple[list[str], set[str], bool]]:
+    """Method of SceneBuilder -> (names in order, required ones, takes more keywords), read from the contract itself."""
+    classes = (node for node in ast.parse(STUB.read_text()).body if isinstance(node, ast.ClassDef))
+    builder = next(node for node in classes if node.name == "SceneBuilder")
     found = {}
     for method in (node for node in builder.body if isinstance(node, ast.FunctionDef)):
         names = [argument.arg for argument in method.args.args][1:]
-        required = names[: len(names) - len(method.args.defaults)]
-        found[method.name] = (set(required), set(names), method.args.kwarg is not None)
+        required = set(names[: len(names) - len(method.args.defaults)])
+        found[method.name] = (names, required, method.args.kwarg is not None)
     return found
 
 
@@ -88,13 +88,10 @@ class SceneBuilder:
         return call
 
     def _record(self, method: str, positional: tuple, named: dict[str, Any]) -> int:
-        required, known, takes_more = _SIGNATURES[method]
-        order = next(
-            [argument.arg for argument in node.args.args][1:] for node in _method_nodes() if node.name == method
-        )
-        arguments = dict(zip(order, positional, strict=False)) | named
-        assert required <= set(arguments), (method, required - set(arguments))
-        assert set(arguments) <= known | (_COMMON_OF_LIGHTS if takes_more else set()), (method, set(arguments) - known)
+        names, required, takes_more = _SIGNATURES[method]
+        arguments = dict(zip(names, positional, strict=False)) | named
+        unknown = set(arguments) - set(names) - (_COMMON_OF_LIGHTS if takes_more else set())
+        assert required <= set(arguments) and not unknown, (method, required - set(arguments), unknown)
         checker = getattr(self, f"check_{method}", None)
         if checker is not None:
             checker(**arguments)
@@ -160,14 +157,13 @@ class SceneBuilder:
         check_array(camera_to_world, np.float32, 4, 4)
 
 
-def _method_nodes() -> list[ast.FunctionDef]:
-    return [
-        node
-        for parent in ast.parse(STUB.read_text()).body
-        if isinstance(parent, ast.ClassDef) and parent.name == "SceneBuilder"
-        for node in parent.body
-        if isinstance(node, ast.FunctionDef)
-    ]
+def describe_ops() -> dict[str, tuple[str, str, int, bool]]:
+    """Read from the core's own table."""
+    rows = re.findall(r'\{"(\w+)", "(\w*)", (\'\w\'|0), (\d+), (true|false)\}', OP_TABLE.read_text())
+    return {
+        name: (inputs, output.strip("'0"), int(count), closure == "true")
+        for name, inputs, output, count, closure in rows
+    }
 
 
-CORE = SimpleNamespace(SceneBuilder=SceneBuilder, MaterialProgram=MaterialProgram)
+CORE = SimpleNamespace(SceneBuilder=SceneBuilder, MaterialProgram=MaterialProgram, describe_ops=describe_ops)

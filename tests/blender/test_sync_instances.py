@@ -17,8 +17,11 @@ ALL_RAYS = sum(RAY_BITS.values())
 @pytest.fixture
 def scene(empty_scene, monkeypatch) -> bpy.types.Scene:
     """A scene with a camera, and material programs that are empty but for their name."""
-    monkeypatch.setattr(materials, "compile_material", lambda m, context: context.core.MaterialProgram(m.name))
-    monkeypatch.setattr(materials, "compile_world", lambda w, context: context.core.MaterialProgram(w.name))
+    def named(material, context) -> fake_core.MaterialProgram:
+        return context.core.MaterialProgram(material.name if material else "default")
+
+    monkeypatch.setattr(materials, "compile_material", named)
+    monkeypatch.setattr(materials, "compile_world", named)
     monkeypatch.setattr(materials, "compile_light", lambda light, context: None)
     empty_scene.camera = link("Eye", bpy.data.cameras.new("Eye"))
     return empty_scene
@@ -134,7 +137,7 @@ def test_geometry_nodes_instances_share_one_mesh_and_its_material(scene, sync) -
     values = instances(builder)
     assert len(values["mesh"]) == 16 and len(builder.of("add_mesh")) == 1
     assert len(np.unique(values["object_to_world"][:, :3, 3], axis=0)) == 16
-    assert [call["program"].name for call in builder.of("add_material")] == ["Empty material slot", "Paint"]
+    assert [call["program"].name for call in builder.of("add_material")] == ["default", "Paint"]
     assert len(set(values["random"].tolist())) == 16
     assert (values["random"] >= 0).all() and (values["random"] < 1).all()
 
@@ -201,13 +204,12 @@ def test_slots_linked_to_the_object_make_a_set_of_their_own(scene, sync) -> None
     assert sorted(sets.count(s) for s in set(sets)) == [1, 2]
 
 
-def test_empty_slots_are_grey_and_the_override_wins(scene, sync) -> None:
+def test_empty_slots_get_the_default_and_the_override_wins(scene, sync) -> None:
     mesh = triangle()
     mesh.materials.append(None)
     link("A", mesh)
     builder, _ = sync()
-    steps = builder.of("add_material")[0]["program"].steps
-    assert ("constant", 0.8, 0.8, 0.8) in steps and steps[-1][1] == "CLOSURE_DIFFUSE"
+    assert [c["program"].name for c in builder.of("add_material")] == ["default"]
     bpy.context.view_layer.material_override = bpy.data.materials.new("Override")
     builder, _ = sync()
     assert [c["program"].name for c in builder.of("add_material")] == ["Override"]

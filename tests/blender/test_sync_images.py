@@ -1,0 +1,185 @@
+"""Images from files of every depth, packed, painted, generated and missing."""
+
+import os
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from addon.sync import SyncReport, versions
+from addon.sync.colour import image_colour, rgb_to_xyz
+from addon.sync.images import ImageCache, blender_pixels, read_file
+from fake_core import SceneBuilder
+
+# 2 x 3 pixels, the first row is the top of the picture.
+ROWS = np.array([[[0, 10, 20, 255], [30, 40, 50, 128]], [[1, 2, 3, 4], [5, 6, 7, 8]], [[9, 9, 9, 0], [250, 0, 0, 64]]])
+
+
+def write(path: Path, pixels: np.ndarray) -> Path:
+    oiio = versions.image_reader()
+    height, width, channels = pixels.shape
+    kinds = {"uint8": oiio.UINT8, "uint16": oiio.UINT16, "float16": oiio.HALF, "float32": oiio.FLOAT}
+    spec = oiio.ImageSpec(width, height, channels, kinds[str(pixels.dtype)])
+    spec.attribute("oiio:UnassociatedAlpha", 1)
+    spec.attribute("compression", "none")
+    output = oiio.ImageOutput.create(str(path))
+    assert output.open(str(path), spec), output.geterror()
+    output.write_image(np.ascontiguousarray(pixels))
+    output.close()
+    return path
+
+
+@pytest.fixture
+def cache():
+    cache = ImageCache()
+    yield cache
+    cache.close()
+
+
+def added(cache: ImageCache, image: bpy.types.Image, image_user=None) -> tuple[dict | None, SyncReport]:
+    builder, report = SceneBuilder(), SyncReport()
+    cache.begin()
+    handle = cache.handle(image, image_user, builder, report)
+    return (builder.of("add_image")[0] if handle >= 0 else None), report
+
+
+@pytest.mark.parametrize(
+    ("suffix", "dtype"),
+    [(".png", np.uint8), (".png", np.uint16), (".tif", np.uint16), (".exr", np.float16), (".exr", np.float32), (".hdr", np.float32)],
+)
+def test_files_keep_their_depth_and_start_at_the_bottom(empty_scene, tmp_path, suffix, dtype) -> None:
+    channels = 3 if suffix == ".hdr" else 4
+    pixels = np.ascontiguousarray(ROWS[:, :, :channels]).astype(dtype)
+    decoded = read_file(str(write(tmp_path / f"image{suffix}", pixels)))
+    assert decoded.dtype == dtype and decoded.flags.c_contiguous
+    assert decoded == pytest.approx(pixels[::-1], rel=0.02 if suffix == ".hdr" else 0, abs=1 if suffix == ".hdr" else 0)
+
+
+def test_a_file_is_decoded_once_and_again_when_it_changes(empty_scene, cache, tmp_path) -> None:
+    path = write(tmp_path / "a.png", ROWS.astype(np.uint8))
+    image = bpy.data.images.load(str(path))
+    first, _ = added(cache, image)
+    assert first["transfer"] == "SRGB" and first["to_working_space"] is None
+    assert first["use_alpha"] and not first["premultiplied"]
+    assert added(cache, image)[0]["pixels"] is first["pixels"]
+    write(path, 255 - ROWS.astype(np.uint8))
+    os.utime(path, (1, 1))
+    assert (added(cache, image)[0]["pixels"] == 255 - first["pixels"]).all()
+
+
+def test_one_handle_for_one_image(empty_scene, cache, tmp_path) -> None:
+    image = bpy.data.images.load(str(write(tmp_path / "a.png", ROWS.astype(np.uint8))))
+    builder, report = SceneBuilder(), SyncReport()
+    assert cache.handle(image, None, builder, report) == cache.handle(image, None, builder, report) == 0
+    assert len(builder.calls) == 1
+
+
+@pytest.mark.parametrize("suffix", [".png", ".exr"])
+def test_packed_files(empty_scene, cache, tmp_path, suffix) -> None:
+    dtype = np.uint8 if suffix == ".png" else np.float16
+    path = write(tmp_path / f"a{suffix}", ROWS.astype(dtype))
+    image = bpy.data.images.load(str(path))
+    image.pack()
+    path.unlink()
+    cache.prefetch(image, None)
+    call, report = added(cache, image)
+    assert (call["pixels"] == ROWS[::-1].astype(dtype)).all() and not report.warnings
+
+
+def test_alpha_modes_and_colour_spaces(empty_scene, cache, tmp_path) -> None:
+    image = bpy.data.images.load(str(write(tmp_path / "a.exr", ROWS.astype(np.float32))))
+    call, _ = added(cache, image)
+    assert call["premultiplied"] and call["transfer"] == "LINEAR"
+    image.alpha_mode, image.colorspace_settings.name = "NONE", "sRGB"
+    call, _ = added(cache, image)
+    assert not call["use_alpha"] and not call["premultiplied"] and call["transfer"] == "SRGB"
+    image.alpha_mode, image.colorspace_settings.name = "CHANNEL_PACKED", "Non-Color"
+    call, _ = added(cache, image)
+    assert call["use_alpha"] and not call["premultiplied"] and call["transfer"] == "LINEAR"
+
+
+def test_a_missing_file_is_named(empty_scene, cache) -> None:
+    image = bpy.data.images.new("Bark", 1, 1)
+    image.source, image.filepath = "FILE", "//nowhere/bark.png"
+    call, report = added(cache, image)
+    assert call is None
+    assert "'Bark'" in report.warnings[0] and "bark.png" in report.warnings[0]
+
+
+def test_a_broken_file_is_named(empty_scene, cache, tmp_path) -> None:
+    path = tmp_path / "broken.png"
+    path.write_bytes(b"no picture")
+    image = bpy.data.images.new("Broken", 1, 1)
+    image.source, image.filepath = "FILE", str(path)
+    call, report = added(cache, image)
+    assert call is None and "'Broken'" in report.warnings[0]
+
+
+@pytest.mark.parametrize("is_float", [False, True])
+def test_generated_images(empty_scene, cache, is_float) -> None:
+    image = bpy.data.images.new("Made", 4, 2, alpha=True, float_buffer=is_float)
+    image.generated_color = (0.5, 0.25, 1.0, 1.0)
+    call, report = added(cache, image)
+    assert call["pixels"].shape == (2, 4, 4) and not report.warnings
+    assert call["pixels"].dtype == (np.float32 if is_float else np.uint8)
+    assert call["transfer"] == ("LINEAR" if is_float else "SRGB")
+
+
+def test_painted_images_come_from_blender(empty_scene, cache, tmp_path) -> None:
+    image = bpy.data.images.load(str(write(tmp_path / "a.png", ROWS.astype(np.uint8))))
+    image.pixels[0] = 1.0
+    assert image.is_dirty
+    call, _ = added(cache, image)
+    assert call["pixels"][0, 0].tolist() == [255, 9, 9, 0]  # the bottom left
+    assert (call["pixels"][1:] == ROWS[::-1][1:]).all()
+    assert (blender_pixels(image) == call["pixels"]).all()
+
+
+def test_sequences_follow_the_frame(empty_scene, cache, tmp_path) -> None:
+    for frame in (1, 2, 3):
+        write(tmp_path / f"s{frame:04}.png", np.full((2, 2, 3), frame, np.uint8))
+    image = bpy.data.images.load(str(tmp_path / "s0001.png"))
+    image.source = "SEQUENCE"
+    tree = bpy.data.materials.new("M")
+    tree.use_nodes = True
+    node = tree.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image, user = image, node.image_user
+    user.frame_duration, user.frame_start, user.use_auto_refresh = 3, 1, True
+    bpy.ops.mesh.primitive_plane_add()
+    bpy.context.object.data.materials.append(tree)
+    for frame in (1, 3):
+        empty_scene.frame_set(frame)
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        evaluated = tree.evaluated_get(depsgraph).node_tree.nodes[node.name]
+        call, _ = added(cache, evaluated.image, evaluated.image_user)
+        assert (call["pixels"] == frame).all()
+
+
+def test_tiles_use_the_first_with_a_warning(empty_scene, cache, tmp_path) -> None:
+    for tile in (1001, 1002):
+        write(tmp_path / f"t.{tile}.png", np.full((2, 2, 3), tile - 1000, np.uint8))
+    image = bpy.data.images.load(str(tmp_path / "t.1001.png"))
+    image.source, image.filepath = "TILED", str(tmp_path / "t.<UDIM>.png")
+    call, report = added(cache, image)
+    assert (call["pixels"] == 1).all() and "tile" in report.warnings[0]
+
+
+def test_colour_matrices() -> None:
+    assert image_colour("sRGB", "Linear Rec.709").matrix is None
+    assert image_colour("Non-Color", "ACEScg").matrix is None
+    assert image_colour("Linear Rec.2020", "Linear Rec.2020").matrix is None
+    to_2020 = np.reshape(image_colour("sRGB", "Linear Rec.2020").matrix, (3, 3))
+    assert to_2020[0] == pytest.approx((0.6274, 0.3293, 0.0433), abs=2e-4)  # ITU-R BT.2087
+    to_ap1 = np.reshape(image_colour("Linear Rec.709", "ACEScg").matrix, (3, 3))
+    assert to_ap1[0] == pytest.approx((0.6131, 0.3395, 0.0474), abs=3e-4)  # ACES, Bradford-adapted
+    for space in ("Linear Rec.2020", "ACEScg", "ACES2065-1", "Display P3", "Linear DCI-P3 D65", "Linear CIE-XYZ E"):
+        matrix = np.reshape(image_colour(space, "Linear Rec.709").matrix, (3, 3))
+        assert matrix @ np.ones(3) == pytest.approx(np.ones(3), abs=2e-4)  # white stays white
+    assert np.isfinite(rgb_to_xyz(((0.64, 0.33), (0.3, 0.6), (0.15, 0.06)), (0.3127, 0.329))).all()
+
+
+def test_an_unknown_colour_space_is_named(empty_scene, cache, tmp_path) -> None:
+    image = bpy.data.images.load(str(write(tmp_path / "a.png", ROWS.astype(np.uint8))))
+    image.colorspace_settings.name = "Filmic Log"
+    call, report = added(cache, image)
+    assert call["transfer"] == "SRGB" and "Filmic Log" in report.warnings[0]
