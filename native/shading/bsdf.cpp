@@ -57,8 +57,20 @@ LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, Vec3 wi, bool is
       lobe.model);
 }
 
+bool is_visible_to(uint8_t visibility, ScatterKind kind) {
+  switch (kind) {
+    case ScatterKind::DIFFUSE:
+      return visibility & kVisibleToDiffuse;
+    case ScatterKind::GLOSSY:
+      return visibility & kVisibleToGlossy;
+    case ScatterKind::TRANSMISSION:
+      return visibility & kVisibleToTransmission;
+  }
+  return false;
+}
+
 /// evaluate_bsdf, and the density of lobe `chosen` alone: 0 says that lobe cannot have produced wi.
-BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, Vec3 wi, int chosen, float* chosen_pdf) {
+BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, Vec3 wi, uint8_t visibility, int chosen, float* chosen_pdf) {
   BsdfEvaluation result;
   const bool is_above = dot(bsdf.ng, wi) > 0.0f;
   for (int i = 0; i < bsdf.count; ++i) {
@@ -66,8 +78,9 @@ BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, Vec3 wi, int chosen, float* chos
     const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, is_above);
     if (i == chosen) *chosen_pdf = evaluation.pdf;
     if (!(evaluation.pdf > 0.0f)) continue;
-    (is_smooth(lobe) ? result.smooth_cos : result.rough_cos) += lobe.weight * evaluation.f_cos;
     result.pdf += lobe.sample_weight * evaluation.pdf;
+    if (visibility != kVisibleToAll && !is_visible_to(visibility, kind_of(lobe, !is_above))) continue;
+    (is_smooth(lobe) ? result.smooth_cos : result.rough_cos) += lobe.weight * evaluation.f_cos;
   }
   if (bsdf.total_sample_weight > 0.0f) result.pdf /= bsdf.total_sample_weight;
   return result;
@@ -110,9 +123,9 @@ bool add_lobe(Bsdf& bsdf, const Lobe& lobe) {
   return true;
 }
 
-BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, Vec3 wi) {
+BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, Vec3 wi, uint8_t visibility) {
   constexpr int kNone = -1;
-  return evaluate_lobes(bsdf, wi, kNone, nullptr);
+  return evaluate_lobes(bsdf, wi, visibility, kNone, nullptr);
 }
 
 std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction) {
@@ -131,7 +144,7 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
       std::visit([&](const auto& model) { return sample_lobe(model, bsdf.wo, u_branch, u_direction); }, lobe.model);
   if (!wi) return {};
   float chosen_pdf = 0.0f;
-  const BsdfEvaluation evaluation = evaluate_lobes(bsdf, *wi, chosen, &chosen_pdf);
+  const BsdfEvaluation evaluation = evaluate_lobes(bsdf, *wi, kVisibleToAll, chosen, &chosen_pdf);
   if (!(chosen_pdf > 0.0f) || is_black(evaluation.total_cos())) return {};
   BsdfSample sample;
   sample.wi = *wi;
