@@ -92,19 +92,15 @@ def test_muted_nodes_and_links(empty_scene):
     assert emission_color(tree) == pytest.approx((1.0,) * 3)
 
 
-def test_group_inside_itself_is_named_and_replaced(empty_scene):
-    """Blender refuses to build one, broken files hold it: a scope that pretends its group node leads home."""
-    tree = Tree()
-    group = tinting_group("Snake")
+def test_group_inside_itself_is_found_at_any_depth(empty_scene):
+    """Blender refuses to build one, but broken files hold it: a stand-in node leads back to its own group."""
+    tree, group = Tree(), tinting_group("Snake")
     use = tree.node("ShaderNodeGroup", node_tree=group)
-    tree.shown(use, use.outputs[0].identifier)
-    inside = group.nodes.new("ShaderNodeGroup")
-    inside.node_tree = group
-    looped = SimpleNamespace(name="Loop", node_tree=group)
-    assert Scope(group).child(looped) is None
-    parent = Scope(tree.tree)
-    nested = parent.child(use)
-    assert nested is not None and nested.child(looped) is None
+    homeward = SimpleNamespace(name="Loop", node_tree=group)
+    inside = Scope(tree.tree).child(use)
+    assert inside is not None and inside.child(homeward) is None
+    deeper = inside.child(SimpleNamespace(name="Other", node_tree=tinting_group("Between")))
+    assert deeper is not None and deeper.child(homeward) is None
 
 
 def test_self_containing_group_compiles_to_its_default(empty_scene, monkeypatch):
@@ -112,9 +108,10 @@ def test_self_containing_group_compiles_to_its_default(empty_scene, monkeypatch)
     group = tinting_group("Snake")
     use = tree.node("ShaderNodeGroup", node_tree=group)
     tree.tree.links.new(tree.shown(tree.node("ShaderNodeRGB"), "Color").inputs["Color"], use.outputs[0])
+    use.outputs[0].default_value = (0.2, 0.4, 0.6, 1.0)
     monkeypatch.setattr(Scope, "_is_inside", lambda self, other: True)
     context = Context()
-    emission_color(tree, context)
+    assert emission_color(tree, context) == pytest.approx((0.2, 0.4, 0.6))
     assert [warning for warning in context.warnings if "'Snake' contains itself" in warning]
 
 
@@ -205,19 +202,39 @@ def test_output_for_cycles_wins_and_eevee_never_counts(empty_scene):
     assert [closure.op for closure in tree.compile().closures] == ["CLOSURE_TRANSLUCENT"]
 
 
-def test_endless_trees_end(empty_scene):
-    """A chain longer than Python's stack and one wider than the core's registers both become something."""
-    deep, wide = Tree("Deep"), Tree("Wide")
-    for tree, idname, count in ((deep, "ShaderNodeGamma", 1500), (wide, "ShaderNodeHueSaturation", 300)):
-        last = tree.node("ShaderNodeTexNoise")
-        for _ in range(count):
-            node = tree.node(idname)
-            tree.link(last, "Color", node, "Color")
-            last = node
-        tree.shown(last, "Color")
-        context = Context()
-        assert tree.compile(context).closures
-        assert context.warnings == [] or "too large" in context.warnings[0]
+def chain(idname: str, count: int) -> Tree:
+    tree = Tree()
+    last = tree.node("ShaderNodeTexNoise")
+    for _ in range(count):
+        node = tree.node(idname)
+        tree.link(last, "Color", node, "Color")
+        last = node
+    tree.shown(last, "Color")
+    return tree
+
+
+def test_long_chains(empty_scene):
+    """200 nodes in a row compile; more instructions than the core has registers become grey, with a warning."""
+    assert len(chain("ShaderNodeHueSaturation", 200).compile().instructions) == 202
+    context = Context()
+    (closure,) = chain("ShaderNodeHueSaturation", 260).compile(context).closures
+    assert closure.op == "CLOSURE_DIFFUSE"
+    assert context.warnings == ["Material 'Test.001': the node tree is too large: plain grey is used"]
+
+
+def test_too_large_a_tree_loses_its_bumps_first(empty_scene):
+    tree = chain("ShaderNodeHueSaturation", 100)
+    (emission,) = (node for node in tree.tree.nodes if node.bl_idname == "ShaderNodeEmission")
+    bump, shader = tree.node("ShaderNodeBump"), tree.node("ShaderNodeBsdfDiffuse")
+    last = emission.inputs["Color"].links[0].from_node
+    tree.link(last, "Color", bump, "Height")
+    tree.link(last, "Color", shader, "Color")
+    tree.link(bump, "Normal", shader, "Normal")
+    tree.link(shader, "BSDF", tree.output, "Surface")
+    context = Context()
+    (closure,) = tree.compile(context).closures
+    assert closure.op == "CLOSURE_DIFFUSE" and closure.inputs[3].op == "NORMAL"
+    assert context.warnings == ["Material 'Test': the node tree is too large for bump, which is left out"]
 
 
 def test_volumes_and_displacement_warn(empty_scene):

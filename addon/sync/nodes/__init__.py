@@ -7,8 +7,10 @@ per material that says so.
 
 from __future__ import annotations
 
+import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import bpy
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 DEFAULT_SURFACE = (0.8, 0.8, 0.8)  # what Blender shows without a material
 WHITE = (1.0, 1.0, 1.0)
 ONE = constant(1.0)
+RECURSION_LIMIT = 10000  # a node takes about seven calls
 
 
 def compile_material(material: bpy.types.Material | None, context: Context) -> MaterialProgram:
@@ -115,6 +118,17 @@ def _emit(compiler: Compiler, rgb: Sequence[float]) -> None:
     compiler.code.closure("CLOSURE_EMISSION", (ONE, constant(*rgb, COLOR), ONE))
 
 
+@contextmanager
+def _deep_recursion() -> Iterator[None]:
+    """Room for chains of a thousand nodes, each of which waits for the one before it."""
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(limit, RECURSION_LIMIT))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(limit)
+
+
 def _compile(
     build: Callable[[Compiler], None],
     name: str,
@@ -129,7 +143,8 @@ def _compile(
         compiler = Compiler(name, owner, context, is_surface)
         compiler.allow_bump = allow_bump
         try:
-            build(compiler)
+            with _deep_recursion():
+                build(compiler)
         except RecursionError:
             break
         if len(compiler.code.needed()) <= MAX_REGISTERS:

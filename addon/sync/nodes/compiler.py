@@ -102,8 +102,10 @@ class Compiler:
     @contextmanager
     def shifted(self, shift: int) -> Iterator[None]:
         before, self.shift = self.shift, shift
-        yield
-        self.shift = before
+        try:
+            yield
+        finally:
+            self.shift = before
 
     def input(self, port: Port) -> Value | None:
         """The linked value, converted to the socket's type; None when nothing reaches the socket."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import ModuleType
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
 FLOAT, COLOR, VECTOR = "f", "c", "v"
 MAX_REGISTERS = 256  # kMaxRegisters of native/scene/material_program.h
 TABLE_SIZE = 257  # kTableSize there
+LARGEST_FLOAT = float(np.finfo(np.float32).max)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,8 @@ class Value:
 
 
 def constant(x: float, y: float = 0.0, z: float = 0.0, letter: str = FLOAT) -> Value:
-    xyz = tuple(float(value) if math.isfinite(value) else 0.0 for value in (x, y, z))
+    """A constant; as in the core, what single precision cannot hold becomes 0."""
+    xyz = tuple(float(value) if abs(value) <= LARGEST_FLOAT else 0.0 for value in (x, y, z))
     return Value(letter, xyz)
 
 
@@ -88,6 +89,7 @@ class InstructionList:
         return value.retyped(letter)
 
     def table(self, values: np.ndarray, alpha: np.ndarray | None = None) -> int:
+        values = np.nan_to_num(values)
         key = values.tobytes() + (b"" if alpha is None else alpha.tobytes())
         if key not in self._tables:
             self._tables[key] = self.program.table(values, alpha)
