@@ -116,18 +116,6 @@ def set_format(settings: bpy.types.ImageFormatSettings, file_format: str) -> Non
     settings.color_depth = "32" if multilayer else "8"
 
 
-def render_files(scene: bpy.types.Scene, folder: Path) -> tuple[Path, Path]:
-    """Renders into `folder`: the multilayer EXR as the render's own file, the PNG from the same result."""
-    exr, png = folder / "picture.exr", folder / "picture.png"
-    scene.render.use_file_extension = False
-    scene.render.filepath = str(exr)
-    set_format(scene.render.image_settings, "OPEN_EXR_MULTILAYER")
-    bpy.ops.render.render(write_still=True)
-    set_format(scene.render.image_settings, "PNG")
-    bpy.data.images["Render Result"].save_render(str(png), scene=scene)
-    return exr, png
-
-
 def check_report(engine: str) -> None:
     """Blender itself says FINISHED even when an engine failed; the add-on's report does not."""
     if engine != "CISTERN":
@@ -139,6 +127,23 @@ def check_report(engine: str) -> None:
             print(f"Warning: {warning}")
         if layer.error:
             raise UserError(f"the render failed: {layer.error}")
+
+
+def render_files(scene: bpy.types.Scene, folder: Path) -> tuple[Path, Path]:
+    """Renders into `folder`: the multilayer EXR as the render's own file, the PNG from the same result."""
+    exr, png = folder / "picture.exr", folder / "picture.png"
+    scene.render.use_file_extension = False
+    scene.render.filepath = str(exr)
+    set_format(scene.render.image_settings, "OPEN_EXR_MULTILAYER")
+    try:
+        bpy.ops.render.render(write_still=True)
+    except RuntimeError as error:
+        check_report(scene.render.engine)
+        raise UserError(f"the render failed: {error}") from error
+    check_report(scene.render.engine)
+    set_format(scene.render.image_settings, "PNG")
+    bpy.data.images["Render Result"].save_render(str(png), scene=scene)
+    return exr, png
 
 
 def main() -> int:
@@ -160,7 +165,6 @@ def main() -> int:
         partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=output))
         atexit.register(shutil.rmtree, partial, ignore_errors=True)
         files = render_files(scene, partial)
-        check_report(arguments.engine)
         print(f"Rendered in {time.monotonic() - start:.1f} s")
         for file in files:
             destination = output / f"{name}{file.suffix}"
