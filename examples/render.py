@@ -161,14 +161,16 @@ def main() -> int:
         if arguments.engine != "CISTERN":
             name += f"_{arguments.engine.lower()}"
         start = time.monotonic()
-        # Written beside the destination and moved there whole, so that no half picture ever carries its name.
-        partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=output))
-        atexit.register(shutil.rmtree, partial, ignore_errors=True)
-        files = render_files(scene, partial)
+        scratch = Path(tempfile.mkdtemp(prefix="cistern-"))
+        atexit.register(shutil.rmtree, scratch, ignore_errors=True)
+        files = render_files(scene, scratch)
         print(f"Rendered in {time.monotonic() - start:.1f} s")
         for file in files:
             destination = output / f"{name}{file.suffix}"
-            file.replace(destination)
+            # Renamed when it is whole, so that no half picture ever carries the name.
+            partial = destination.with_name(f".{destination.name}.partial")
+            shutil.copyfile(file, partial)
+            partial.replace(destination)
             print(f"Wrote {destination}")
     except UserError as error:
         print(f"run.sh: {error}", file=sys.stderr)

@@ -9,13 +9,13 @@ repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 bash "$repository/examples/setup.sh"
 
-# Blender's settings of the user stay out of the render, and nothing is left behind however it ends.
+# The user's Blender settings stay out of the render, and temporary files go however it ends.
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 # A last resort against a Blender that never ends; a render that is to take longer raises it (seconds).
 limit=${CISTERN_RUN_LIMIT:-7200}
 status=0
-BLENDER_USER_RESOURCES=$scratch timeout --foreground -k 5 "$limit" \
+TMPDIR=$scratch BLENDER_USER_RESOURCES=$scratch timeout --foreground -k 5 "$limit" \
   "$repository/.venv/bin/python" "$repository/examples/render.py" "$@" || status=$?
 if [ $status = 124 ]; then
   echo "run.sh: stopped after $limit s; CISTERN_RUN_LIMIT sets another limit" >&2
