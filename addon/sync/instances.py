@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Set
 from dataclasses import dataclass
@@ -14,13 +15,14 @@ from numpy.typing import NDArray
 from . import SyncReport
 from .lights import is_portal, light_call
 from .materials import MaterialTable
-from .meshes import MeshArrays, has_own_texture_space, mesh_arrays
+from .meshes import has_own_texture_space, mesh_arrays
 
 # Bits of native/scene/instance.h by the names Blender gives an object's `visible_*` flags.
 RAY_BITS = {"camera": 1, "diffuse": 2, "glossy": 4, "transmission": 8, "shadow": 16}
-_SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
-# These have no surface to draw: nothing is missing when they are left out.
+# Nothing is missing when these are left out: the former have no surface, and the surface of the latter is an item of
+# its own in the dependency graph, already a mesh.
 _INVISIBLE_TYPES = {"EMPTY", "ARMATURE", "LATTICE", "CAMERA", "SPEAKER", "LIGHT_PROBE"}
+_MESHED_TYPES = {"CURVE", "SURFACE", "FONT", "META"}
 _LARGEST_BELOW_ONE = np.nextafter(np.float32(1.0), np.float32(0.0))
 _UINT32_MASK = 0xFFFFFFFF
 
@@ -35,6 +37,7 @@ class Surface:
     visibility: int
     holdout: bool
     random: float
+    """Object Info > Random; not a number where each instance has its own."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +51,15 @@ class Lamp:
 
 @dataclass(frozen=True)
 class Placements:
-    """Which prototype each visible item of `depsgraph.object_instances` shows; the arrays are parallel."""
+    """The prototype that each item of `depsgraph.object_instances` shows; -1 for items that show nothing."""
 
     prototypes: list[Surface | Lamp]
     prototype_of: NDArray[np.int32]
-    item: NDArray[np.int32]
-    is_instance: NDArray[np.bool_]
+
+    def items_showing(self, kind: type) -> NDArray[np.intp]:
+        """Items that show a surface, or a lamp, in order."""
+        chosen = np.array([isinstance(p, kind) for p in self.prototypes] + [False], np.bool_)
+        return np.flatnonzero(chosen[self.prototype_of])  # -1 looks up the last entry
 
 
 class InstanceSync:
@@ -79,7 +85,7 @@ class InstanceSync:
     def run(self) -> None:
         """Add all surfaces and lamps of the dependency graph to the builder."""
         placements = self._place()
-        count = len(self._depsgraph.object_instances)
+        count = len(placements.prototype_of)
         matrices = np.empty((count, 4, 4), np.float32)  # Blender fills them column by column
         random_ids = np.empty(count, np.int32)
         self._depsgraph.object_instances.foreach_get("matrix_world", matrices.ravel())
@@ -92,26 +98,23 @@ class InstanceSync:
     def _place(self) -> Placements:
         prototypes: list[Surface | Lamp] = []
         slots: dict = {}
-        placed: list[tuple[int, int, bool]] = []
+        slot_of: list[int] = []
         read = attrgetter("show_self", "object", "object.data", "instance_object", "parent")
-        for item, (show, obj, data, instanced, parent) in enumerate(map(read, self._depsgraph.object_instances)):
-            if not show:
-                continue
+        for show, obj, data, instanced, parent in map(read, self._depsgraph.object_instances):
             # Instances share one temporary object, which therefore cannot be part of the key.
-            key = obj if instanced is None else (data, instanced, parent)
+            key = (data, obj if instanced is None else instanced, parent, show)
             slot = slots.get(key)
             if slot is None:
-                prototype = self._prototype(obj, obj if parent is None else parent)
+                prototype = self._prototype(obj, parent) if show else None
                 slot = slots[key] = -1 if prototype is None else len(prototypes)
                 if prototype is not None:
                     prototypes.append(prototype)
-            if slot >= 0:
-                placed.append((slot, item, instanced is not None))
-        table = np.array(placed, np.int32).reshape(-1, 3)
-        return Placements(prototypes, table[:, 0], table[:, 1], table[:, 2].astype(np.bool_))
+            slot_of.append(slot)
+        return Placements(prototypes, np.array(slot_of, np.int32))
 
-    def _prototype(self, obj: bpy.types.Object, parent: bpy.types.Object) -> Surface | Lamp | None:
+    def _prototype(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> Surface | Lamp | None:
         """None for what has no surface, or is hidden from every kind of ray."""
+        parent = obj if instancer is None else instancer
         view_layer = self._depsgraph.view_layer_eval
         holdout = parent.holdout_get(view_layer=view_layer)
         visibility = ray_visibility(obj) & ray_visibility(parent)
@@ -119,16 +122,18 @@ class InstanceSync:
             visibility &= ~RAY_BITS["camera"]
         if obj.type == "LIGHT":
             return self._lamp(obj, visibility)
-        if obj.type not in _SURFACE_TYPES:
-            if obj.type not in _INVISIBLE_TYPES:
+        if not isinstance(obj.data, bpy.types.Mesh):
+            if obj.type not in _INVISIBLE_TYPES | _MESHED_TYPES:
                 self._report.warn(f"Object '{obj.name}': type {obj.type} is not supported and left out")
             return None
-        mesh = self._mesh_handle(obj) if visibility and view_layer.use_solid else None
+        mesh = self._mesh_handle(obj.data) if visibility and view_layer.use_solid else None
         if mesh is None:
             return None
-        return Surface(
-            mesh, self._materials.set_handle(obj), self._name_handle(obj.name), visibility, holdout, name_random(obj.name)
-        )
+        if instancer is None and has_own_texture_space(obj.data):
+            self._report.warn(f"Mesh '{obj.data.name}': its own texture space is ignored, Generated uses the bounding box")
+        random = name_random(obj.name) if instancer is None else math.nan
+        name = self._name_handle(obj.name)
+        return Surface(mesh, self._materials.set_handle(obj), name, visibility, holdout, random)
 
     def _lamp(self, obj: bpy.types.Object, visibility: int) -> Lamp | None:
         if is_portal(obj.data):
@@ -136,22 +141,17 @@ class InstanceSync:
             return None
         return Lamp(obj.name, obj.data, visibility)
 
-    def _mesh_handle(self, obj: bpy.types.Object) -> int | None:
+    def _mesh_handle(self, mesh: bpy.types.Mesh) -> int | None:
         """One mesh per evaluated geometry; None for one without polygons."""
-        key = obj.data.as_pointer()
+        key = mesh.as_pointer()
         if key not in self._meshes:
             start = time.perf_counter()
-            self._meshes[key] = self._add_mesh(obj)
+            self._meshes[key] = self._add_mesh(mesh) if len(mesh.polygons) else None
             self.mesh_seconds += time.perf_counter() - start
         return self._meshes[key]
 
-    def _add_mesh(self, obj: bpy.types.Object) -> int | None:
-        arrays = object_mesh_arrays(obj, self._wanted_attributes)
-        if arrays is None:
-            return None
-        if obj.type == "MESH" and has_own_texture_space(obj.data):
-            self._report.warn(f"Mesh '{obj.data.name}': its own texture space is ignored, Generated uses the bounding box")
-        return self._builder.add_mesh(obj.data.name, **vars(arrays))
+    def _add_mesh(self, mesh: bpy.types.Mesh) -> int:
+        return self._builder.add_mesh(mesh.name, **vars(mesh_arrays(mesh, self._wanted_attributes)))
 
     def _name_handle(self, name: str) -> int:
         if name not in self._names:
@@ -159,10 +159,8 @@ class InstanceSync:
         return self._names[name]
 
     def _add_lamps(self, placements: Placements, matrices: NDArray[np.float32]) -> None:
-        for slot, item in zip(placements.prototype_of.tolist(), placements.item.tolist(), strict=True):
-            lamp = placements.prototypes[slot]
-            if not isinstance(lamp, Lamp):
-                continue
+        for item in placements.items_showing(Lamp):
+            lamp = placements.prototypes[placements.prototype_of[item]]
             call = light_call(lamp.light, matrices[item].T.astype(np.float64))
             if call is None:
                 self._report.warn(f"Light '{lamp.name}': an area light without area gives no light")
@@ -172,40 +170,25 @@ class InstanceSync:
             method(name=lamp.name, visibility=lamp.visibility, material=material, **call.arguments)
 
 
-def object_mesh_arrays(obj: bpy.types.Object, wanted_attributes: Set[str] = frozenset()) -> MeshArrays | None:
-    """The surface of an evaluated object, meshed by Blender where it is none yet; None without polygons."""
-    if isinstance(obj.data, bpy.types.Mesh):
-        return mesh_arrays(obj.data, wanted_attributes) if len(obj.data.polygons) else None
-    mesh = obj.to_mesh()
-    if mesh is None:
-        return None
-    try:
-        return mesh_arrays(mesh, wanted_attributes) if len(mesh.polygons) else None
-    finally:
-        obj.to_mesh_clear()
-
-
 def instance_arrays(
     placements: Placements, matrices: NDArray[np.float32], random_ids: NDArray[np.int32]
 ) -> dict[str, NDArray]:
     """The arguments of `SceneBuilder.add_instances` for all placed surfaces; `matrices` (n, 4, 4) hold columns."""
-    is_surface = np.array([isinstance(p, Surface) for p in placements.prototypes], np.bool_)
-    chosen = is_surface[placements.prototype_of]
-    slot, item = placements.prototype_of[chosen], placements.item[chosen]
+    items = placements.items_showing(Surface)
+    prototype = placements.prototype_of[items]
 
     def column(member: str, dtype: type) -> NDArray:
-        return np.array([getattr(p, member, 0) for p in placements.prototypes], dtype)[slot]
+        return np.array([getattr(p, member, 0) for p in placements.prototypes], dtype)[prototype]
 
-    instanced = placements.is_instance[chosen]
-    random = np.where(instanced, random_fraction(random_ids[item]), column("random", np.float32))
+    random = column("random", np.float32)
     return {
         "mesh": column("mesh", np.int32),
         "material_set": column("material_set", np.int32),
         "object": column("object", np.int32),
-        "object_to_world": np.ascontiguousarray(matrices[item].transpose(0, 2, 1)),
+        "object_to_world": np.ascontiguousarray(matrices[items].transpose(0, 2, 1)),
         "visibility": column("visibility", np.uint8),
         "holdout": column("holdout", np.uint8),
-        "random": random,
+        "random": np.where(np.isnan(random), random_fraction(random_ids[items]), random),
     }
 
 

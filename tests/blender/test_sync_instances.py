@@ -142,6 +142,56 @@ def test_geometry_nodes_instances_share_one_mesh_and_its_material(scene, sync) -
     assert (values["random"] >= 0).all() and (values["random"] < 1).all()
 
 
+@pytest.mark.parametrize(
+    ("add", "surfaces"),
+    [
+        ("curve.primitive_bezier_circle_add", 2),
+        ("surface.primitive_nurbs_surface_sphere_add", 2),
+        ("object.text_add", 2),
+        ("object.metaball_add", 1),  # one for the whole family
+    ],
+)
+def test_everything_with_a_surface_shows_once(scene, sync, add, surfaces) -> None:
+    category, operator = add.split(".")
+    for x in (0, 10):
+        getattr(getattr(bpy.ops, category), operator)(location=(x, 0, 0))
+        if bpy.context.object.type == "CURVE":
+            bpy.context.object.data.bevel_depth = 0.1
+    builder, report = sync()
+    assert len(instances(builder)["mesh"]) == len(builder.of("add_mesh")) == surfaces
+    assert report.warnings == []
+
+
+@pytest.mark.parametrize("polygons", [[], [(0, 1, 2)]])
+def test_meshes_without_polygons_and_bare_curves_show_nothing(scene, sync, polygons) -> None:
+    bpy.ops.curve.primitive_bezier_curve_add()
+    mesh = bpy.data.meshes.new("Shape")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 1)], [(0, 3)], polygons)
+    link("Shape", mesh)
+    builder, report = sync()
+    assert len(builder.of("add_mesh")) == len(builder.of("add_instances")) == len(polygons)
+    assert report.warnings == []
+
+
+def test_meshes_that_nodes_make_of_curves(scene, sync) -> None:
+    """Such an object is shown once for each kind of geometry, under one address in turn."""
+    tree = bpy.data.node_groups.new("Both", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    start, end = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    join, cube = tree.nodes.new("GeometryNodeJoinGeometry"), tree.nodes.new("GeometryNodeMeshCube")
+    tree.links.new(start.outputs[0], join.inputs[0])
+    tree.links.new(cube.outputs[0], join.inputs[0])
+    tree.links.new(join.outputs[0], end.inputs[0])
+    for x in (0, 10):
+        bpy.ops.curve.primitive_bezier_circle_add(location=(x, 0, 0))
+        bpy.context.object.modifiers.new("Both", "NODES").node_group = tree
+    builder, _ = sync()
+    cubes = [call for call in builder.of("add_mesh") if len(call["corner_vertices"]) == 24]
+    assert len(cubes) == len(builder.of("add_mesh")) == 2
+    assert places(builder) == [(0, 0, 0), (10, 0, 0)]
+
+
 @pytest.mark.parametrize("flag", RAY_BITS)
 def test_ray_visibility(scene, sync, flag) -> None:
     setattr(link("Thing", triangle()), f"visible_{flag}", False)

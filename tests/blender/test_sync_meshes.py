@@ -3,7 +3,6 @@
 import bpy
 import numpy as np
 import pytest
-from addon.sync.instances import object_mesh_arrays
 from addon.sync.meshes import has_own_texture_space, mesh_arrays
 from fake_core import SceneBuilder
 
@@ -59,11 +58,10 @@ def test_large_and_concave_polygons_are_cut_by_blender(empty_scene) -> None:
 
 
 @pytest.mark.parametrize("data", [([], []), (SQUARE, [])])
-def test_meshes_without_polygons_have_no_surface(empty_scene, data) -> None:
+def test_meshes_without_polygons(empty_scene, data) -> None:
     mesh = mesh_of(*data, edges=[(0, 1)] if data[0] else ())
     arrays = arrays_of(mesh)
     assert len(arrays.positions) == len(data[0]) and len(arrays.corner_vertices) == 0
-    assert object_mesh_arrays(evaluated_object(mesh)) is None
 
 
 def test_loose_edges_beside_a_polygon(empty_scene) -> None:
@@ -134,24 +132,7 @@ def test_modifiers_are_applied(empty_scene) -> None:
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.object.modifiers.new("Smooth", "SUBSURF").levels = 2
     evaluated = bpy.context.object.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    assert len(object_mesh_arrays(evaluated).positions) == 98
-
-
-@pytest.mark.parametrize("add", ["curve.primitive_bezier_circle_add", "object.text_add", "object.metaball_add", "surface.primitive_nurbs_surface_sphere_add"])
-def test_everything_with_a_surface_is_meshed(empty_scene, add) -> None:
-    category, operator = add.split(".")
-    getattr(getattr(bpy.ops, category), operator)()
-    obj = bpy.context.object
-    if obj.type == "CURVE":
-        obj.data.bevel_depth = 0.1
-    arrays = object_mesh_arrays(obj.evaluated_get(bpy.context.evaluated_depsgraph_get()))
-    assert len(arrays.corner_vertices) > 0
-    SceneBuilder().add_mesh("Surface", **vars(arrays))
-
-
-def test_a_bare_curve_has_no_surface(empty_scene) -> None:
-    bpy.ops.curve.primitive_bezier_curve_add()
-    assert object_mesh_arrays(bpy.context.object.evaluated_get(bpy.context.evaluated_depsgraph_get())) is None
+    assert len(mesh_arrays(evaluated.data).positions) == 98
 
 
 def test_own_texture_space_is_seen(empty_scene) -> None:
