@@ -65,4 +65,6 @@ void check_embree_version() {
                             ", the one this was built with (another library in the process has taken over its names)");
 }
 
+std::string embree_version() { return RTC_VERSION_STRING; }
+
 }  // namespace cistern
