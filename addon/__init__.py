@@ -3,13 +3,14 @@
 `register()` never needs the native core; the first render loads it.
 """
 
-from . import engine, properties, report, ui
+from . import engine, operators, properties, report, ui
 
 __all__ = ["register", "report", "unregister"]
 
 
 def register() -> None:
     properties.register()
+    operators.register()
     ui.register()
     engine.register()
 
@@ -17,4 +18,5 @@ def register() -> None:
 def unregister() -> None:
     engine.unregister()
     ui.unregister()
+    operators.unregister()
     properties.unregister()

@@ -1,4 +1,7 @@
-"""The settings a user sees: `scene.cistern` and `view_layer.cistern`."""
+"""The settings a user sees: `scene.cistern` and `view_layer.cistern`.
+
+No property has a callback: in the bpy module of Blender 4.2 one is enough to crash Python as it exits.
+"""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
@@ -41,16 +44,24 @@ PRESETS = {
 }
 
 
-def choose_custom(settings: "CisternSceneSettings", _context: bpy.types.Context) -> None:
-    """Choosing a technique by hand leaves the preset, so that a script's choice always takes effect."""
-    if settings.preset != "CUSTOM":
-        settings.preset = "CUSTOM"
-
-
 def techniques(settings: "CisternSceneSettings") -> dict[str, str]:
-    """The techniques in force: the preset's, or the chosen ones under CUSTOM."""
-    chosen = PRESETS.get(settings.preset) or tuple(getattr(settings, name) for name in TECHNIQUES)
-    return dict(zip(TECHNIQUES, chosen, strict=True))
+    """The techniques in force: what the preset says, except where a technique was set by hand."""
+    preset = dict(zip(TECHNIQUES, PRESETS.get(settings.preset, ()), strict=False))
+    return {
+        name: getattr(settings, name) if settings.is_property_set(name) else preset.get(name, getattr(settings, name))
+        for name in TECHNIQUES
+    }
+
+
+def choose_preset(settings: "CisternSceneSettings", preset: str) -> None:
+    """Take over a preset whole; CUSTOM starts from the techniques in force."""
+    in_force = techniques(settings)
+    settings.preset = preset
+    for name in TECHNIQUES:
+        if preset == "CUSTOM":
+            setattr(settings, name, in_force[name])
+        else:
+            settings.property_unset(name)
 
 
 class CisternSceneSettings(bpy.types.PropertyGroup):
@@ -88,7 +99,7 @@ class CisternSceneSettings(bpy.types.PropertyGroup):
     )
     preset: EnumProperty(
         name="Preset",
-        description="Which techniques are used; choosing a single technique switches to Custom",
+        description="Which techniques are used; a technique that a script sets by itself wins over the preset",
         items=PRESET_ITEMS,
         default="FINAL",
     )
@@ -97,35 +108,30 @@ class CisternSceneSettings(bpy.types.PropertyGroup):
         description="How the light that reaches a visible point straight from a light is found",
         items=DIRECT_ITEMS,
         default="NEE",
-        update=choose_custom,
     )
     secondary: EnumProperty(
         name="Secondary Light",
         description="How the light that reaches a later point of a path straight from a light is found",
         items=SECONDARY_ITEMS,
         default="NEE",
-        update=choose_custom,
     )
     indirect: EnumProperty(
         name="Indirect Light",
         description="How the light that reaches a visible point by way of other surfaces is found",
         items=INDIRECT_ITEMS,
         default="PATH",
-        update=choose_custom,
     )
     bias: EnumProperty(
         name="Bias",
         description="Whether speed may be bought with a systematic error",
         items=BIAS_ITEMS,
         default="UNBIASED",
-        update=choose_custom,
     )
     light_sampler: EnumProperty(
         name="Light Sampler",
         description="How one of many lights is chosen for a light sample",
         items=LIGHT_SAMPLER_ITEMS,
         default="TREE",
-        update=choose_custom,
     )
     max_bounces: IntProperty(
         name="Total",

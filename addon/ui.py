@@ -5,6 +5,8 @@ import bpy
 from bpy.types import Context, Panel, UILayout
 from bpy_extras.node_utils import find_node_input
 
+from . import properties
+
 ENGINE = "CISTERN"
 
 # Blender's general panels that would show settings of other engines, or of features that this engine does not have;
@@ -64,7 +66,10 @@ class CISTERN_RENDER_PT_sampling(CisternPanel, Panel):
     def draw(self, context: Context) -> None:
         layout = split_layout(self)
         settings = context.scene.cistern
-        layout.prop(settings, "preset")
+        row = layout.row(align=True)
+        for identifier, name, _description in properties.PRESET_ITEMS:
+            button = row.operator("cistern.choose_preset", text=name, depress=settings.preset == identifier)
+            button.preset = identifier
         layout.prop(settings, "samples")
         layout.prop(settings, "time_limit")
 
@@ -82,7 +87,7 @@ class CISTERN_RENDER_PT_techniques(CisternPanel, Panel):
     def draw(self, context: Context) -> None:
         layout = split_layout(self)
         settings = context.scene.cistern
-        for name in ("direct", "secondary", "indirect", "bias", "light_sampler"):
+        for name in properties.TECHNIQUES:
             layout.prop(settings, name)
 
 

@@ -48,15 +48,24 @@ def test_sentences_for_a_core_that_cannot_be_loaded(tmp_path):
     assert "Embree 4.4.1" in core.explain(refused, [tmp_path])
 
 
-def test_choosing_a_technique_leaves_the_preset():
+def test_technique_set_by_a_script_wins_over_the_preset():
     settings = fresh_scene().cistern
     assert settings.preset == "FINAL"
     assert properties.techniques(settings)["light_sampler"] == "TREE"
     settings.light_sampler = "POWER"
-    assert settings.preset == "CUSTOM"
     assert properties.techniques(settings)["light_sampler"] == "POWER"
-    settings.preset = "FINAL"
+
+
+def test_preset_button_takes_over_a_preset_whole():
+    settings = fresh_scene().cistern
+    settings.light_sampler = "POWER"
+    bpy.ops.cistern.choose_preset(preset="CUSTOM")
+    assert (settings.preset, settings.light_sampler) == ("CUSTOM", "POWER")
+    bpy.ops.cistern.choose_preset(preset="FINAL")
+    assert settings.preset == "FINAL"
     assert properties.techniques(settings)["light_sampler"] == "TREE"
+    bpy.ops.cistern.choose_preset(preset="CUSTOM")
+    assert settings.light_sampler == "TREE"
 
 
 def test_every_setting_explains_itself():

@@ -74,6 +74,10 @@ class RecordingLayout:
         assert node_input.name in node.inputs
         self.drawn.append(f"socket {node_input.name}")
 
+    def operator(self, identifier, **_options):
+        self.drawn.append(identifier)
+        return SimpleNamespace()
+
     def row(self, **_options):
         return RecordingLayout(self.drawn)
 
@@ -94,7 +98,8 @@ def test_render_and_view_layer_panels_draw_every_setting():
             drawn += draw(cls, scene=scene, view_layer=scene.view_layers[0])
     for owner in (scene.cistern, scene.view_layers[0].cistern):
         names = {prop.identifier for prop in owner.bl_rna.properties} - {"name", "rna_type"}
-        assert names <= set(drawn)
+        assert names - {"preset"} <= set(drawn)
+    assert "cistern.choose_preset" in drawn
 
 
 @pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
