@@ -109,17 +109,18 @@ void check_camera(const Camera& camera, const std::string& name) {
 }
 
 bool is_singular(const Transform& transform) {
-  const auto norm = [](Vec3 v) { return std::hypot(double{v.x}, double{v.y}, double{v.z}); };
+  const auto squared = [](Vec3 v) { return double{v.x} * v.x + double{v.y} * v.y + double{v.z} * v.z; };
   const Vec3 x = transform.row_x, y = transform.row_y, z = transform.row_z;
   const double determinant = double{x.x} * (double{y.y} * z.z - double{y.z} * z.y) -
                              double{x.y} * (double{y.x} * z.z - double{y.z} * z.x) +
                              double{x.z} * (double{y.x} * z.y - double{y.y} * z.x);
-  const double edges = norm(transform.column(0)) * norm(transform.column(1)) * norm(transform.column(2));
+  const double edges =
+      std::sqrt(squared(transform.column(0)) * squared(transform.column(1)) * squared(transform.column(2)));
   if (!(std::abs(determinant) > kCoplanar * edges)) return true;
-  // Outside of this range `inverse` would overflow.
-  return !(std::abs(transform.determinant()) >= FLT_MIN) || !is_finite(inverse(transform).column(0)) ||
-         !is_finite(inverse(transform).column(1)) || !is_finite(inverse(transform).column(2)) ||
-         !is_finite(inverse(transform).translation);
+  // Beyond the range of single precision `inverse` would overflow.
+  if (!(std::abs(transform.determinant()) >= FLT_MIN)) return true;
+  const Transform back = inverse(transform);
+  return !is_finite(back.row_x) || !is_finite(back.row_y) || !is_finite(back.row_z) || !is_finite(back.translation);
 }
 
 }  // namespace cistern

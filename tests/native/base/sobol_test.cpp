@@ -1,0 +1,159 @@
+#include "base/sobol.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "base/hash.h"
+#include "support/statistics.h"
+
+namespace cistern::test {
+namespace {
+
+using Sequence = float (*)(uint32_t index, int dimension, uint32_t seed);
+
+/// Whether the first 2^log_count points put one into each of the elementary intervals of 2^-k by 2^-(log_count - k),
+/// for the k given.
+bool fills_intervals(Sequence sequence, int dimension_x, int dimension_y, int log_count, int k, uint32_t seed) {
+  const uint32_t count = 1u << log_count;
+  const uint32_t columns = 1u << k, rows = count >> k;
+  std::vector<bool> is_taken(count, false);
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t x = static_cast<uint32_t>(sequence(i, dimension_x, seed) * static_cast<float>(columns));
+    const uint32_t y = static_cast<uint32_t>(sequence(i, dimension_y, seed) * static_cast<float>(rows));
+    if (is_taken[y * columns + x]) return false;
+    is_taken[y * columns + x] = true;
+  }
+  return true;
+}
+
+/// How many of 2^log_cells square cells (an even power) the first points_per_cell * 2^log_cells points leave empty.
+int empty_cells(Sequence sequence, int dimension_x, int dimension_y, int log_cells, uint32_t points_per_cell,
+                uint32_t seed) {
+  const uint32_t side = 1u << (log_cells / 2);
+  std::set<uint32_t> taken;
+  for (uint32_t i = 0; i < side * side * points_per_cell; ++i) {
+    const uint32_t x = static_cast<uint32_t>(sequence(i, dimension_x, seed) * static_cast<float>(side));
+    const uint32_t y = static_cast<uint32_t>(sequence(i, dimension_y, seed) * static_cast<float>(side));
+    taken.insert(y * side + x);
+  }
+  return static_cast<int>(side * side - taken.size());
+}
+
+/// Planted bug: neither the points are scrambled nor the index shuffled, so that groups repeat one another.
+float unscrambled(uint32_t index, int dimension, uint32_t) { return to_unit_float(sobol_bits(index, dimension % 4)); }
+
+/// Planted bug: independent random numbers.
+float independent(uint32_t index, int dimension, uint32_t seed) {
+  return to_unit_float(static_cast<uint32_t>(mix_bits((uint64_t{seed} << 40) ^ (uint64_t(dimension) << 32) ^ index)));
+}
+
+TEST(Sobol, FirstPointsAreThePublishedOnes) {
+  // Gray-code order of Joe and Kuo's program turned into natural order: 1/2, 1/4 + 3/4, ...
+  const float expected[4][4] = {
+      {0.0f, 0.5f, 0.25f, 0.75f}, {0.0f, 0.5f, 0.75f, 0.25f}, {0.0f, 0.5f, 0.75f, 0.25f}, {0.0f, 0.5f, 0.75f, 0.25f}};
+  for (int dimension = 0; dimension < 4; ++dimension) {
+    for (uint32_t i = 0; i < 4; ++i) {
+      EXPECT_EQ(static_cast<float>(sobol_bits(i, dimension)) * 0x1p-32f, expected[dimension][i]) << dimension;
+    }
+  }
+}
+
+TEST(Sobol, EveryDimensionIsStratified) {
+  for (int dimension = 0; dimension < 12; ++dimension) {
+    for (const int log_count : {1, 4, 10}) {
+      EXPECT_TRUE(fills_intervals(sobol_owen, dimension, dimension + 1, log_count, log_count, 77)) << dimension;
+    }
+  }
+}
+
+TEST(Sobol, FirstTwoOfAGroupFillAllElementaryIntervals) {
+  for (const int dimension : {0, 4, 8}) {
+    for (const int log_count : {4, 7, 10}) {
+      for (int k = 0; k <= log_count; ++k) {
+        for (uint32_t seed = 0; seed < 4; ++seed) {
+          EXPECT_TRUE(fills_intervals(sobol_owen, dimension, dimension + 1, log_count, k, seed));
+        }
+      }
+    }
+  }
+  EXPECT_FALSE(fills_intervals(independent, 0, 1, 4, 2, 0));
+}
+
+TEST(Sobol, AllPairsOfAGroupCoverSquares) {
+  // With four points to a cell no cell is empty; independent points leave e^-4 of the 1024 cells so.
+  for (uint32_t seed = 0; seed < 4; ++seed) {
+    for (int x = 0; x < 4; ++x) {
+      for (int y = x + 1; y < 4; ++y) EXPECT_EQ(empty_cells(sobol_owen, x, y, 10, 4, seed), 0) << x << y;
+    }
+  }
+  EXPECT_GT(empty_cells(independent, 0, 1, 10, 4, 5), 8);
+}
+
+TEST(Sobol, GroupsAreIndependent) {
+  // Dimensions 0 and 4 have the same generator matrix: unshuffled they lie on a line.
+  EXPECT_LT(empty_cells(sobol_owen, 0, 4, 10, 1, 3), 1024 * 0.42);
+  EXPECT_GT(empty_cells(unscrambled, 0, 4, 10, 1, 3), 900);
+}
+
+/// Smallest p-value of "the mean of x is 1/2", "of x^2 is 1/3" and "of x y is 1/4" over seeds with 3 points each: a
+/// count at which unscrambled points are biased.
+double mean_p_value_of(Sequence sequence) {
+  double smallest = 1.0;
+  for (int dimension = 0; dimension < 8; ++dimension) {
+    Moments first, second, product;
+    for (uint32_t seed = 0; seed < 3000; ++seed) {
+      double sum = 0.0, squares = 0.0, products = 0.0;
+      for (uint32_t i = 0; i < 3; ++i) {
+        const double x = sequence(i, dimension, seed), y = sequence(i, dimension + 1, seed);
+        sum += x / 3.0;
+        squares += x * x / 3.0;
+        products += x * y / 3.0;
+      }
+      first.add(sum);
+      second.add(squares);
+      product.add(products);
+    }
+    smallest =
+        std::min({smallest, mean_p_value(first, 0.5), mean_p_value(second, 1.0 / 3.0), mean_p_value(product, 0.25)});
+  }
+  return smallest;
+}
+
+TEST(Sobol, MeanOverSeedsIsUnbiased) { EXPECT_GT(mean_p_value_of(sobol_owen), shared_rate(24)); }
+
+TEST(Sobol, PlantedBugOfUnscrambledPointsIsSeen) { EXPECT_LT(mean_p_value_of(unscrambled), shared_rate(24)); }
+
+TEST(Sobol, OnePointOverSeedsIsUniform) {
+  constexpr int kBins = 64, kSeeds = 20000;
+  for (const int dimension : {0, 3, 5}) {
+    std::vector<double> observed(kBins, 0.0), expected(kBins, double{kSeeds} / kBins);
+    for (uint32_t seed = 0; seed < kSeeds; ++seed) {
+      observed[static_cast<size_t>(sobol_owen(5, dimension, seed) * kBins)] += 1.0;
+    }
+    EXPECT_GT(chi_square_p_value(observed, expected), shared_rate(3));
+  }
+}
+
+TEST(Sobol, ConvergesFasterThanIndependentPoints) {
+  // Root mean square error of a smooth integral in four dimensions with 256 points: far below that of independent ones.
+  const auto error = [](Sequence sequence) {
+    double squares = 0.0;
+    for (uint32_t seed = 0; seed < 64; ++seed) {
+      double mean = 0.0;
+      for (uint32_t i = 0; i < 256; ++i) {
+        double f = 1.0;
+        for (int d = 0; d < 4; ++d) f *= 0.5 + sequence(i, d, seed);
+        mean += f / 256.0;
+      }
+      squares += (mean - 1.0) * (mean - 1.0);
+    }
+    return std::sqrt(squares / 64.0);
+  };
+  EXPECT_LT(error(sobol_owen), 0.1 * error(independent));
+}
+
+}  // namespace
+}  // namespace cistern::test
