@@ -14,7 +14,7 @@ from .enums import MATH_OPERATIONS, VECTOR_MATH_OPERATIONS, VECTOR_MATH_VALUES
 Triple = tuple[float, float, float]
 
 FLOAT_EPSILON = 2.0**-23  # smallest tolerance of Compare, as in single precision
-LUMINANCE_WEIGHTS = (0.2126729, 0.7151522, 0.0721750)  # Rec. 709, D65
+LUMINANCE_WEIGHTS = (0.2126, 0.7152, 0.0722)  # Rec. 709, as the core has them
 
 
 def saturate(x: float) -> float:
