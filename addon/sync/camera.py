@@ -16,7 +16,9 @@ from . import SyncError, SyncReport
 _SMALLEST_FSTOP = 1e-5
 
 
-def camera_arguments(scene: bpy.types.Scene, camera_object: bpy.types.Object | None, report: SyncReport) -> dict[str, Any]:
+def camera_arguments(
+    scene: bpy.types.Scene, camera_object: bpy.types.Object | None, report: SyncReport
+) -> dict[str, Any]:
     """Keyword arguments of `SceneBuilder.set_camera` for an evaluated camera object. Raises SyncError without one."""
     if camera_object is None or camera_object.type != "CAMERA":
         raise SyncError(f"Scene '{scene.name}' has no camera")

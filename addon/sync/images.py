@@ -13,6 +13,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -20,6 +21,9 @@ from numpy.typing import NDArray
 
 from . import SyncReport, versions
 from .colour import image_colour
+
+if TYPE_CHECKING:
+    from cistern_core import SceneBuilder
 
 _MISSING = -1
 _NATIVE_TYPES = (np.uint8, np.uint16, np.float16, np.float32)
@@ -60,7 +64,9 @@ class ImageCache:
         if source is not None:
             self._decode(source, image)
 
-    def handle(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None, builder, report: SyncReport) -> int:
+    def handle(
+        self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None, builder: SceneBuilder, report: SyncReport
+    ) -> int:
         """The builder's handle, or -1 after a warning for an image that cannot be read."""
         source = image_source(image, image_user)
         key = (image.as_pointer(), source)
@@ -75,7 +81,9 @@ class ImageCache:
             self._decoded[source] = self._pool.submit(read_file, source.path, packed)
         return self._decoded[source]
 
-    def _add(self, image: bpy.types.Image, source: ImageSource | None, builder, report: SyncReport) -> int:
+    def _add(
+        self, image: bpy.types.Image, source: ImageSource | None, builder: SceneBuilder, report: SyncReport
+    ) -> int:
         if image.source == "TILED":
             report.warn(f"Image '{image.name}': only the first tile is used")
         if image.source == "MOVIE":
@@ -107,7 +115,7 @@ def image_source(image: bpy.types.Image, image_user: bpy.types.ImageUser | None)
     if image.packed_file is not None and image.source == "FILE":
         return ImageSource(path, 0.0, image.packed_file.size)
     try:
-        return ImageSource(path, os.stat(path).st_mtime)
+        return ImageSource(path, Path(path).stat().st_mtime)
     except OSError:
         return None
 

@@ -7,6 +7,7 @@ import time
 from collections.abc import Set
 from dataclasses import dataclass
 from operator import attrgetter
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -16,6 +17,9 @@ from . import SyncReport
 from .lights import is_portal, light_call
 from .materials import MaterialTable
 from .meshes import has_own_texture_space, mesh_arrays
+
+if TYPE_CHECKING:
+    from cistern_core import SceneBuilder
 
 # Bits of native/scene/instance.h by the names Blender gives an object's `visible_*` flags.
 RAY_BITS = {"camera": 1, "diffuse": 2, "glossy": 4, "transmission": 8, "shadow": 16}
@@ -68,7 +72,7 @@ class InstanceSync:
     def __init__(
         self,
         depsgraph: bpy.types.Depsgraph,
-        builder,
+        builder: SceneBuilder,
         materials: MaterialTable,
         wanted_attributes: Set[str],
         report: SyncReport,
@@ -130,7 +134,9 @@ class InstanceSync:
         if mesh is None:
             return None
         if instancer is None and has_own_texture_space(obj.data):
-            self._report.warn(f"Mesh '{obj.data.name}': its own texture space is ignored, Generated uses the bounding box")
+            self._report.warn(
+                f"Mesh '{obj.data.name}': its own texture space is ignored, Generated uses the bounding box"
+            )
         random = name_random(obj.name) if instancer is None else math.nan
         name = self._name_handle(obj.name)
         return Surface(mesh, self._materials.set_handle(obj), name, visibility, holdout, random)

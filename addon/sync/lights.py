@@ -31,7 +31,7 @@ def is_portal(light: bpy.types.Light) -> bool:
 
 
 def light_call(light: bpy.types.Light, matrix: NDArray[np.float64]) -> LightCall | None:
-    """The builder call for a lamp placed by `matrix` (4, 4); None for an area light without area, which sends nothing."""
+    """The builder call for a lamp placed by `matrix` (4, 4); None for an area light of no area: it sends nothing."""
     convert = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}[light.type]
     call = convert(light, matrix)
     if call is not None:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import bpy
 
 from . import SyncReport
 from .images import ImageCache
 from .nodes import compile_light, compile_material, compile_world
+
+if TYPE_CHECKING:
+    from cistern_core import MaterialProgram, SceneBuilder
+
+CompileTree = Callable[[bpy.types.ID, "MaterialContext"], "MaterialProgram | None"]
 
 _EMPTY_SLOT = 0
 
@@ -20,7 +26,7 @@ class MaterialContext:
     """What the node compiler may ask for while it compiles a tree."""
 
     core: ModuleType
-    builder: object
+    builder: SceneBuilder
     depsgraph: bpy.types.Depsgraph
     images: ImageCache
     report: SyncReport
@@ -60,7 +66,7 @@ class MaterialTable:
     def world_handle(self, world: bpy.types.World) -> int | None:
         return self._handle(world, compile_world)
 
-    def _handle(self, data_block: bpy.types.ID | None, compile_tree) -> int | None:
+    def _handle(self, data_block: bpy.types.ID | None, compile_tree: CompileTree) -> int | None:
         key = _EMPTY_SLOT if data_block is None else data_block.as_pointer()
         if key not in self._handles:
             program = compile_tree(data_block, self._context)

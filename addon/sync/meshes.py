@@ -102,7 +102,9 @@ def _polygon_offsets(mesh: bpy.types.Mesh, polygon_count: int, corner_count: int
     return offsets
 
 
-def _tessellation(mesh: bpy.types.Mesh, offsets: NDArray[np.int32] | None):
+def _tessellation(
+    mesh: bpy.types.Mesh, offsets: NDArray[np.int32] | None
+) -> tuple[NDArray[np.int32], NDArray[np.int32]] | tuple[None, None]:
     """Blender's triangles where a polygon is larger than the core can split, else (None, None)."""
     if offsets is None or np.diff(offsets).max(initial=0) <= _LARGEST_POLYGON_OF_CORE:
         return None, None

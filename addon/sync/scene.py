@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import bpy
 
@@ -16,6 +17,9 @@ from .images import ImageCache
 from .instances import InstanceSync
 from .materials import MaterialContext, MaterialTable, tree_uses
 from .world import sync_world
+
+if TYPE_CHECKING:
+    from cistern_core import SceneBuilder
 
 
 class SceneSync:
@@ -28,7 +32,7 @@ class SceneSync:
     def __init__(self, core: ModuleType | None = None) -> None:
         self._core = core if core is not None else importlib.import_module("cistern_core")
         self._images = ImageCache()
-        self.builder = None
+        self.builder: SceneBuilder | None = None
 
     def sync(self, depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None = None) -> SyncReport:
         """Fill `builder`. `camera` overrides the scene's. Raises SyncError or the core's Error."""
@@ -43,7 +47,7 @@ class SceneSync:
 
 def sync_scene(
     depsgraph: bpy.types.Depsgraph,
-    builder,
+    builder: SceneBuilder,
     *,
     core: ModuleType,
     camera: bpy.types.Object | None = None,
@@ -62,7 +66,14 @@ def sync_scene(
     return report
 
 
-def _sync(depsgraph, builder, core: ModuleType, camera, images: ImageCache, report: SyncReport) -> None:
+def _sync(
+    depsgraph: bpy.types.Depsgraph,
+    builder: SceneBuilder,
+    core: ModuleType,
+    camera: bpy.types.Object | None,
+    images: ImageCache,
+    report: SyncReport,
+) -> None:
     scene = depsgraph.scene_eval
     with _timed(report, "camera"):
         camera_object = camera if camera is not None else scene.camera

@@ -6,6 +6,7 @@ import importlib
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import bpy
 import numpy as np
@@ -50,6 +51,6 @@ def light_casts_shadow(light: bpy.types.Light) -> bool:
     return getattr(cycles, "cast_shadow", light.use_shadow)
 
 
-def cycles_setting(data_block: bpy.types.ID, name: str, default):
+def cycles_setting(data_block: bpy.types.ID, name: str, default: Any) -> Any:  # noqa: ANN401
     """A setting that lives with the Cycles add-on, or `default` where that add-on is disabled."""
     return getattr(getattr(data_block, "cycles", None), name, default)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import bpy
 
 from . import versions
 from .instances import RAY_BITS
 from .materials import MaterialTable
 
+if TYPE_CHECKING:
+    from cistern_core import SceneBuilder
 
-def sync_world(depsgraph: bpy.types.Depsgraph, builder, materials: MaterialTable) -> None:
+
+def sync_world(depsgraph: bpy.types.Depsgraph, builder: SceneBuilder, materials: MaterialTable) -> None:
     """Set the environment; without a world, or where the view layer hides it, the builder's black one stays."""
     view_layer = depsgraph.view_layer_eval
     world = view_layer.world_override or depsgraph.scene_eval.world

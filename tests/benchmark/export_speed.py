@@ -79,7 +79,9 @@ def timed(core) -> Callable[[bpy.types.Depsgraph], float]:
 
 def main() -> None:
     if "--fake" in sys.argv:
-        from fake_core import CORE as core
+        import fake_core
+
+        core = fake_core.CORE
     else:
         import cistern_core as core
     bpy.utils.register_class(ProbeEngine)

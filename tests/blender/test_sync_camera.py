@@ -6,6 +6,7 @@ import math
 import bpy
 import numpy as np
 import pytest
+
 from addon.sync import SyncError, SyncReport
 from addon.sync.camera import camera_arguments, camera_window, focus_distance
 

@@ -6,10 +6,11 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
+from fake_core import SceneBuilder
+
 from addon.sync import SyncReport, versions
 from addon.sync.colour import image_colour, rgb_to_xyz
 from addon.sync.images import ImageCache, blender_pixels, read_file
-from fake_core import SceneBuilder
 
 # 2 x 3 pixels, the first row is the top of the picture.
 ROWS = np.array([[[0, 10, 20, 255], [30, 40, 50, 128]], [[1, 2, 3, 4], [5, 6, 7, 8]], [[9, 9, 9, 0], [250, 0, 0, 64]]])
@@ -45,7 +46,14 @@ def added(cache: ImageCache, image: bpy.types.Image, image_user=None) -> tuple[d
 
 @pytest.mark.parametrize(
     ("suffix", "dtype"),
-    [(".png", np.uint8), (".png", np.uint16), (".tif", np.uint16), (".exr", np.float16), (".exr", np.float32), (".hdr", np.float32)],
+    [
+        (".png", np.uint8),
+        (".png", np.uint16),
+        (".tif", np.uint16),
+        (".exr", np.float16),
+        (".exr", np.float32),
+        (".hdr", np.float32),
+    ],
 )
 def test_files_keep_their_depth_and_start_at_the_bottom(empty_scene, tmp_path, suffix, dtype) -> None:
     channels = 3 if suffix == ".hdr" else 4

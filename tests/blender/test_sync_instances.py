@@ -7,6 +7,7 @@ import bpy
 import fake_core
 import numpy as np
 import pytest
+
 from addon.sync import SyncReport, materials
 from addon.sync.instances import RAY_BITS, name_random, random_fraction
 from addon.sync.scene import sync_scene
@@ -17,6 +18,7 @@ ALL_RAYS = sum(RAY_BITS.values())
 @pytest.fixture
 def scene(empty_scene, monkeypatch) -> bpy.types.Scene:
     """A scene with a camera, and material programs that are empty but for their name."""
+
     def named(material, context) -> fake_core.MaterialProgram:
         return context.core.MaterialProgram(material.name if material else "default")
 

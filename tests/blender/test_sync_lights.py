@@ -5,6 +5,7 @@ import math
 import bpy
 import numpy as np
 import pytest
+
 from addon.sync.lights import is_portal, light_call
 
 PI = math.pi

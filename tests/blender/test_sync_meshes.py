@@ -3,8 +3,9 @@
 import bpy
 import numpy as np
 import pytest
-from addon.sync.meshes import has_own_texture_space, mesh_arrays
 from fake_core import SceneBuilder
+
+from addon.sync.meshes import has_own_texture_space, mesh_arrays
 
 
 def evaluated_object(data: bpy.types.ID) -> bpy.types.Object:
