@@ -116,10 +116,11 @@ float pdf_solid_angle(const VisiblePart& part, float distance, float cos_theta) 
   return part.density * sqr(distance) / cos_theta;
 }
 
-/// Light leaving at this angle, relative to a Lambertian emitter; it integrates to the same flux. (A grid of slats.)
-float spread_factor(const AreaLamp& lamp, float cos_theta) {
+/// Light leaving along -wi, relative to a Lambertian emitter; it integrates to the same flux. (A grid of slats.)
+float spread_factor(const AreaLamp& lamp, Vec3 wi, float cos_theta) {
   if (lamp.spread_scale == 0.0f) return 1.0f;
-  const float tan_theta = safe_sqrt(1.0f - sqr(cos_theta)) / cos_theta;
+  // By the cross product: small spreads need small angles to be accurate.
+  const float tan_theta = length(cross(wi, lamp.normal)) / cos_theta;
   return std::max(lamp.tan_half_spread - tan_theta, 0.0f) * lamp.spread_scale;
 }
 
@@ -183,10 +184,11 @@ std::optional<LampSample> sample_area_lamp(const AreaLamp& lamp, Vec2 uv, Vec3 r
   const Vec3 offset = lamp.center + lamp.axis_u * point.x + lamp.axis_v * point.y - receiver;
   const float distance = length(offset);
   const float cos_theta = part->height / distance;
-  const float factor = spread_factor(lamp, cos_theta);
+  const Vec3 wi = offset * (1.0f / distance);
+  const float factor = spread_factor(lamp, wi, cos_theta);
   if (factor == 0.0f) return std::nullopt;
   const float pdf = pdf_solid_angle(*part, distance, cos_theta);
-  return LampSample{offset * (1.0f / distance), distance, lamp.radiance * factor, pdf, false};
+  return LampSample{wi, distance, lamp.radiance * factor, pdf, false};
 }
 
 std::optional<LampSample> intersect_area_lamp(const AreaLamp& lamp, const Ray& ray) {
@@ -197,7 +199,7 @@ std::optional<LampSample> intersect_area_lamp(const AreaLamp& lamp, const Ray& r
   if (distance <= ray.t_min || distance >= ray.t_max) return std::nullopt;
   const Vec3 offset = ray.origin + ray.direction * distance - lamp.center;
   if (!contains(lamp, edge_coordinates(lamp, offset))) return std::nullopt;
-  const float factor = spread_factor(lamp, cos_theta);
+  const float factor = spread_factor(lamp, ray.direction, cos_theta);
   if (factor == 0.0f) return std::nullopt;
   const std::optional<VisiblePart> part = visible_part(lamp, ray.origin);
   if (!part) return std::nullopt;

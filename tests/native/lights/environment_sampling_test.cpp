@@ -1,0 +1,150 @@
+#include "lights/environment_sampling.h"
+
+#include <gtest/gtest.h>
+
+#include "lights/light_scenes.h"
+#include "shading/material.h"
+#include "support/statistics.h"
+
+namespace cistern::test {
+namespace {
+
+/// Radiance 20 max(z, 0)^8 + 0.1, towards +Z.
+Scene scene_with_glow() {
+  ProgramWriter w;
+  const Operand z = w.add(Op::SEPARATE_Z, {w.add(Op::GENERATED, {}, {0})});
+  const Operand up = w.add(Op::MATH, {z, w.constant(0.0f), w.constant(0.0f)}, {12, 0});
+  const Operand power = w.add(Op::MATH, {up, w.constant(8.0f), w.constant(0.0f)}, {5, 0});
+  const Operand strength = w.add(Op::MATH, {power, w.constant(20.0f), w.constant(0.1f)}, {4, 0});
+  Scene scene;
+  scene.materials = {w.emit({1, 1, 1}, strength)};
+  scene.environment.material = 0;
+  return scene;
+}
+
+/// A black equirectangular image with a single pixel of value 1e5.
+Scene scene_with_bright_pixel(int width, int x, int y) {
+  const auto pixels = std::make_shared<std::vector<float>>(static_cast<size_t>(width * width / 2), 0.0f);
+  (*pixels)[static_cast<size_t>(y * width + x)] = 1e5f;
+  const auto image = std::make_shared<Image>();
+  image->name = "pixel";
+  image->width = width, image->height = width / 2, image->channels = 1;
+  image->format = PixelFormat::FLOAT;
+  image->pixels = std::shared_ptr<const void>(pixels, pixels->data());
+  ProgramWriter w;
+  w.use_image(0);
+  const Operand color = w.add(Op::ENVIRONMENT_IMAGE, {w.add(Op::GENERATED, {}, {0})}, {0, 0, 0});
+  Scene scene;
+  scene.images = {image};
+  scene.materials = {w.emit(color, w.constant(1.0f), 1)};
+  scene.environment.material = 0;
+  return scene;
+}
+
+/// Samples in equal-area bins of the sphere against the density integrated over each.
+double p_value(const EnvironmentSampler& sampler, bool plant_missing_share = false) {
+  constexpr int kColumns = 24, kRows = 24, kCells = 24, kDraws = 100000;
+  std::vector<double> observed(kColumns * kRows), expected(kColumns * kRows);
+  Rng rng(11, 0, 0, 0);
+  for (int i = 0; i < kDraws; ++i) {
+    const Vec3 d = sampler.sample(rng.next_vec2()).direction;
+    const int x = std::min(static_cast<int>((std::atan2(d.y, d.x) / (2.0f * kPi) + 0.5f) * kColumns), kColumns - 1);
+    const int y = std::min(static_cast<int>((0.5f - 0.5f * d.z) * kRows), kRows - 1);
+    ++observed[static_cast<size_t>(y * kColumns + x)];
+  }
+  const double cell = 4.0 * std::numbers::pi / (kColumns * kRows * kCells * kCells);
+  for (int y = 0; y < kRows * kCells; ++y) {
+    for (int x = 0; x < kColumns * kCells; ++x) {
+      const float z = 1.0f - 2.0f * (static_cast<float>(y) + 0.5f) / (kRows * kCells);
+      const float phi = 2.0f * kPi * ((static_cast<float>(x) + 0.5f) / (kColumns * kCells) - 0.5f);
+      const float s = std::sqrt(1.0f - z * z);
+      const double pdf = sampler.pdf({s * std::cos(phi), s * std::sin(phi), z});
+      const double planted = plant_missing_share ? 0.02 / (4.0 * std::numbers::pi) : 0.0;
+      expected[static_cast<size_t>(y / kCells * kColumns + x / kCells)] +=
+          kDraws * cell * (pdf - planted) / (plant_missing_share ? 0.98 : 1.0);
+    }
+  }
+  return chi_square_p_value(observed, expected);
+}
+
+TEST(EnvironmentSampling, MatchesItsDensity) {
+  Scene scene = scene_with_glow();
+  scene.environment.importance_width = 192;  // texels that do not straddle the test's bins
+  const auto sampler = EnvironmentSampler::build(scene);
+  ASSERT_TRUE(sampler);
+  EXPECT_GT(p_value(*sampler), kFalseAlarmRate);
+  EXPECT_LT(p_value(*sampler, true), kFalseAlarmRate) << "planted: density without the uniform share";
+}
+
+TEST(EnvironmentSampling, SampleReportsItsDensity) {
+  const auto sampler = EnvironmentSampler::build(scene_with_glow());
+  Rng rng(12, 0, 0, 0);
+  int apart = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const EnvironmentSampler::Sample s = sampler->sample(rng.next_vec2());
+    if (std::abs(s.pdf - sampler->pdf(s.direction)) > 1e-3f * s.pdf) ++apart;  // on a texel's edge, by rounding
+  }
+  EXPECT_LT(apart, 20);
+}
+
+TEST(EnvironmentSampling, EstimatesIrradianceWithLittleNoise) {
+  const Scene scene = scene_with_glow();
+  const auto sampler = EnvironmentSampler::build(scene);
+  Moments flux;
+  Rng rng(13, 0, 0, 0);
+  for (int i = 0; i < 20000; ++i) {
+    const EnvironmentSampler::Sample s = sampler->sample(rng.next_vec2());
+    flux.add(evaluate_environment(scene, s.direction, {}).r / s.pdf);
+  }
+  const double expected = 2.0 * std::numbers::pi * (20.0 / 9.0 + 0.2);
+  EXPECT_GT(mean_p_value(flux, expected), kFalseAlarmRate);
+  EXPECT_LT(std::sqrt(flux.variance()) / flux.mean(), 0.1);
+  EXPECT_NEAR(sampler->mean_radiance() * 4.0 * std::numbers::pi, expected, 1e-3 * expected);
+}
+
+TEST(EnvironmentSampling, FindsASingleBrightPixel) {
+  for (const int importance_width : {0, 64, 100}) {
+    for (const int x : {3, 254, 255}) {
+      Scene scene = scene_with_bright_pixel(256, x, 70);
+      scene.environment.importance_width = importance_width;
+      const auto sampler = EnvironmentSampler::build(scene);
+      ASSERT_TRUE(sampler);
+      Rng rng(14, 0, 0, 0);
+      int hits = 0;
+      Moments ratio;
+      for (int i = 0; i < 4000; ++i) {
+        const EnvironmentSampler::Sample s = sampler->sample(rng.next_vec2());
+        const float radiance = evaluate_environment(scene, s.direction, {}).r;
+        if (radiance > 0.0f) ++hits;
+        ratio.add(radiance / s.pdf);
+      }
+      EXPECT_GT(hits, importance_width == 0 ? 1500 : 200);
+      EXPECT_LT(std::sqrt(ratio.variance()) / ratio.mean(), importance_width == 0 ? 1.5 : 4.0);
+    }
+  }
+}
+
+TEST(EnvironmentSampling, ConstantAndUnimportantEnvironmentsAreUniform) {
+  Scene constant;
+  constant.materials = {constant_emission({1, 2, 3})};
+  constant.environment.material = 0;
+  Scene plain = scene_with_glow();
+  plain.environment.use_importance_sampling = false;
+  for (const Scene* scene : {&constant, &plain}) {
+    const auto sampler = EnvironmentSampler::build(*scene);
+    ASSERT_TRUE(sampler);
+    EXPECT_FLOAT_EQ(sampler->pdf({0, 0, 1}), 1.0f / (4.0f * kPi));
+    EXPECT_FLOAT_EQ(sampler->pdf({0, 0, -1}), 1.0f / (4.0f * kPi));
+  }
+}
+
+TEST(EnvironmentSampling, BlackEnvironmentsAreNotSampled) {
+  Scene scene;
+  EXPECT_FALSE(EnvironmentSampler::build(scene));
+  scene.materials = {constant_emission({0, 0, 0})};
+  scene.environment.material = 0;
+  EXPECT_FALSE(EnvironmentSampler::build(scene));
+}
+
+}  // namespace
+}  // namespace cistern::test
