@@ -1,0 +1,218 @@
+#include "shading/closures.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "shading/bsdf_statistics.h"
+#include "shading/closure_parts.h"
+
+namespace cistern::test {
+namespace {
+
+const Frame kFrame(kTestNormal);
+
+SurfacePoint make_point(float cosine) {
+  SurfacePoint point;
+  point.ng = point.ns = kTestNormal;
+  point.wo = at_angle(kFrame, cosine);
+  return point;
+}
+
+// Operands of CLOSURE_PRINCIPLED in the order of scene/op_table.cpp, with Blender's defaults.
+enum PrincipledInput {
+  WEIGHT,
+  BASE,
+  METALLIC,
+  ROUGHNESS,
+  IOR,
+  ALPHA,
+  NORMAL,
+  DIFFUSE_ROUGHNESS,
+  SUBSURFACE,
+  LEVEL,
+  TINT,
+  ANISOTROPIC,
+  ROTATION,
+  TANGENT,
+  TRANSMISSION,
+  COAT,
+  COAT_ROUGHNESS,
+  COAT_IOR,
+  COAT_TINT,
+  COAT_NORMAL,
+  SHEEN,
+  SHEEN_ROUGHNESS,
+  SHEEN_TINT,
+  EMISSION,
+  STRENGTH,
+  PRINCIPLED_INPUTS
+};
+using Inputs = std::vector<Vec3>;
+
+Vec3 grey(float v) { return {v, v, v}; }
+
+Inputs principled() {
+  Inputs in(PRINCIPLED_INPUTS);
+  in[WEIGHT] = in[ALPHA] = in[BASE] = in[TINT] = in[COAT_TINT] = in[SHEEN_TINT] = in[EMISSION] = grey(1.0f);
+  in[ROUGHNESS] = in[LEVEL] = in[SHEEN_ROUGHNESS] = grey(0.5f);
+  in[IOR] = in[COAT_IOR] = grey(1.5f);
+  in[COAT_ROUGHNESS] = grey(0.03f);
+  in[NORMAL] = in[COAT_NORMAL] = kTestNormal;
+  in[TANGENT] = kFrame.s;
+  return in;
+}
+
+Bsdf build(Op op, const Inputs& inputs, const SurfacePoint& point, int32_t parameter = 1) {
+  Bsdf bsdf;
+  bsdf.ng = point.ng;
+  bsdf.wo = point.wo;
+  const int32_t parameters[4] = {parameter, 0, 0, 0};
+  add_closure(bsdf, op, inputs, parameters, point);
+  return bsdf;
+}
+
+/// Directional albedo of the whole BSDF through its sampler: what a white furnace sees.
+double furnace(const Bsdf& bsdf, int samples = 20000) {
+  Moments moments;
+  Rng rng(7, 0, 0, 0);
+  for (int i = 0; i < samples; ++i) {
+    const float u = rng.next_float();
+    const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u, rng.next_vec2());
+    moments.add(sample ? average(sample->total_weight()) : 0.0);
+  }
+  return moments.mean();
+}
+
+TEST(Closures, PlainDiffusePrincipledIsOneLambertLobe) {
+  Inputs in = principled();
+  in[LEVEL] = grey(0.0f);
+  in[BASE] = {0.8f, 0.4f, 0.2f};
+  const Bsdf bsdf = build(Op::CLOSURE_PRINCIPLED, in, make_point(0.5f));
+  ASSERT_EQ(bsdf.count, 1);
+  EXPECT_TRUE(std::holds_alternative<LambertLobe>(bsdf.lobes[0].model));
+  EXPECT_EQ(bsdf.lobes[0].weight, Rgb(0.8f, 0.4f, 0.2f));
+}
+
+TEST(Closures, PrincipledKeepsAWhiteFurnaceWhite) {
+  // Layers are weighed by albedo estimates: exact for metal and glass, within two percent for dielectric over diffuse.
+  const auto see = [](PrincipledInput input, float value, float roughness, float cosine) {
+    Inputs in = principled();
+    in[ROUGHNESS] = grey(roughness);
+    in[static_cast<size_t>(input)] = grey(value);
+    return furnace(build(Op::CLOSURE_PRINCIPLED, in, make_point(cosine)));
+  };
+  for (float roughness : {0.2f, 0.5f, 0.9f})
+    for (float cosine : {0.3f, 0.9f}) {
+      EXPECT_NEAR(see(WEIGHT, 1.0f, roughness, cosine), 1.0, 0.025) << roughness << " " << cosine;
+      EXPECT_NEAR(see(METALLIC, 1.0f, roughness, cosine), 1.0, 0.01) << roughness << " " << cosine;
+      EXPECT_NEAR(see(TRANSMISSION, 1.0f, roughness, cosine), 1.0, 0.015) << roughness << " " << cosine;
+      EXPECT_LT(see(COAT, 1.0f, roughness, cosine), 1.02) << roughness << " " << cosine;
+      EXPECT_LT(see(SHEEN, 1.0f, roughness, cosine), 1.02) << roughness << " " << cosine;
+    }
+  // Planted bug: a specular layer on a base that does not know of it.
+  Inputs in = principled();
+  const SurfacePoint point = make_point(0.3f);
+  Bsdf unaware = build(Op::CLOSURE_PRINCIPLED, in, point);
+  add_lobe(unaware, {LambertLobe{kTestNormal}, Rgb(1.0f) - unaware.lobes[1].weight, 0.1f});
+  EXPECT_GT(furnace(unaware), 1.03);
+}
+
+TEST(Closures, EverySwitchedOnLobeConservesEnergyAndSamplesItsDensity) {
+  Inputs in = principled();
+  for (PrincipledInput i : {METALLIC, TRANSMISSION, COAT, SHEEN, ANISOTROPIC, SUBSURFACE, DIFFUSE_ROUGHNESS})
+    in[static_cast<size_t>(i)] = grey(0.4f);
+  in[COAT_ROUGHNESS] = grey(0.5f);
+  in[ROTATION] = grey(0.1f);
+  const Bsdf bsdf = build(Op::CLOSURE_PRINCIPLED, in, make_point(0.6f));
+  EXPECT_EQ(bsdf.count, 6);
+  EXPECT_LT(furnace(bsdf), 1.02);
+  const auto sampler = [&](Rng& rng) -> std::optional<Vec3> {
+    const float u = rng.next_float();
+    const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u, rng.next_vec2());
+    return sample ? std::optional<Vec3>(sample->wi) : std::nullopt;
+  };
+  EXPECT_GT(sampler_p_value(
+                kFrame, sampler, [&](Vec3 wi) { return evaluate_bsdf(bsdf, wi).pdf; }, 3),
+            kFalseAlarmRate);
+}
+
+TEST(Closures, EmissionAndTransparencyAloneAreTheSameBits) {
+  Rng rng(8, 0, 0, 0);
+  const int32_t parameters[4] = {1, 0, 0, 0};
+  for (int i = 0; i < 300; ++i) {
+    Inputs in = principled();
+    for (PrincipledInput k : {WEIGHT, ALPHA, COAT, SHEEN, COAT_ROUGHNESS, SHEEN_ROUGHNESS, STRENGTH})
+      in[static_cast<size_t>(k)] = grey(rng.next_float() < 0.3f ? 0.0f : rng.next_float());
+    in[COAT_TINT] = {rng.next_float(), rng.next_float(), 1.0f};
+    const SurfacePoint point = make_point(0.1f + 0.9f * rng.next_float());
+    const Bsdf bsdf = build(Op::CLOSURE_PRINCIPLED, in, point);
+    EXPECT_EQ(closure_emission(Op::CLOSURE_PRINCIPLED, in, parameters, point), bsdf.emission);
+    EXPECT_EQ(closure_transparency(Op::CLOSURE_PRINCIPLED, in, parameters, point), bsdf.transparency);
+  }
+  const Inputs emission{grey(0.5f), {1.0f, 2.0f, 3.0f}, grey(4.0f)};
+  EXPECT_EQ(build(Op::CLOSURE_EMISSION, emission, make_point(0.5f)).emission, Rgb(2.0f, 4.0f, 6.0f));
+  const Inputs transparent{grey(0.5f), {1.0f, 0.5f, 0.0f}};
+  EXPECT_EQ(build(Op::CLOSURE_TRANSPARENT, transparent, make_point(0.5f)).transparency, Rgb(0.5f, 0.25f, 0.0f));
+  EXPECT_EQ(build(Op::CLOSURE_HOLDOUT, {grey(0.25f)}, make_point(0.5f)).holdout, 0.25f);
+}
+
+TEST(Closures, CoatAbsorbsEmissionByBeersLaw) {
+  Inputs in = principled();
+  in[COAT] = in[STRENGTH] = grey(1.0f);
+  in[COAT_IOR] = grey(1.0f);  // an index of 1 neither reflects nor bends
+  in[COAT_TINT] = grey(0.5f);
+  EXPECT_NEAR(build(Op::CLOSURE_PRINCIPLED, in, make_point(1.0f)).emission.g, 0.5f, 1e-3f);
+  EXPECT_NEAR(build(Op::CLOSURE_PRINCIPLED, in, make_point(0.5f)).emission.g, 0.25f, 1e-3f);  // twice the way
+}
+
+TEST(Closures, GlassKnowsInsideFromOutside) {
+  const Inputs in{grey(1.0f), grey(1.0f), grey(0.3f), grey(1.5f), kTestNormal};
+  SurfacePoint point = make_point(0.5f);
+  const auto ior = [&] { return std::get<MicrofacetLobe>(build(Op::CLOSURE_GLASS, in, point).lobes[0].model).ior; };
+  EXPECT_FLOAT_EQ(ior(), 1.5f);
+  point.is_backface = true;
+  EXPECT_FLOAT_EQ(ior(), 1.0f / 1.5f);
+}
+
+TEST(Closures, SingleLobeNodes) {
+  const SurfacePoint point = make_point(0.7f);
+  const auto mean_albedo = [&](Op op, const Inputs& in, int32_t parameter = 1) {
+    return furnace(build(op, in, point, parameter));
+  };
+  const Vec3 n = kTestNormal, t = kFrame.s, one = grey(1.0f);
+  EXPECT_NEAR(mean_albedo(Op::CLOSURE_DIFFUSE, {one, grey(0.5f), grey(0.0f), n}), 0.5, 1e-3);
+  EXPECT_NEAR(mean_albedo(Op::CLOSURE_DIFFUSE, {one, one, grey(1.0f), n}), 1.0, 0.01);
+  EXPECT_NEAR(mean_albedo(Op::CLOSURE_TRANSLUCENT, {one, grey(0.5f), n}), 0.5, 1e-3);
+  EXPECT_NEAR(mean_albedo(Op::CLOSURE_GLOSSY, {one, one, grey(0.8f), grey(0.0f), grey(0.0f), n, t}), 1.0, 0.01);
+  EXPECT_LT(mean_albedo(Op::CLOSURE_GLOSSY, {one, one, grey(0.8f), grey(0.0f), grey(0.0f), n, t}, 0), 0.97);
+  EXPECT_NEAR(mean_albedo(Op::CLOSURE_GLASS, {one, one, grey(0.5f), grey(1.5f), n}), 1.0, 0.015);
+  EXPECT_LT(mean_albedo(Op::CLOSURE_REFRACTION, {one, one, grey(0.5f), grey(1.5f), n}), 1.0);
+  EXPECT_NEAR(mean_albedo(Op::CLOSURE_METALLIC, {one, one, one, grey(0.5f), grey(0.3f), grey(0.0f), n, t}), 1.0, 0.01);
+  EXPECT_GT(mean_albedo(Op::CLOSURE_SHEEN, {one, one, grey(1.0f), n}), 0.2);
+}
+
+TEST(Closures, NegligibleWeightsLeaveNothing) {
+  Inputs in = principled();
+  in[WEIGHT] = grey(1e-6f);
+  EXPECT_EQ(build(Op::CLOSURE_PRINCIPLED, in, make_point(0.5f)).count, 0);
+  EXPECT_EQ(build(Op::CLOSURE_DIFFUSE, {grey(0.0f), grey(1.0f), {}, kTestNormal}, make_point(0.5f)).count, 0);
+}
+
+TEST(Closures, SpecularNormalsKeepMirrorDirectionsAboveTheSurface) {
+  Rng rng(9, 0, 0, 0);
+  int lifted = 0;
+  for (int i = 0; i < 2000; ++i) {
+    SurfacePoint point = make_point(0.02f + 0.98f * rng.next_float());
+    const Vec3 n = normalize(kTestNormal + 0.9f * square_to_sphere(rng.next_vec2()));
+    if (dot(n, point.wo) <= 0.0f) continue;
+    const Vec3 bent = specular_normal(n, point);
+    EXPECT_NEAR(length(bent), 1.0f, 1e-4f);
+    EXPECT_GT(dot(reflect(point.wo, bent), point.ng), 0.0f);
+    lifted += bent != n;
+  }
+  EXPECT_GT(lifted, 100);  // without the correction these would have pointed into the surface
+}
+
+}  // namespace
+}  // namespace cistern::test
