@@ -89,7 +89,7 @@ build_core() {
   echo "Building the core"
   rm -f "$stamp"
   "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall \
-    --config-settings=build-dir="build/wheel-$(basename "$venv")" . || fail "the core could not be built"
+    --config-settings=build-dir=build/wheel . || fail "the core could not be built"
   printf '%s' "$sources" >"$stamp"
 }
 
