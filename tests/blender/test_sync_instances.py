@@ -1,12 +1,12 @@
 """Instances of every kind, the flags of objects and collections, and Cycles' random numbers."""
 
-import math
 from collections.abc import Callable
 
 import bpy
 import fake_core
 import numpy as np
 import pytest
+from cycles_pixel import cycles_pixel
 
 from addon.sync import SyncReport, materials
 from addon.sync.instances import RAY_BITS, name_random, random_fraction
@@ -334,17 +334,18 @@ def test_random_of_an_object_is_that_of_cycles(empty_scene, tmp_path, name) -> N
     assert cycles_pixel(camera, tmp_path)[0] == pytest.approx(name_random(name), abs=1e-5)
 
 
-def cycles_pixel(camera: bpy.types.Object, folder) -> np.ndarray:
-    """The linear colour of a 4 x 4 picture that Cycles renders without noise."""
-    scene = bpy.context.scene
-    scene.camera, scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = camera, "CYCLES", 1, False
-    scene.render.resolution_x = scene.render.resolution_y = 4
-    settings = scene.render.image_settings
-    settings.file_format, settings.color_depth = "OPEN_EXR", "32"
-    scene.render.filepath = str(folder / "pixel.exr")
-    bpy.ops.render.render(write_still=True)
-    image = bpy.data.images.load(scene.render.filepath)
-    pixels = np.empty(4 * 4 * image.channels, np.float32)
-    image.pixels.foreach_get(pixels)
-    assert math.isfinite(pixels.sum())
-    return pixels.reshape(4, 4, -1)[2, 2, :3]
+@pytest.mark.parametrize("where", ["object", "instancer"])
+def test_holdout_of_instances_is_that_of_cycles(scene, sync, tmp_path, where) -> None:
+    """A plane in an instanced collection, held out itself or by the empty that brings it."""
+    collection = bpy.data.collections.new("Set")
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    plane = bpy.context.object
+    scene.collection.objects.unlink(plane)
+    collection.objects.link(plane)
+    empty = link("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", collection
+    (plane if where == "object" else empty).is_holdout = True
+    builder, _ = sync()
+    scene.camera.location, scene.render.film_transparent = (0, 0, 2), True
+    is_held_out = cycles_pixel(scene.camera, tmp_path)[3] == 0.0
+    assert instances(builder)["holdout"].tolist() == [is_held_out]
