@@ -12,7 +12,7 @@ namespace {
 float deviation(Vec3 a, Vec3 b) { return length(cross(a, b)); }
 
 TEST(Octahedral, RoundTripIsAccurate) {
-  constexpr float kTolerance = 8e-5f;  // half a step of 1/32767 in two axes, stretched by up to sqrt(3): 6.5e-5, rounding
+  constexpr float kTolerance = 8e-5f;  // half a step of 1/32767 in two axes, stretched by sqrt(3): 6.5e-5
   Rng rng(1, 0, 0, 0);
   for (int i = 0; i < 100000; ++i) {
     const Vec3 n = square_to_sphere(rng.next_vec2());
