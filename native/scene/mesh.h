@@ -26,7 +26,7 @@ struct MeshAttribute {
   Domain domain = Domain::CORNER;
   int components = 2;
   std::shared_ptr<const float[]> values;  // components floats per element
-  uint32_t name_hash = 0;                 // attribute_name_hash(name); 0: not set, shading compares the name
+  uint32_t name_hash = 0;                 // attribute_name_hash(name), set by SceneBuilder
 };
 
 using TriangleIndices = std::array<uint32_t, 3>;

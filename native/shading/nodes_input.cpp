@@ -67,12 +67,8 @@ int resolve_attribute(const NodeContext& c, int name_index) {
   const Mesh& mesh = c.mesh();
   const size_t i = static_cast<size_t>(name_index);
   if (c.program.attribute_names[i].empty()) return find_first_uv_map(mesh);
-  for (size_t k = 0; k < mesh.attributes.size(); ++k) {
-    const MeshAttribute& attribute = mesh.attributes[k];
-    const bool is_same = attribute.name_hash != 0 ? attribute.name_hash == c.program.attribute_hashes[i]
-                                                  : attribute.name == c.program.attribute_names[i];
-    if (is_same) return static_cast<int>(k);
-  }
+  for (size_t k = 0; k < mesh.attributes.size(); ++k)
+    if (mesh.attributes[k].name_hash == c.program.attribute_hashes[i]) return static_cast<int>(k);
   return -1;
 }
 

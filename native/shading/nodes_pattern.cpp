@@ -28,7 +28,9 @@ bool checker_node(Vec3 p) {
   return (is_odd_cell(q.x) == is_odd_cell(q.y)) == is_odd_cell(q.z);
 }
 
-float gradient_node(Vec3 p, int type) {
+namespace {
+
+float gradient(Vec3 p, int type) {
   switch (type) {
     case 0:
       return p.x;
@@ -47,6 +49,10 @@ float gradient_node(Vec3 p, int type) {
     }
   }
 }
+
+}  // namespace
+
+float gradient_node(Vec3 p, int type) { return clamp01(gradient(p, type)); }
 
 float wave_node(Vec3 position, const WaveSettings& s) {
   const Vec3 p = nudged(position);

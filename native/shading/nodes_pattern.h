@@ -8,6 +8,7 @@ namespace cistern {
 
 /// Whether the unit cell of `p` shows colour 1.
 bool checker_node(Vec3 p);
+/// In [0, 1].
 float gradient_node(Vec3 p, int type);
 
 struct WaveSettings {

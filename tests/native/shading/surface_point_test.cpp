@@ -1,0 +1,106 @@
+#include "shading/surface_point.h"
+
+#include <gtest/gtest.h>
+
+#include "base/frame.h"
+#include "shading/nodes_scene.h"
+
+namespace cistern {
+namespace {
+
+void expect_near(Vec3 found, Vec3 expected, float tolerance = 1e-5f) {
+  EXPECT_NEAR(found.x, expected.x, tolerance);
+  EXPECT_NEAR(found.y, expected.y, tolerance);
+  EXPECT_NEAR(found.z, expected.z, tolerance);
+}
+
+const Transform kMirror{{-1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, {}};
+const Vec3 kDown{0.2f, 0.1f, -1.0f};
+
+TEST(SurfacePoint, FrontAndBack) {
+  const Scene scene = test::make_scene(test::make_triangle());
+  const SurfacePoint front = test::point_at(scene, {0.25f, 0.5f}, kDown);
+  expect_near(front.position, {0.5f, 0.5f, 0.0f});
+  expect_near(front.ng, {0.0f, 0.0f, 1.0f});
+  EXPECT_FALSE(front.is_backface);
+  EXPECT_GT(dot(front.wo, front.ng), 0.0f);
+  const SurfacePoint back = test::point_at(scene, {0.25f, 0.5f}, -kDown);
+  expect_near(back.ng, {0.0f, 0.0f, -1.0f});
+  expect_near(back.ns, back.ng);
+  EXPECT_TRUE(back.is_backface);
+}
+
+TEST(SurfacePoint, MirroredInstanceKeepsItsOutside) {
+  const Scene scene = test::make_scene(test::make_triangle(), kMirror);
+  const SurfacePoint point = test::point_at(scene, {0.25f, 0.5f}, kDown);
+  expect_near(point.position, {-0.5f, 0.5f, 0.0f});
+  EXPECT_FALSE(point.is_backface);
+  expect_near(point.ng, {0.0f, 0.0f, 1.0f});
+}
+
+TEST(SurfacePoint, NormalsGoByTheInverseTranspose) {
+  auto mesh = test::make_triangle();
+  const Vec3 n = normalize(Vec3{1.0f, 0.0f, 1.0f});
+  mesh->normals_domain = Domain::POINT;
+  mesh->normals.assign(3, encode_octahedral(n));
+  const Transform stretch{{4.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, {}};
+  for (const bool is_mirrored : {false, true}) {
+    Transform m = stretch;
+    if (is_mirrored) m.row_x.x = -4.0f;
+    const Scene scene = test::make_scene(mesh, m);
+    const Vec3 expected = normalize(Vec3{is_mirrored ? -0.25f : 0.25f, 0.0f, 1.0f});
+    expect_near(test::point_at(scene, {0.2f, 0.2f}, kDown).ns, expected, 1e-4f);
+    expect_near(test::point_at(scene, {0.2f, 0.2f}, -kDown).ns, -expected, 1e-4f);
+  }
+}
+
+TEST(SurfacePoint, TangentFollowsTheUvMap) {
+  for (const bool is_mirrored_instance : {false, true})
+    for (const int attribute : {0, 1})
+      for (const Vec3 view : {kDown, -kDown}) {
+        const Scene scene = test::make_scene(test::make_triangle(), is_mirrored_instance ? kMirror : Transform{});
+        const SurfacePoint point = test::point_at(scene, {0.2f, 0.2f}, view);
+        Vec3 tangent;
+        float handedness = 0.0f;
+        ASSERT_TRUE(surface_tangent(scene, point, attribute, &tangent, &handedness));
+        const float sign = is_mirrored_instance != (attribute == 1) ? -1.0f : 1.0f;
+        expect_near(tangent, {sign, 0.0f, 0.0f});
+        // whatever is mirrored, the bitangent is dP/dv = +y; n points outside (+z) from both sides
+        expect_near(handedness * cross(Vec3{0.0f, 0.0f, 1.0f}, tangent), {0.0f, 1.0f, 0.0f});
+      }
+}
+
+TEST(SurfacePoint, DegenerateOrMissingUvHasNoTangent) {
+  auto mesh = test::make_triangle();
+  mesh->attributes[0] = test::make_attribute("UV", 2, {0, 0, 1, 1, 2, 2});
+  const Scene scene = test::make_scene(mesh);
+  const SurfacePoint point = test::point_at(scene, {0.2f, 0.2f}, kDown);
+  Vec3 tangent;
+  float handedness = 0.0f;
+  EXPECT_FALSE(surface_tangent(scene, point, 0, &tangent, &handedness));
+  EXPECT_FALSE(surface_tangent(scene, point, -1, &tangent, &handedness));
+}
+
+TEST(SurfacePoint, AttributesInterpolate) {
+  const Scene scene = test::make_scene(test::make_triangle());
+  const AttributeValue tint = surface_attribute(scene, test::point_at(scene, {0.25f, 0.5f}, kDown), 2);
+  expect_near(tint.value, {0.25f, 0.5f, 0.0f});
+  EXPECT_FLOAT_EQ(tint.alpha, 0.5f);
+}
+
+TEST(SurfacePoint, ShiftedWeightsLeadToTheShiftedPosition) {
+  const Transform m{{1.0f, 0.3f, 0.0f}, {0.2f, 2.0f, 0.1f}, {0.5f, 0.0f, 1.0f}, {3.0f, 2.0f, 1.0f}};
+  const Scene scene = test::make_scene(test::make_triangle(), m);
+  SurfacePoint point = test::point_at(scene, {0.25f, 0.5f}, kDown);
+  point.footprint = 0.125f;
+  for (const int shift : {0, 1, 2}) {
+    const Vec2 b = shifted_barycentric(scene, point, shift);
+    const Vec3 object{2.0f * b.x, b.y, 0.0f};
+    expect_near(m.point(object), point.position + footprint_step(point, shift));
+    EXPECT_NEAR(length(footprint_step(point, shift)), shift == 0 ? 0.0f : 0.125f, 1e-6f);
+    EXPECT_NEAR(dot(footprint_step(point, shift), point.ng), 0.0f, 1e-6f);
+  }
+}
+
+}  // namespace
+}  // namespace cistern
