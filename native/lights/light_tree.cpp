@@ -2,6 +2,9 @@
 
 #include <immintrin.h>
 
+#include <bit>
+#include <type_traits>
+
 namespace cistern {
 
 namespace {
@@ -37,8 +40,34 @@ AngleDifference angle_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes si
 /// distance^2, the cosines being the largest that the bounds allow, and zero only where a cosine cannot be positive.
 struct Importances {
   alignas(32) float lane[kWidth];
-  float total;
+  alignas(32) float sum[kWidth];  // of the lanes up to and including this one
+  float total() const { return sum[kWidth - 1]; }
 };
+
+Importances with_sums(Lanes lanes) {
+  const auto shifted = [](Lanes v, auto bytes) {
+    return _mm256_castsi256_ps(_mm256_slli_si256(_mm256_castps_si256(v), bytes));
+  };
+  // Sums within each half, then the total of the lower half added to the upper one.
+  Lanes sums = lanes + shifted(lanes, std::integral_constant<int, 4>());
+  sums = sums + shifted(sums, std::integral_constant<int, 8>());
+  const Lanes lower_half = _mm256_permute2f128_ps(sums, sums, 0x08);
+  sums = sums + _mm256_permute_ps(lower_half, 0xff);
+  Importances out;
+  _mm256_store_ps(out.lane, lanes);
+  _mm256_store_ps(out.sum, sums);
+  return out;
+}
+
+/// The lane in whose interval of the sums `target` lies. At least one lane is positive.
+int find_lane(const Importances& weights, float target) {
+  const Lanes is_below = _mm256_cmp_ps(_mm256_load_ps(weights.sum), all(target), _CMP_LE_OQ);
+  int lane = std::popcount(static_cast<unsigned>(_mm256_movemask_ps(is_below)));
+  // Rounding may carry the target past the last lane.
+  if (lane == kWidth) --lane;
+  while (weights.lane[lane] == 0.0f) --lane;
+  return lane;
+}
 
 Importances importances(const Node& node, Vec3 position, Vec3 n) {
   const Lanes dx = _mm256_load_ps(node.center_x) - all(position.x);
@@ -75,21 +104,13 @@ Importances importances(const Node& node, Vec3 position, Vec3 n) {
     result = _mm256_and_ps(result, at_least(cos_in, all(-kCosineSlack)));
   }
   result = result / _mm256_max_ps(d2, r2);
-
-  Importances out;
-  _mm256_store_ps(out.lane, result);
-  out.total = 0.0f;
-  for (const float lane : out.lane) out.total += lane;
-  return out;
+  return with_sums(result);
 }
 
 /// Importances of a node that was chosen: where all vanish, by intensity.
 Importances choosable_importances(const Node& node, Vec3 position, Vec3 n) {
-  Importances out = importances(node, position, n);
-  if (out.total > 0.0f) return out;
-  std::copy(node.intensity, node.intensity + kWidth, out.lane);
-  for (const float lane : out.lane) out.total += lane;
-  return out;
+  const Importances out = importances(node, position, n);
+  return out.total() > 0.0f ? out : with_sums(_mm256_load_ps(node.intensity));
 }
 
 }  // namespace
@@ -109,26 +130,21 @@ LightTree::LightTree(std::span<const LightBounds> emitters)
 }
 
 float LightTree::irradiance_estimate(Vec3 position, Vec3 n) const {
-  return nodes_.empty() ? 0.0f : importances(nodes_[0], position, n).total;
+  return nodes_.empty() ? 0.0f : importances(nodes_[0], position, n).total();
 }
 
 std::optional<LightTree::Choice> LightTree::choose(Vec3 position, Vec3 n, float u) const {
   if (nodes_.empty()) return std::nullopt;
   Importances weights = importances(nodes_[0], position, n);
-  if (!(weights.total > 0.0f)) return std::nullopt;
+  if (!(weights.total() > 0.0f)) return std::nullopt;
   float pmf = 1.0f;
   for (uint32_t node = 0;;) {
-    float target = u * weights.total;
-    int chosen = 0, last = 0;
-    for (; last < kWidth; ++last) {
-      if (weights.lane[last] == 0.0f) continue;
-      chosen = last;
-      if (target < weights.lane[last]) break;
-      target -= weights.lane[last];
-    }
-    // Rounding may carry the target past the last child.
-    u = std::clamp(target / weights.lane[chosen], 0.0f, kOneMinusEpsilon);
-    pmf *= weights.lane[chosen] / weights.total;
+    const float target = u * weights.total();
+    const int chosen = find_lane(weights, target);
+    const float below = chosen == 0 ? 0.0f : weights.sum[chosen - 1];
+    const float width = weights.sum[chosen] - below;
+    u = width > 0.0f ? std::clamp((target - below) / width, 0.0f, kOneMinusEpsilon) : 0.0f;
+    pmf *= weights.lane[chosen] / weights.total();
     const uint32_t child = nodes_[node].child[chosen];
     if (child & kLeafBit) return Choice{child & ~kLeafBit, pmf, u};
     node = child;
@@ -145,7 +161,7 @@ float LightTree::pmf(uint32_t emitter, Vec3 position, Vec3 n) const {
     const Importances weights =
         node == 0 ? importances(nodes_[0], position, n) : choosable_importances(nodes_[node], position, n);
     if (weights.lane[slot % kWidth] == 0.0f) return 0.0f;
-    pmf *= weights.lane[slot % kWidth] / weights.total;
+    pmf *= weights.lane[slot % kWidth] / weights.total();
     if (node == 0) return pmf;
     slot = parent_of_node_[node];
   }
