@@ -272,6 +272,8 @@ def test_plain_light_needs_no_program(empty_scene):
     emission.inputs["Strength"].default_value = 2.0
     (closure,) = compile_light(light, Context()).closures
     assert closure.op == "CLOSURE_EMISSION" and closure.inputs[2][0] == 2.0
+    light.node_tree.links.clear()
+    assert compile_light(light, Context()).closures == []
 
 
 def test_coordinates_of_another_object(empty_scene):

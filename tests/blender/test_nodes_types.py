@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 
 import bpy
+import numpy as np
 import pytest
 from node_trees import Context, Tree
 
@@ -73,6 +74,39 @@ def test_closure_node_compiles_in_every_mode(empty_scene, idname):
         context = Context()
         assert tree.compile(context).closures
         assert not any("replaced" in warning for warning in context.warnings)
+
+
+def test_the_core_accepts_every_node(empty_scene):
+    """The stand-in's checks are the core's: what passes there is taken by a scene builder here."""
+    core = pytest.importorskip("cistern_core", exc_type=ImportError)
+    builder = core.SceneBuilder()
+    context = Context(builder.add_image("picture", np.zeros((4, 4, 4), np.uint8)))
+    context.core = core
+    for idname in filter(exists, [*VALUE_NODES, *CLOSURE_NODES]):
+        for member, value in list(mode_settings(Tree("Probe").node(idname))):
+            tree = Tree()
+            node = tree.node(idname)
+            if hasattr(node, "image"):
+                node.image = bpy.data.images.new("picture", 4, 4)
+            if member:
+                setattr(node, member, value)
+            for output in [socket for socket in node.outputs if socket.enabled]:
+                if output.type == "SHADER":
+                    tree.link(node, output.identifier, tree.output, "Surface")
+                else:
+                    tree.shown(node, output.identifier)
+                builder.add_material(tree.compile(context))
+
+
+def test_texture_mapping_panel(empty_scene):
+    tree = Tree()
+    node = tree.node("ShaderNodeTexChecker")
+    node.texture_mapping.translation = (1.0, 2.0, 3.0)
+    node.texture_mapping.mapping_x = "Z"
+    tree.shown(node, "Color")
+    mapping = tree.compile().closures[0].inputs[1].inputs[0]
+    assert mapping.op == "MAPPING" and mapping.inputs[1] == (1.0, 2.0, 3.0)
+    assert mapping.inputs[0].op == "COMBINE_XYZ" and mapping.inputs[0].inputs[0].op == "SEPARATE_Z"
 
 
 def test_anisotropic_principled_reads_the_radial_tangent(empty_scene):

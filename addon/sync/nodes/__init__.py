@@ -64,22 +64,27 @@ def compile_world(world: bpy.types.World | None, context: Context) -> MaterialPr
 
 
 def compile_light(light: bpy.types.Light, context: Context) -> MaterialProgram | None:
-    """The program that scales a lamp's own emission; None where the tree leaves it as it is (white, strength 1)."""
+    """The program that scales a lamp's own emission; None where the tree leaves it as it is (white, strength 1).
+
+    A tree without an output is black, as in Cycles."""
     if not _uses_nodes(light):
         return None
     surface = _output_port(light.node_tree, "ShaderNodeOutputLight")
-    if surface is None or (source := source_of(surface)) is None:
+    source = source_of(surface) if surface else None
+    if source is not None and source.node.bl_idname == "ShaderNodeEmission" and _is_plain_emission(source):
         return None
-    if source.node.bl_idname == "ShaderNodeEmission" and _is_plain_emission(source):
-        return None
-    owner = f"Light '{light.name}'"
-    return _compile(lambda compiler: flatten_shader(compiler, surface, ONE), light.name, owner, context, False)
+
+    def build(compiler: Compiler) -> None:
+        if surface is not None:
+            flatten_shader(compiler, surface, ONE)
+
+    return _compile(build, light.name, f"Light '{light.name}'", context, False)
 
 
 def _is_plain_emission(source: Port) -> bool:
     color_socket, strength = (socket_named(source.node.inputs, name) for name in ("Color", "Strength"))
-    linked = any(source.scope.link_into(source.node, socket) for socket in (color_socket, strength))
-    return not linked and tuple(color_socket.default_value[:3]) == WHITE and strength.default_value == 1.0
+    changed = source.node.mute or any(source.scope.link_into(source.node, s) for s in (color_socket, strength))
+    return not changed and tuple(color_socket.default_value[:3]) == WHITE and strength.default_value == 1.0
 
 
 def _uses_nodes(block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bool:

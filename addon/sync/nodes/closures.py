@@ -151,7 +151,7 @@ def _conductor_colors(node: NodeView) -> tuple[Value, Value]:
     pairs = list(zip(ior.constant, extinction.constant, strict=True))
     base: Triple = tuple(conductor_reflectance(1.0, n, k) for n, k in pairs)
     schlick = (f0 + (1.0 - f0) * (1.0 - F82_COSINE) ** 5 for f0 in base)
-    edge = [conductor_reflectance(F82_COSINE, n, k) / max(f, 1e-6) for (n, k), f in zip(pairs, schlick, strict=True)]
+    edge = [conductor_reflectance(F82_COSINE, n, k) / f for (n, k), f in zip(pairs, schlick, strict=True)]
     return constant(*base, letter=COLOR), constant(*(min(x, 1.0) for x in edge), letter=COLOR)
 
 

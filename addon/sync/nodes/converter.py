@@ -108,7 +108,10 @@ def vector_curves(node: NodeView, output: str) -> Value:
     mapping = node.node.mapping
     mapping.initialize()
     curves = list(mapping.curves)[:3]
-    evaluate = lambda x: [mapping.evaluate(curve, x) for curve in curves]  # noqa: E731
+
+    def evaluate(x: float) -> list[float]:
+        return [mapping.evaluate(curve, x) for curve in curves]
+
     return _curves(node, mapping, evaluate, node.value("Vector")).retyped(VECTOR)
 
 
@@ -117,7 +120,10 @@ def float_curve(node: NodeView, output: str) -> Value:
     mapping = node.node.mapping
     mapping.initialize()
     curve = mapping.curves[0]
-    evaluate = lambda x: [mapping.evaluate(curve, x)] * 3  # noqa: E731
+
+    def evaluate(x: float) -> list[float]:
+        return [mapping.evaluate(curve, x)] * 3
+
     grey = node.emit("BROADCAST", (node.value("Value"),))
     return separate(node, _curves(node, mapping, evaluate, grey, "Factor"), 0)
 
