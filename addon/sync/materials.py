@@ -12,6 +12,7 @@ import bpy
 from . import SyncReport
 from .images import ImageCache
 from .nodes import compile_light, compile_material, compile_world
+from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
 
 if TYPE_CHECKING:
     from cistern_core import MaterialProgram, SceneBuilder
@@ -88,8 +89,9 @@ def tree_uses(depsgraph: bpy.types.Depsgraph) -> TreeUses:
     attributes: set[str] = set()
     images: dict[int, tuple[bpy.types.Image, bpy.types.ImageUser]] = {}
     for node in _nodes(owner.node_tree for owner in owners if owner.node_tree is not None):
-        for member in ("attribute_name", "layer_name"):
-            attributes.add(getattr(node, member, ""))
+        attributes.add(getattr(node, "attribute_name", ""))
+        if node.bl_idname == "ShaderNodeVertexColor":
+            attributes.add(node.layer_name or DEFAULT_COLOR_ATTRIBUTE)
         image = getattr(node, "image", None)
         if image is not None and hasattr(node, "image_user"):
             images.setdefault(image.as_pointer(), (image, node.image_user))

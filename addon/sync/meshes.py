@@ -13,6 +13,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
+
 # Attribute type -> (property of an element, components). Other types carry nothing a shader can read.
 _READABLE_TYPES = {
     "FLOAT": ("value", 1),
@@ -131,8 +133,17 @@ def _attributes(mesh: bpy.types.Mesh, wanted: Set[str]) -> list[tuple[str, str, 
     uv_maps = sorted(mesh.uv_layers, key=lambda layer: not layer.active_render)  # stable: Blender's order otherwise
     names = [layer.name for layer in uv_maps]
     names += [a.name for a in mesh.attributes if a.name in wanted and a.name not in names]
-    columns = (_attribute_values(mesh, name) for name in names)
-    return [column for column in columns if column is not None]
+    columns = [column for column in (_attribute_values(mesh, name) for name in names) if column is not None]
+    return columns + _unnamed_color(mesh, wanted, names)
+
+
+def _unnamed_color(mesh: bpy.types.Mesh, wanted: Set[str], names: list[str]) -> list[tuple[str, str, NDArray]]:
+    """The colours a nameless Color Attribute node means, the active render ones, under the name it asks for."""
+    index = mesh.color_attributes.render_color_index
+    if DEFAULT_COLOR_ATTRIBUTE not in wanted - set(names) or not 0 <= index < len(mesh.color_attributes):
+        return []
+    values = _attribute_values(mesh, mesh.color_attributes[index].name)
+    return [(DEFAULT_COLOR_ATTRIBUTE, *values[1:])] if values is not None else []
 
 
 def _attribute_values(mesh: bpy.types.Mesh, name: str) -> tuple[str, str, NDArray[np.float32]] | None:

@@ -120,6 +120,16 @@ def test_byte_colours_are_linear(empty_scene) -> None:
     assert domain == "CORNER" and values[0] == pytest.approx((0.5, 0.25, 0, 1), abs=0.01)
 
 
+def test_a_nameless_colour_is_the_active_render_one(empty_scene) -> None:
+    mesh = mesh_of(SQUARE, [(0, 1, 2, 3)])
+    for name, value in (("First", 0.25), ("Second", 0.75)):
+        layer = mesh.color_attributes.new(name, "FLOAT_COLOR", "POINT")
+        layer.data.foreach_set("color", np.full(16, value, np.float32))
+    mesh.color_attributes.render_color_index = 1
+    name, domain, values = arrays_of(mesh, {"Color"}).attributes[0]
+    assert (name, domain) == ("Color", "POINT") and (values == 0.75).all()
+
+
 def test_material_indices(empty_scene) -> None:
     mesh = mesh_of(SQUARE, [(0, 1, 2), (0, 2, 3)])
     assert arrays_of(mesh).material_indices is None
