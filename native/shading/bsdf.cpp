@@ -116,13 +116,6 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   return *this;
 }
 
-bool add_lobe(Bsdf& bsdf, const Lobe& lobe) {
-  if (bsdf.count >= Bsdf::kMaxLobes || !(lobe.sample_weight > 0.0f) || !std::isfinite(lobe.sample_weight)) return false;
-  std::construct_at(&bsdf.lobes[static_cast<size_t>(bsdf.count++)], lobe);
-  bsdf.total_sample_weight += lobe.sample_weight;
-  return true;
-}
-
 BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, Vec3 wi, uint8_t visibility) {
   constexpr int kNone = -1;
   return evaluate_lobes(bsdf, wi, visibility, kNone, nullptr);

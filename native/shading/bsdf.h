@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <new>
 #include <optional>
 #include <variant>
 
@@ -75,9 +76,15 @@ struct Bsdf {
   bool scatters() const { return count > 0; }
 };
 
-/// Appends a lobe. Nothing happens, and false is returned, without a finite sample weight above 0 or once there are
-/// kMaxLobes.
-bool add_lobe(Bsdf& bsdf, const Lobe& lobe);
+/// Appends a lobe, built in place. Nothing happens, and false is returned, without a finite sample weight above 0 or
+/// once there are kMaxLobes.
+template <class Model>
+bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight) {
+  if (bsdf.count >= Bsdf::kMaxLobes || !(sample_weight > 0.0f) || !std::isfinite(sample_weight)) return false;
+  new (&bsdf.lobes[static_cast<size_t>(bsdf.count++)]) Lobe{model, weight, sample_weight};
+  bsdf.total_sample_weight += sample_weight;
+  return true;
+}
 
 /// f(wo, wi) |cos(theta_i)| summed over the lobes, split by lobe: `smooth` from lobes with roughness below
 /// kReconnectRoughness, `rough` from the others. Delta lobes contribute nothing.

@@ -83,7 +83,7 @@ Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe lobe, Rgb weight, std::optional<Rg
     w *= absorption;
     sample_weight *= average(absorption);
   }
-  add_lobe(bsdf, {lobe, w, sample_weight});
+  add_lobe(bsdf, lobe, w, sample_weight);
   return w * albedo;
 }
 
@@ -91,7 +91,7 @@ Rgb add_sheen(Bsdf& bsdf, Vec3 n, float roughness, Rgb weight) {
   if (is_negligible(non_negative(weight))) return Rgb(0.0f);
   const Sheen sheen = make_sheen(n, bsdf.wo, roughness);
   const Rgb w = non_negative(weight) * sheen.albedo;
-  add_lobe(bsdf, {sheen.lobe, w, average(w)});
+  add_lobe(bsdf, sheen.lobe, w, average(w));
   return w;
 }
 

@@ -51,7 +51,7 @@ Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe lobe, Rgb weight, std::optional<Rg
 template <class Model>
 void add_diffuse(Bsdf& bsdf, const Model& model, Rgb weight) {
   const Rgb w = non_negative(weight);
-  if (!is_negligible(w)) add_lobe(bsdf, {model, w, average(w)});
+  if (!is_negligible(w)) add_lobe(bsdf, model, w, average(w));
 }
 /// Appends sheen and returns its albedo, weight included.
 Rgb add_sheen(Bsdf& bsdf, Vec3 n, float roughness, Rgb weight);

@@ -25,9 +25,9 @@ MicrofacetLobe mirror(Vec3 n) {
 
 Bsdf mixture(Vec3 wo) {
   Bsdf bsdf = make_bsdf(wo);
-  add_lobe(bsdf, {LambertLobe{kTestNormal}, Rgb(0.4f, 0.2f, 0.1f), 0.3f});
-  add_lobe(bsdf, {TranslucentLobe{kTestNormal}, Rgb(0.1f), 0.1f});
-  add_lobe(bsdf, {glass(0.4f), Rgb(0.5f), 0.6f});
+  add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(0.4f, 0.2f, 0.1f), 0.3f);
+  add_lobe(bsdf, TranslucentLobe{kTestNormal}, Rgb(0.1f), 0.1f);
+  add_lobe(bsdf, glass(0.4f), Rgb(0.5f), 0.6f);
   return bsdf;
 }
 
@@ -72,21 +72,21 @@ TEST(Bsdf, WeightsAgreeWithEvaluationAndWithQuadrature) {
 TEST(Bsdf, LobesAreSplitByRoughness) {
   const Vec3 wo = at_angle(kFrame, 0.6f);
   Bsdf bsdf = make_bsdf(wo);
-  add_lobe(bsdf, {LambertLobe{kTestNormal}, Rgb(0.5f), 0.5f});
-  add_lobe(bsdf, {glass(0.19f), Rgb(0.5f), 0.5f});
+  add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(0.5f), 0.5f);
+  add_lobe(bsdf, glass(0.19f), Rgb(0.5f), 0.5f);
   const Vec3 mirrored = reflect(wo, kTestNormal);
   EXPECT_NEAR(evaluate_bsdf(bsdf, mirrored).rough_cos.g, 0.5f * 0.6f * kInvPi, 1e-5f);
   EXPECT_GT(evaluate_bsdf(bsdf, mirrored).smooth_cos.g, 0.0f);
   Bsdf rough = make_bsdf(wo);
-  add_lobe(rough, {glass(0.21f), Rgb(0.5f), 0.5f});
+  add_lobe(rough, glass(0.21f), Rgb(0.5f), 0.5f);
   EXPECT_TRUE(is_black(evaluate_bsdf(rough, mirrored).smooth_cos));
 }
 
 TEST(Bsdf, DeltaLobesAreSampledAndNeverEvaluated) {
   const Vec3 wo = at_angle(kFrame, 0.6f);
   Bsdf bsdf = make_bsdf(wo);
-  add_lobe(bsdf, {LambertLobe{kTestNormal}, Rgb(0.5f), 1.0f});
-  add_lobe(bsdf, {mirror(kTestNormal), Rgb(0.8f), 3.0f});
+  add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(0.5f), 1.0f);
+  add_lobe(bsdf, mirror(kTestNormal), Rgb(0.8f), 3.0f);
   const Vec3 mirrored = reflect(wo, kTestNormal);
   EXPECT_TRUE(is_black(evaluate_bsdf(bsdf, mirrored).smooth_cos));
   EXPECT_NEAR(evaluate_bsdf(bsdf, mirrored).pdf, 0.25f * 0.6f * kInvPi, 1e-5f);  // the mirror counts in the choice
@@ -100,7 +100,7 @@ TEST(Bsdf, DeltaLobesAreSampledAndNeverEvaluated) {
 TEST(Bsdf, DeltaGlassSplitsByFresnelAndBends) {
   const Vec3 wo = at_angle(kFrame, 0.6f);
   Bsdf bsdf = make_bsdf(wo);
-  add_lobe(bsdf, {glass(0.0f), Rgb(1.0f), 1.0f});
+  add_lobe(bsdf, glass(0.0f), Rgb(1.0f), 1.0f);
   const std::optional<BsdfSample> through = sample_bsdf(bsdf, 0.999f, {0.5f, 0.5f});
   ASSERT_TRUE(through);
   EXPECT_EQ(through->kind, ScatterKind::TRANSMISSION);
@@ -117,8 +117,8 @@ TEST(Bsdf, NothingReflectsBehindTheGeometry) {
   Bsdf bsdf = make_bsdf(wo);
   MicrofacetLobe lobe = glass(0.5f);
   lobe.n = bent;
-  add_lobe(bsdf, {lobe, Rgb(1.0f), 1.0f});
-  add_lobe(bsdf, {LambertLobe{bent}, Rgb(1.0f), 1.0f});
+  add_lobe(bsdf, lobe, Rgb(1.0f), 1.0f);
+  add_lobe(bsdf, LambertLobe{bent}, Rgb(1.0f), 1.0f);
   Rng rng(4, 0, 0, 0);
   for (int i = 0; i < 5000; ++i) {
     const Vec3 wi = square_to_sphere(rng.next_vec2());
@@ -153,7 +153,7 @@ TEST(Bsdf, BumpShadowingFadesTowardsTheHorizon) {
   const Vec3 bent = normalize(kTestNormal + 0.6f * kFrame.s);
   const auto ratio = [&](float cosine) {  // to the unshadowed cosine
     Bsdf bsdf = make_bsdf(kTestNormal);
-    add_lobe(bsdf, {LambertLobe{bent}, Rgb(1.0f), 1.0f});
+    add_lobe(bsdf, LambertLobe{bent}, Rgb(1.0f), 1.0f);
     const Vec3 wi = normalize(cosine * kTestNormal + std::sqrt(1.0f - sqr(cosine)) * kFrame.s);
     return evaluate_bsdf(bsdf, wi).rough_cos.g / (dot(bent, wi) * kInvPi);
   };
@@ -164,14 +164,14 @@ TEST(Bsdf, BumpShadowingFadesTowardsTheHorizon) {
 
 TEST(Bsdf, CopiesOnlyItsLobesAndRefusesTheNinth) {
   Bsdf bsdf = make_bsdf(kTestNormal);
-  for (int i = 0; i < Bsdf::kMaxLobes; ++i) EXPECT_TRUE(add_lobe(bsdf, {LambertLobe{kTestNormal}, Rgb(0.1f), 0.1f}));
-  EXPECT_FALSE(add_lobe(bsdf, {LambertLobe{kTestNormal}, Rgb(0.1f), 0.1f}));
+  for (int i = 0; i < Bsdf::kMaxLobes; ++i) EXPECT_TRUE(add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(0.1f), 0.1f));
+  EXPECT_FALSE(add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(0.1f), 0.1f));
   const Bsdf copy = bsdf;
   const Vec3 wi = at_angle(kFrame, 0.7f);
   EXPECT_EQ(evaluate_bsdf(copy, wi).pdf, evaluate_bsdf(bsdf, wi).pdf);
   EXPECT_NEAR(bsdf_albedo(copy).g, 0.8f, 1e-6f);
   EXPECT_NEAR(length(bsdf_normal(copy) - kTestNormal), 0.0f, 1e-6f);
-  EXPECT_FALSE(add_lobe(bsdf, {LambertLobe{kTestNormal}, Rgb(0.1f), NAN}));
+  EXPECT_FALSE(add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(0.1f), NAN));
 }
 
 }  // namespace

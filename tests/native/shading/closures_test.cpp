@@ -114,7 +114,7 @@ TEST(Closures, PrincipledKeepsAWhiteFurnaceWhite) {
   Inputs in = principled();
   const SurfacePoint point = make_point(0.3f);
   Bsdf unaware = build(Op::CLOSURE_PRINCIPLED, in, point);
-  add_lobe(unaware, {LambertLobe{kTestNormal}, Rgb(1.0f) - unaware.lobes[1].weight, 0.1f});
+  add_lobe(unaware, LambertLobe{kTestNormal}, Rgb(1.0f) - unaware.lobes[1].weight, 0.1f);
   EXPECT_GT(furnace(unaware), 1.03);
 }
 
