@@ -50,8 +50,8 @@ FresnelTerms facet_fresnel(const MicrofacetLobe& lobe, float cos_o) {
   return terms;
 }
 
-/// The branch that `u` chooses and its direction in the frame of `h`'s coordinates; empty if it misses its side of
-/// `n` (which the caller checks) or has no energy.
+/// The branch that `u` chooses and its direction, in the coordinates of `wo` and `h`; empty without energy. The caller
+/// checks that it ends on its side of the surface.
 struct Branch {
   Vec3 wi;
   Rgb f;
