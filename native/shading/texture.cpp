@@ -49,6 +49,7 @@ Rgba fetch_clipped(const Image& image, int x, int y) {
 // --- Where texels lie ---
 
 int wrap(int i, int size, Extension extension) {
+  if (i >= 0 && i < size) return i;  // nearly always; spares the division below
   switch (extension) {
     case Extension::REPEAT: {
       const int m = i % size;
