@@ -131,7 +131,8 @@ class Walk {
     scratch_.lamp_hits.clear();
     context_.lights.intersect_lamps(segment, state_.ray_kind, scratch_.lamp_hits);
     for (const LampHit& lamp : scratch_.lamp_hits)
-      add(lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
+      if (state_.depth - 1 <= lamp.max_bounces)
+        add(lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
   }
 
   void add_surface_emission(const SurfacePoint& point, Rgb emission) {

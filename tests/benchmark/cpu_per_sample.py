@@ -2,9 +2,9 @@
 
   python -m tests.benchmark.cpu_per_sample SCENE.blend ... [--rounds 3] [--scale 0.5] [--samples 16 80] [--json FILE]
 
-Each engine renders each scene in fresh processes, in turn (A B A B ...). Two sample counts are rendered per process; the
-difference of their user times cancels scene export and acceleration-structure builds. Medians over the rounds; the ratio is the
-median of the rounds' own ratios, because the machine's speed drifts.
+Each engine renders each scene in fresh processes, in turn (A B A B ...). Two sample counts are rendered per process;
+the difference of their user times cancels scene export and acceleration-structure builds. Medians over the rounds; the
+ratio is the median of the rounds' own ratios, because the machine's speed drifts.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def measure(blend: str, engine: str, scale: float, samples: list[int]) -> dict[s
         bpy.ops.render.render()
         times.append(resource.getrusage(resource.RUSAGE_SELF).ru_utime - before)
     per_sample = (times[-1] - times[0]) / (samples[-1] - samples[0])
-    errors = [line["error"] for line in addon.report.last if line["error"]] if engine == "CISTERN" else []
+    errors = [line.error for line in addon.report.last if line.error] if engine == "CISTERN" else []
     if errors:
         raise SystemExit(errors[0])
     return {"microseconds": per_sample / (width * height) * 1e6, "rest_seconds": times[0] - samples[0] * per_sample}

@@ -1,4 +1,4 @@
-"""Scenes made by others against Cycles; method as in test_against_cycles_lights. CISTERN_TEST_SCENES names their folder."""
+"""Scenes made by others against Cycles, from the folder CISTERN_TEST_SCENES; see test_against_cycles_lights."""
 
 import os
 from pathlib import Path

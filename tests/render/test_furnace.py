@@ -33,8 +33,8 @@ def test_closed_box_holds_its_light(albedo: float, sampler: core.LightSampling) 
 
 @pytest.mark.parametrize("albedo", [0.5, 0.8])
 def test_closed_box_sees_a_lost_bounce(albedo: float) -> None:
-    """Planted bug: light after the eighth (half albedo) or twentieth bounce is dropped, 0.4 % and 1 % of it."""
-    few = 7 if albedo == 0.5 else 20
+    """Planted bug: the last 1.6 % (half albedo) or 2.3 % of the light, from later bounces, is dropped."""
+    few = 4 if albedo == 0.5 else 15
     result = compare_to_value(blocks(closed_box(albedo), samples=64, max_bounces=few), 1.0 / (1.0 - albedo))
     assert not result.agrees, result
 
@@ -71,5 +71,4 @@ def test_emission_alone_is_exact() -> None:
     scene.add_box(1.0, emission((0.25, 0.5, 2.0)))
     scene.set_camera((0.3, 0.2, -0.1), (-1.0, 0.1, 0.4))
     picture = render(scene.snapshot(), samples=1)["Combined"]
-    assert picture[..., :3] == pytest.approx(picture[0, 0, :3], abs=0)
-    assert tuple(picture[0, 0]) == (0.25, 0.5, 2.0, 1.0)
+    assert (picture == np.array([0.25, 0.5, 2.0, 1.0], np.float32)).all()

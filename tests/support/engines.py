@@ -72,7 +72,7 @@ def render(scene: bpy.types.Scene, engine: str, samples: int, seed: int) -> NDAr
         scene.render.filepath = str(Path(folder) / "picture.exr")
         bpy.ops.render.render(write_still=True)
         if engine == "CISTERN":
-            errors = [line["error"] for line in addon.report.last if line["error"]]
+            errors = [line.error for line in addon.report.last if line.error]
             assert addon.report.last and not errors, errors
         source = OpenImageIO.ImageInput.open(scene.render.filepath)
         pixels = source.read_image("float")
