@@ -34,10 +34,12 @@ _DECODE_THREADS = 4
 class ImageSource:
     """Where the pixels of an image come from; equal sources give equal pixels."""
 
-    path: str = ""
+    path: str
     modified: float = 0.0
-    packed: int = 0
-    """Size of a packed file in bytes; 0 for a file on disk."""
+    """Time of the last change of a file on disk."""
+    packed_in: int = 0
+    """Session id of the image that carries the file; 0 for a file on disk. Packed files may share a path."""
+    packed_size: int = 0
 
 
 class ImageCache:
@@ -77,7 +79,7 @@ class ImageCache:
     def _decode(self, source: ImageSource, image: bpy.types.Image) -> Future:
         self._used.add(source)
         if source not in self._decoded:
-            packed = bytes(image.packed_file.data) if source.packed else None
+            packed = bytes(image.packed_file.data) if source.packed_in else None
             self._decoded[source] = self._pool.submit(read_file, source.path, packed)
         return self._decoded[source]
 
@@ -113,7 +115,7 @@ def image_source(image: bpy.types.Image, image_user: bpy.types.ImageUser | None)
         return None
     path = image_path(image, image_user)
     if image.packed_file is not None and image.source == "FILE":
-        return ImageSource(path, 0.0, image.packed_file.size)
+        return ImageSource(path, packed_in=image.session_uid, packed_size=image.packed_file.size)
     try:
         return ImageSource(path, Path(path).stat().st_mtime)
     except OSError:

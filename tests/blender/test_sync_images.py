@@ -94,6 +94,19 @@ def test_packed_files(empty_scene, cache, tmp_path, suffix) -> None:
     assert (call["pixels"] == ROWS[::-1].astype(dtype)).all() and not report.warnings
 
 
+def test_packed_files_of_one_path_are_told_apart(empty_scene, cache, tmp_path) -> None:
+    images = []
+    for value in (10, 20):
+        path = write(tmp_path / "same.tif", np.full((2, 2, 3), value, np.uint8))
+        images.append(bpy.data.images.load(str(path)))
+        images[-1].pack()
+    assert images[0].packed_file.size == images[1].packed_file.size
+    builder, report = SceneBuilder(), SyncReport()
+    for image in images:
+        cache.handle(image, None, builder, report)
+    assert [call["pixels"].max() for call in builder.of("add_image")] == [10, 20]
+
+
 def test_alpha_modes_and_colour_spaces(empty_scene, cache, tmp_path) -> None:
     image = bpy.data.images.load(str(write(tmp_path / "a.exr", ROWS.astype(np.float32))))
     call, _ = added(cache, image)
