@@ -42,6 +42,8 @@ class Surface:
     holdout: bool
     random: float
     """Object Info > Random; not a number where each instance has its own."""
+    flat_axis: int = -1
+    """Local axis along which every coordinate of the mesh is 0; -1 for a solid."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ class InstanceSync:
         self._materials = materials
         self._wanted_attributes = wanted_attributes
         self._report = report
-        self._meshes: dict[int, int | None] = {}
+        self._meshes: dict[int, tuple[int, int] | None] = {}  # handle and flat axis
         self._names: dict[str, int] = {}
         self.mesh_seconds = 0.0
 
@@ -130,7 +132,7 @@ class InstanceSync:
             if obj.type not in _INVISIBLE_TYPES | _MESHED_TYPES:
                 self._report.warn(f"Object '{obj.name}': type {obj.type} is not supported and left out")
             return None
-        mesh = self._mesh_handle(obj.data) if visibility and view_layer.use_solid else None
+        mesh = self._mesh(obj.data) if visibility and view_layer.use_solid else None
         if mesh is None:
             return None
         if instancer is None and has_own_texture_space(obj.data):
@@ -139,7 +141,8 @@ class InstanceSync:
             )
         random = name_random(obj.name) if instancer is None else math.nan
         name = self._name_handle(obj.name)
-        return Surface(mesh, self._materials.set_handle(obj), name, visibility, holdout, random)
+        handle, flat_axis = mesh
+        return Surface(handle, self._materials.set_handle(obj), name, visibility, holdout, random, flat_axis)
 
     def _lamp(self, obj: bpy.types.Object, visibility: int) -> Lamp | None:
         if is_portal(obj.data):
@@ -147,8 +150,8 @@ class InstanceSync:
             return None
         return Lamp(obj.name, obj.data, visibility)
 
-    def _mesh_handle(self, mesh: bpy.types.Mesh) -> int | None:
-        """One mesh per evaluated geometry; None for one without polygons."""
+    def _mesh(self, mesh: bpy.types.Mesh) -> tuple[int, int] | None:
+        """Handle and flat axis, one per evaluated geometry; None for one without polygons."""
         key = mesh.as_pointer()
         if key not in self._meshes:
             start = time.perf_counter()
@@ -156,8 +159,10 @@ class InstanceSync:
             self.mesh_seconds += time.perf_counter() - start
         return self._meshes[key]
 
-    def _add_mesh(self, mesh: bpy.types.Mesh) -> int:
-        return self._builder.add_mesh(mesh.name, **vars(mesh_arrays(mesh, self._wanted_attributes)))
+    def _add_mesh(self, mesh: bpy.types.Mesh) -> tuple[int, int]:
+        arrays = mesh_arrays(mesh, self._wanted_attributes)
+        flat_axis = next((axis for axis in range(3) if not arrays.positions[:, axis].any()), -1)
+        return self._builder.add_mesh(mesh.name, **vars(arrays)), flat_axis
 
     def _name_handle(self, name: str) -> int:
         if name not in self._names:
@@ -187,15 +192,26 @@ def instance_arrays(
         return np.array([getattr(p, member, 0) for p in placements.prototypes], dtype)[prototype]
 
     random = column("random", np.float32)
+    columns = np.ascontiguousarray(matrices[items])
+    restore_normal_axis(columns, column("flat_axis", np.int32))
     return {
         "mesh": column("mesh", np.int32),
         "material_set": column("material_set", np.int32),
         "object": column("object", np.int32),
-        "object_to_world": np.ascontiguousarray(matrices[items].transpose(0, 2, 1)),
+        "object_to_world": np.ascontiguousarray(columns.transpose(0, 2, 1)),
         "visibility": column("visibility", np.uint8),
         "holdout": column("holdout", np.uint8),
         "random": np.where(np.isnan(random), random_fraction(random_ids[items]), random),
     }
+
+
+def restore_normal_axis(columns: NDArray[np.float32], flat_axes: NDArray[np.int32]) -> None:
+    """Make matrices invertible that scale a flat mesh by 0 across its plane, where scale changes nothing."""
+    for axis in range(3):
+        flattened = np.flatnonzero((flat_axes == axis) & ~columns[:, axis, :3].any(axis=1))
+        normals = np.cross(columns[flattened, (axis + 1) % 3, :3], columns[flattened, (axis + 2) % 3, :3])
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        columns[flattened, axis, :3] = normals / np.where(lengths > 0.0, lengths, 1.0)
 
 
 def ray_visibility(obj: bpy.types.Object) -> int:

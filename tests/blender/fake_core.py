@@ -71,6 +71,8 @@ def check_array(values: np.ndarray, dtype: type, *shape: int | None) -> None:
 class SceneBuilder:
     """`calls` holds (method, arguments) in order; handles count up per kind."""
 
+    singular_instances = 0
+
     def __init__(self) -> None:
         self.calls: list[tuple[str, dict[str, Any]]] = []
         self._handles: dict[str, int] = {}

@@ -50,8 +50,16 @@ def test_a_flat_object_is_left_out_and_a_mirrored_one_kept(scene, sync) -> None:
     for scale in ((1, 1, 0), (-1, 1, 1)):
         bpy.ops.mesh.primitive_cube_add()
         bpy.context.object.scale = scale
-    exporter, _ = sync()
+    exporter, warnings = sync()
     assert exporter.builder.singular_instances == 1
+    assert "scaled to zero" in warnings[0]
+
+
+def test_a_plane_scaled_to_zero_across_itself_stays(scene, sync) -> None:
+    bpy.ops.mesh.primitive_plane_add()
+    bpy.context.object.scale = (2, -3, 0)
+    exporter, warnings = sync()
+    assert exporter.builder.singular_instances == 0 and warnings == []
 
 
 @pytest.mark.parametrize("energy", [math.nan, math.inf])

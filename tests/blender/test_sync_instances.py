@@ -71,6 +71,18 @@ def test_an_object_is_placed_by_its_row_major_matrix(scene, sync) -> None:
     assert builder.of("add_object_name") == [{"name": "Thing"}]
 
 
+@pytest.mark.parametrize(("axis", "scale"), [(0, (0, 2, 3)), (1, (2, 0, 3)), (2, (2, 3, 0)), (2, (2, -3, 0))])
+def test_a_flat_mesh_keeps_an_invertible_matrix(scene, sync, axis, scale) -> None:
+    mesh = bpy.data.meshes.new("Flat")
+    corners = np.insert(np.array([(0, 0), (1, 0), (0, 1)], float), axis, 0.0, axis=1)
+    mesh.from_pydata(corners.tolist(), [], [(0, 1, 2)])
+    obj = link("Flat", mesh)
+    obj.scale, obj.rotation_euler = scale, (0.1, 0.2, 0.3)
+    matrix = instances(sync()[0])["object_to_world"][0].astype(float)
+    assert abs(np.linalg.det(matrix[:3, :3])) == pytest.approx(6.0, rel=1e-5)
+    assert matrix[:3, :3] @ corners.T == pytest.approx(np.array(obj.matrix_world)[:3, :3] @ corners.T, abs=1e-6)
+
+
 def test_objects_share_the_mesh_they_share_in_blender(scene, sync) -> None:
     shared = triangle()
     link("A", shared)
