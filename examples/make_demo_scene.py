@@ -11,7 +11,7 @@ import bpy
 
 from cistern_hall import hall
 
-SAMPLES = 64  # per pixel, where the engine is there to be told
+SAMPLES = 32  # per pixel, where the engine is there to be told
 
 
 def triangles(scene: bpy.types.Scene) -> tuple[int, int]:

@@ -169,12 +169,12 @@ def build_lamps(stage: Stage, materials: dict[str, bpy.types.Material]) -> None:
 
 def build_daylight(stage: Stage) -> None:
     sun = bpy.data.lights.new("Sun", "SUN")
-    sun.color, sun.energy, sun.angle = (1.0, 0.95, 0.88), 80.0, np.radians(0.6)
+    sun.color, sun.energy, sun.angle = (1.0, 0.95, 0.88), 9.0, np.radians(0.6)
     # Falls through the middle well onto the dais from behind, so that its edges shine towards the camera.
     direction = Vector((0.16, -0.22, -1.0))
     thing = stage.place("Sun", sun, (0.0, 0.0, 14.0))
     thing.rotation_euler = direction.to_track_quat("-Z", "Y").to_euler()
-    stage.scene.world = make_world(9.0, 0.7)
+    stage.scene.world = make_world(1.3, 0.7)
 
 
 def build_camera(stage: Stage) -> None:
