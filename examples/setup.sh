@@ -27,9 +27,6 @@ packages=(
   libgl1 libice6 libsm6 libx11-6 libxext6 libxfixes3 libxi6 libxkbcommon0 libxrender1 libxxf86vm1
 )
 [ $tests = 0 ] || packages+=(libgtest-dev)
-# OpenImageIO is pinned because later ones ask for a NumPy that bpy does not accept.
-build_tools=("scikit-build-core==1.1.2" "pybind11==3.1.0")
-test_tools=("pytest==9.2.0" "ruff==0.17.5" "clang-format==14.0.6")
 
 fail() {
   printf 'setup.sh: %s\n' "$*" >&2
@@ -63,20 +60,23 @@ install_system_packages() {
   rm -f "$log"
 }
 
+install_python_packages() { # install_python_packages NAME PACKAGE...: unless just these went in under this name before
+  local stamp=$venv/.cistern-$1 && shift
+  if [ "$(cat "$stamp" 2>/dev/null)" = "$*" ]; then return; fi
+  echo "Installing into $venv: $*"
+  "$venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@" || fail "pip could not install: $*
+  Where your package index lacks bpy $bpy, set PIP_EXTRA_INDEX_URL to the one that Blender publishes its wheels on."
+  printf '%s' "$*" >"$stamp"
+}
+
 make_environment() {
-  local wanted="bpy==$bpy OpenImageIO==3.0.21.0 ${build_tools[*]} ${test_tools[*]}"
-  local stamp=$venv/.cistern-packages
-  if [ -x "$venv/bin/python" ] && [ "$(cat "$stamp" 2>/dev/null)" = "$wanted" ]; then return; fi
   local python
   python=$(command -v python3.11) || fail "bpy $bpy needs Python 3.11 exactly, and there is no python3.11 here"
   [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
-  echo "Installing bpy $bpy and the build tools into $venv (about 400 MB the first time)"
-  # One command for all, so that pip finds versions of NumPy and OpenImageIO that agree with bpy.
-  # shellcheck disable=SC2086
-  "$venv/bin/python" -m pip install --quiet --disable-pip-version-check $wanted ||
-    fail "pip could not install: $wanted
-  Where your package index lacks bpy $bpy, set PIP_EXTRA_INDEX_URL to the one that Blender publishes its wheels on."
-  printf '%s' "$wanted" >"$stamp"
+  # Some 400 MB to fetch. OpenImageIO is pinned because later ones ask for a NumPy that bpy does not accept.
+  install_python_packages packages "bpy==$bpy" "OpenImageIO==3.0.21.0" "scikit-build-core==1.1.2" "pybind11==3.1.0"
+  [ $tests = 0 ] || install_python_packages test-packages \
+    "pytest==9.2.0" "scipy>=1.11" "ruff==0.17.5" "clang-format==14.0.6"
 }
 
 build_core() {
