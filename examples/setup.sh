@@ -73,10 +73,10 @@ make_environment() {
   local python
   python=$(command -v python3.11) || fail "bpy $bpy needs Python 3.11 exactly, and there is no python3.11 here"
   [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
-  # Some 400 MB to fetch. OpenImageIO is pinned because later ones ask for a NumPy that bpy does not accept.
+  # Some 400 MB to fetch. OpenImageIO and SciPy are pinned because later ones ask for a NumPy that bpy does not accept.
   install_python_packages packages "bpy==$bpy" "OpenImageIO==3.0.21.0" "scikit-build-core==1.1.2" "pybind11==3.1.0"
   [ $tests = 0 ] || install_python_packages test-packages \
-    "pytest==9.2.0" "scipy>=1.11" "ruff==0.17.5" "clang-format==14.0.6"
+    "pytest==9.2.0" "scipy==1.14.1" "ruff==0.17.5" "clang-format==14.0.6"
 }
 
 build_core() {
