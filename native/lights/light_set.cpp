@@ -182,8 +182,8 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp
   const Rgb radiance = sample->radiance * program_factor(lamp, receiver, *sample, path);
   if (is_black(radiance)) return std::nullopt;
   const bool use_mis = light.use_mis && !sample->is_delta;
-  return IncidentLight{sample->wi,       sample->distance,   radiance, sample->pdf,
-                       sample->is_delta, light.casts_shadow, use_mis,  light.visibility};
+  return IncidentLight{sample->wi,       sample->distance,   {},      radiance,        sample->pdf,
+                       sample->is_delta, light.casts_shadow, use_mis, light.visibility};
 }
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
@@ -198,6 +198,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
   IncidentLight light;
   light.wi = offset * (1.0f / distance);
   light.distance = distance;
+  light.normal = normalize(normal);
   light.pdf = 2.0f * d2 * distance / projected;
   light.visibility = scene->instances[t.instance].visibility;
   const MaterialProgram& program = *scene->materials[static_cast<size_t>(t.material)];

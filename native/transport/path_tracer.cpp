@@ -9,8 +9,8 @@ namespace {
 
 /// Bump mapping differentiates over a tenth of a pixel, as Cycles does: sharp, and wide enough for single precision.
 constexpr float kBumpFilterWidth = 0.1f;
-/// Shadow rays end this much before the light, relative to their length.
-constexpr float kShadowEpsilon = 1e-4f;
+/// Shadow rays end this much before the light, relative to their length: a few roundings.
+constexpr float kShadowEpsilon = 1e-6f;
 /// Depth of pixels that see nothing.
 constexpr float kNoHitDepth = 1e10f;
 
@@ -189,8 +189,7 @@ class Walk {
     const bool needs_mis = !light->is_delta && light->use_mis;
     const float weight = needs_mis ? power_heuristic(pdf, f.pdf * scatter_probability(bsdf)) : 1.0f;
     Rgb radiance = light->radiance * (weight / pdf);
-    if (light->casts_shadow)
-      radiance *= transmittance(context_, point.position, point.ng, light->wi, light->distance, state_);
+    if (light->casts_shadow) radiance *= transmittance(context_, point.position, point.ng, *light, state_);
     if (is_black(radiance)) return;
     const bool is_environment = choice->sample.emitter == context_.lights.environment_emitter();
     Rgb& seen = is_environment ? record_.environment : record_.emission;
@@ -288,10 +287,23 @@ class Walk {
   bool features_done_ = false;
 };
 
+/// Both ends are moved off their surfaces, and the ray joins the moved ends: one end alone would let light at grazing
+/// angles occlude itself.
+Ray shadow_ray(Vec3 position, Vec3 ng, const IncidentLight& light) {
+  const Vec3 origin = offset_origin(position, ng, light.wi);
+  if (!std::isfinite(light.distance)) return {origin, light.wi};
+  Vec3 target = position + light.wi * light.distance;
+  if (light.normal != Vec3{}) target = offset_origin(target, light.normal, -light.wi);
+  const Vec3 segment = target - origin;
+  const float distance = length(segment);
+  return {origin, segment / distance, 0.0f, distance * (1.0f - kShadowEpsilon)};
+}
+
 }  // namespace
 
-Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, Vec3 wi, float distance, const PathState& path) {
-  Ray ray{offset_origin(position, ng, wi), wi, 0.0f, distance * (1.0f - kShadowEpsilon)};
+Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, const IncidentLight& light,
+                  const PathState& path) {
+  Ray ray = shadow_ray(position, ng, light);
   if (context.accel.occluded(ray)) return Rgb(0.0f);
   Rgb passed(1.0f);
   if (!context.accel.has_transparent_surfaces()) return passed;
@@ -306,7 +318,7 @@ Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, Vec3 wi, f
     if (is_black(passed)) return passed;
     ++shadow_state.transparent_depth;
     ray.t_max -= hit->t;
-    ray.origin = offset_origin(point.position, point.ng, wi);
+    ray.origin = offset_origin(point.position, point.ng, ray.direction);
   }
   return Rgb(0.0f);
 }

@@ -53,8 +53,9 @@ struct PathScratch {
 /// importance sampling (power heuristic) against BSDF sampling [Veach 1997, ch. 9 and 10]. `ray` starts at the camera.
 PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch);
 
-/// Fraction of light that gets from `position` along `wi` over `distance`: 0 behind opaque surfaces, tinted by
-/// transparent ones. The segment leaves the surface at `position` with geometric normal `ng`.
-Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, Vec3 wi, float distance, const PathState& path);
+/// Fraction of what `light` sends that reaches `position`, on a surface with geometric normal `ng`: 0 behind opaque
+/// surfaces, tinted by transparent ones.
+Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, const IncidentLight& light,
+                  const PathState& path);
 
 }  // namespace cistern
