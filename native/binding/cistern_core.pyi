@@ -98,7 +98,13 @@ class SceneBuilder:
     @property
     def singular_instances(self) -> int: ...
     def add_point_light(
-        self, name: str, position: Sequence[float], radius: float, intensity: Sequence[float], soft: bool = True, **common
+        self,
+        name: str,
+        position: Sequence[float],
+        radius: float,
+        intensity: Sequence[float],
+        soft: bool = True,
+        **common,
     ) -> int:
         """`intensity` W/sr; `common` for all lights: visibility=31, casts_shadow=True, use_mis=True, max_bounces=1024,
         material=-1, replace=None."""

@@ -18,13 +18,13 @@ enum RayVisibility : uint8_t {
 
 /// A mesh placed in the world. Plain values only: scenes hold hundreds of thousands.
 struct Instance {
-  int mesh = -1;               // -1: removed
-  int material_set = -1;       // index into Scene::material_sets
-  int object = -1;             // index into Scene::object_names
+  int mesh = -1;          // -1: removed
+  int material_set = -1;  // index into Scene::material_sets
+  int object = -1;        // index into Scene::object_names
   uint8_t visibility = kVisibleToAll;
   bool is_holdout = false;
-  float random = 0.0f;         // Object Info > Random, in [0, 1)
-  Transform object_to_world;   // finite and invertible; may mirror
+  float random = 0.0f;        // Object Info > Random, in [0, 1)
+  Transform object_to_world;  // finite and invertible; may mirror
 };
 
 }  // namespace cistern

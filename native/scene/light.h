@@ -42,18 +42,18 @@ struct AreaLight {
   Vec3 center, edge_u, edge_v;  // full edge vectors
   Vec3 normal;
   bool is_ellipse = false;
-  Rgb radiance;                 // on axis before the spread factor
-  float spread = kPi;           // full angle in radians; pi = Lambertian emitter
+  Rgb radiance;        // on axis before the spread factor
+  float spread = kPi;  // full angle in radians; pi = Lambertian emitter
 };
 
 struct Light {
   std::string name;
   std::variant<PointLight, SpotLight, SunLight, AreaLight> shape;
-  uint8_t visibility = 31;      // RayVisibility bits by which scattered rays may see the emitter
+  uint8_t visibility = 31;  // RayVisibility bits by which scattered rays may see the emitter
   bool casts_shadow = true;
-  bool use_mis = true;          // false: sampled by next-event estimation only
-  int max_bounces = 1024;       // paths with more bounces do not receive it
-  int material = -1;            // emission program multiplying the light, or -1
+  bool use_mis = true;     // false: sampled by next-event estimation only
+  int max_bounces = 1024;  // paths with more bounces do not receive it
+  int material = -1;       // emission program multiplying the light, or -1
   bool removed = false;
 };
 

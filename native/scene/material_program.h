@@ -13,6 +13,7 @@ enum class ValueType : uint8_t { FLOAT, COLOR, VECTOR };
 
 /// Instructions of a material program. What each reads, writes and means stands in op_table.cpp,
 /// the one place that knows; the add-on finds them by name through the binding.
+// clang-format off
 enum class Op : uint8_t {
   // Coordinates and geometry. `shift` 0, 1, 2: at the point, one footprint along dP/dx, along dP/dy (for Bump).
   ATTRIBUTE, ATTRIBUTE_ALPHA, GENERATED, OBJECT_COORDINATE, NORMAL_COORDINATE, REFLECTION_COORDINATE,
@@ -40,6 +41,7 @@ enum class Op : uint8_t {
   CLOSURE_TRANSPARENT, CLOSURE_EMISSION, CLOSURE_SHEEN, CLOSURE_METALLIC, CLOSURE_HOLDOUT,
   COUNT
 };
+// clang-format on
 
 /// A value an instruction reads: a register, or with the top bit set a constant.
 struct Operand {
@@ -53,8 +55,8 @@ struct Operand {
 struct Instruction {
   Op op{};
   uint8_t input_count = 0;
-  uint16_t output = 0;          // register written; unused by closures
-  uint32_t first_input = 0;     // into MaterialProgram::inputs
+  uint16_t output = 0;       // register written; unused by closures
+  uint32_t first_input = 0;  // into MaterialProgram::inputs
   /// Static parameters by position, as `op_table` lists them: enum values, image and table indices, flags, shift.
   int32_t parameters[4] = {0, 0, 0, 0};
 };
@@ -66,29 +68,29 @@ struct MaterialProgram {
   std::vector<Instruction> instructions;
   std::vector<Operand> inputs;
   std::vector<Vec3> constants;
-  std::vector<std::string> attribute_names;     // parameter 0 of ATTRIBUTE; "" = the first UV map
-  std::vector<std::vector<Vec3>> tables;        // ramps and curves: 257 samples over [0, 1]
-  std::vector<std::vector<float>> table_alphas; // alpha of ramps, beside `tables`
-  std::vector<int> images;                      // image handles used; IMAGE's parameter 0 indexes this
+  std::vector<std::string> attribute_names;      // parameter 0 of ATTRIBUTE; "" = the first UV map
+  std::vector<std::vector<Vec3>> tables;         // ramps and curves: 257 samples over [0, 1]
+  std::vector<std::vector<float>> table_alphas;  // alpha of ramps, beside `tables`
+  std::vector<int> images;                       // image handles used; IMAGE's parameter 0 indexes this
   uint16_t register_count = 0;
 
   // Derived by `finish_program`.
   std::vector<uint32_t> attribute_hashes;  // attribute_name_hash of attribute_names
-  /// The instructions that emission (transparency) depends on, in order; operands without influence on it are constant 0.
+  /// The instructions that emission (transparency) depends on, in order; operands without influence are constant 0.
   std::vector<Instruction> emission_instructions, transparency_instructions;
   bool may_be_transparent = false;  // a shadow ray may pass: has transparent / alpha closures
   bool may_emit = false;
   bool emission_is_constant = false;  // no emission operand depends on the hit: `constant_emission` is exact
   Vec3 constant_emission;
   bool needs_tangent = false;
-  bool needs_footprint = false;     // has BUMP
+  bool needs_footprint = false;  // has BUMP
   bool reads_light_path = false;
 };
 
 struct OpDescription {
   const char* name;
-  const char* inputs;       // one letter per input: f float, c colour, v vector
-  char output;              // f, c, v, or 0 for closures
+  const char* inputs;  // one letter per input: f float, c colour, v vector
+  char output;         // f, c, v, or 0 for closures
   int parameter_count;
   bool is_closure;
 };

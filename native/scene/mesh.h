@@ -34,17 +34,17 @@ using TriangleIndices = std::array<uint32_t, 3>;
 /// A triangle mesh in object space, immutable once built. See scene_builder.h for how polygons become triangles.
 struct Mesh {
   std::string name;
-  std::vector<Vec3> positions;             // capacity for one more, so that Embree may read 16 bytes at the last
-  std::vector<TriangleIndices> vertices;   // per triangle: indices into positions
-  std::vector<TriangleIndices> corners;    // per triangle: indices into corner data; empty without such data
-  std::vector<uint32_t> polygons;          // per triangle: its polygon; empty where every polygon is a triangle
-  std::vector<uint16_t> material_slots;    // per triangle; empty = slot 0 everywhere
-  Domain normals_domain = Domain::FACE;    // FACE: flat shading, no stored normals
-  std::vector<uint32_t> normals;           // octahedral 2x16 bits per point or per corner
-  std::vector<MeshAttribute> attributes;   // UV maps first, in Blender's order
-  uint32_t corner_count = 0;               // elements of corner data
-  Bounds3 bounds;                          // of all finite positions, loose ones included
-  uint32_t dropped_triangles = 0;          // degenerate or with non-finite coordinates: left out, reported
+  std::vector<Vec3> positions;            // capacity for one more, so that Embree may read 16 bytes at the last
+  std::vector<TriangleIndices> vertices;  // per triangle: indices into positions
+  std::vector<TriangleIndices> corners;   // per triangle: indices into corner data; empty without such data
+  std::vector<uint32_t> polygons;         // per triangle: its polygon; empty where every polygon is a triangle
+  std::vector<uint16_t> material_slots;   // per triangle; empty = slot 0 everywhere
+  Domain normals_domain = Domain::FACE;   // FACE: flat shading, no stored normals
+  std::vector<uint32_t> normals;          // octahedral 2x16 bits per point or per corner
+  std::vector<MeshAttribute> attributes;  // UV maps first, in Blender's order
+  uint32_t corner_count = 0;              // elements of corner data
+  Bounds3 bounds;                         // of all finite positions, loose ones included
+  uint32_t dropped_triangles = 0;         // degenerate or with non-finite coordinates: left out, reported
 
   size_t triangle_count() const { return vertices.size(); }
   /// Index of the attribute called `name`, or -1.

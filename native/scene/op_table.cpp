@@ -8,6 +8,7 @@ namespace {
 
 // Inputs: f float, c colour, v vector. Comments: inputs in order -> output; [static parameters].
 // Enum parameters are positions in the lists given here; the add-on's tables (addon/sync/nodes) follow them.
+// clang-format off
 constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // Coordinates: [shift] last everywhere.
     {"ATTRIBUTE", "", 'v', 2, false},              // [name index, shift]: UV maps give (u, v, 0), colours rgb
@@ -129,6 +130,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"CLOSURE_METALLIC", "fccfffvv", 0, 1, true},     // weight, base colour, edge tint, roughness, anisotropy, rotation, normal, tangent; [distribution]
     {"CLOSURE_HOLDOUT", "f", 0, 0, true},             // weight
 }};
+// clang-format on
 
 }  // namespace
 

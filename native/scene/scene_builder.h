@@ -11,17 +11,17 @@ namespace cistern {
 struct MeshInput {
   std::string name;
   std::span<const Vec3> positions;
-  std::span<const int32_t> corner_vertices;      // per corner: index into positions
+  std::span<const int32_t> corner_vertices;  // per corner: index into positions
   /// polygon_count + 1 offsets into the corners. Empty: every polygon is a triangle.
   std::span<const int32_t> polygon_offsets;
   /// Triangulation made elsewhere: 3 corner indices and one polygon index per triangle. Needed only when a polygon
   /// has more than 4 corners; empty otherwise.
   std::span<const int32_t> triangle_corners;
   std::span<const int32_t> triangle_polygons;
-  std::span<const int32_t> material_indices;     // per polygon; empty = 0
-  Domain normals_domain = Domain::FACE;          // FACE: `normals` is empty
-  std::span<const Vec3> normals;                 // per point or per corner, any length > 0
-  std::span<const uint8_t> sharp_faces;          // per polygon, 1 = flat although normals exist; may be empty
+  std::span<const int32_t> material_indices;  // per polygon; empty = 0
+  Domain normals_domain = Domain::FACE;       // FACE: `normals` is empty
+  std::span<const Vec3> normals;              // per point or per corner, any length > 0
+  std::span<const uint8_t> sharp_faces;       // per polygon, 1 = flat although normals exist; may be empty
   std::vector<MeshAttribute> attributes;
 };
 

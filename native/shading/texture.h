@@ -9,7 +9,7 @@ enum class Interpolation : uint8_t { LINEAR, CLOSEST, CUBIC };
 enum class Extension : uint8_t { REPEAT, EXTEND, CLIP, MIRROR };
 
 struct Texel {
-  Rgb color;       // scene-linear, not premultiplied
+  Rgb color;  // scene-linear, not premultiplied
   float alpha = 1.0f;
 };
 
