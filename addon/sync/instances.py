@@ -162,7 +162,12 @@ class InstanceSync:
     def _add_mesh(self, mesh: bpy.types.Mesh) -> tuple[int, int]:
         arrays = mesh_arrays(mesh, self._wanted_attributes)
         flat_axis = next((axis for axis in range(3) if not arrays.positions[:, axis].any()), -1)
-        return self._builder.add_mesh(mesh.name, **vars(arrays)), flat_axis
+        handle = self._builder.add_mesh(mesh.name, **vars(arrays))
+        # Triangles without area are dropped too, but nobody misses them.
+        dropped = self._builder.mesh_statistics(handle)["dropped_triangles"]
+        if dropped and not np.isfinite(arrays.positions).all():
+            self._report.warn(f"Mesh '{mesh.name}': coordinates are not finite, {dropped} triangles are left out")
+        return handle, flat_axis
 
     def _name_handle(self, name: str) -> int:
         if name not in self._names:

@@ -73,8 +73,17 @@ def test_a_lamp_whose_energy_is_no_number_is_named(scene, sync, energy) -> None:
 def test_coordinates_that_are_no_numbers_are_dropped(scene, sync) -> None:
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.object.data.vertices[0].co.x = math.nan
-    exporter, _ = sync()
+    exporter, [warning] = sync()
     assert 0 < exporter.builder.mesh_statistics(0)["triangles"] < 12
+    assert "'Cube'" in warning
+
+
+def test_faces_without_area_are_dropped_in_silence(scene, sync) -> None:
+    bpy.ops.mesh.primitive_cube_add()
+    vertices = bpy.context.object.data.vertices
+    vertices[1].co = vertices[0].co
+    exporter, warnings = sync()
+    assert exporter.builder.mesh_statistics(0)["dropped_triangles"] > 0 and warnings == []
 
 
 def test_frame_after_frame_gives_the_same_scene(scene, sync) -> None:
