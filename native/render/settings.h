@@ -10,7 +10,8 @@
 
 namespace cistern {
 
-/// The three questions of design.md §1. Only the reference answers exist so far.
+/// How light is found: directly at the visible point, directly at later path vertices, and indirectly at the visible
+/// point. Only the reference answers exist so far.
 enum class DirectAnswer : uint8_t { NEE };
 enum class SecondaryAnswer : uint8_t { NEE };
 enum class IndirectAnswer : uint8_t { PATH };

@@ -9,7 +9,7 @@
 
 namespace cistern {
 
-// All quantities are final physical ones; addon/sync/lights.py converts Blender's watts (blender.md §2.4).
+// All quantities are final physical ones; addon/sync/lights.py converts Blender's watts.
 
 /// A sphere of uniform radiance, or with `soft` a disk of the same radius that always faces the shading point,
 /// or with radius 0 a point. `intensity` is W/sr per unit of projected emitter: radiance = intensity / (pi r^2).

@@ -14,7 +14,8 @@ namespace cistern {
 /// How a scattering event counts for max bounces, ray visibility and Light Path nodes.
 enum class ScatterKind : uint8_t { DIFFUSE, GLOSSY, TRANSMISSION };
 
-/// Roughness (sqrt of the GGX alpha) below which a lobe is too smooth to reconnect: design.md §3.
+/// Roughness (sqrt of the GGX alpha) below which a lobe is too smooth for its paths to be joined to another
+/// vertex: light through it counts as seen directly, not as reflected once.
 inline constexpr float kReconnectRoughness = 0.2f;
 
 // --- Lobes: one file each (lobe_*.h/.cpp). Each documents f, its density and its source.

@@ -16,8 +16,8 @@ struct Texel {
 /// Texture lookup at (u, v), v up, [0, 1] covering the image once. Outside of a CLIP image: transparent black.
 Texel lookup_image(const Image& image, float u, float v, Interpolation interpolation, Extension extension);
 
-/// Equirectangular lookup: the image centre looks along +X, u = 1/2 - atan2(y, x)/2pi, v = 1 - acos(z)/pi from the top
-/// (blender.md §2.5). `direction` need not be unit.
+/// Equirectangular lookup: the image centre looks along +X, u = 1/2 - atan2(y, x)/2pi, v = 1 - acos(z)/pi from the top,
+/// as in Cycles. `direction` need not be unit.
 Texel lookup_equirectangular(const Image& image, Vec3 direction, Interpolation interpolation);
 
 }  // namespace cistern

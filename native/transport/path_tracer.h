@@ -30,7 +30,7 @@ struct PathContext {
   float pixel_angle = 0.0f;
 };
 
-/// One camera path's estimate. Combined = direct + indirect + emission + environment (design.md §8).
+/// One camera path's estimate. Combined = direct + indirect + emission + environment.
 struct PathRecord {
   Rgb direct, indirect, emission, environment;
   float alpha = 1.0f;
