@@ -26,21 +26,38 @@ class UserError(Exception):
     """Something the user can put right; the text says what."""
 
 
+def sentence(error: RuntimeError) -> str:
+    """What Blender reported when an operator failed."""
+    return str(error).removeprefix("Error: ").strip()
+
+
+def positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{value} is not positive")
+    return value
+
+
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="run.sh", description="Render a .blend file, or the demo scene, with Cistern."
     )
     parser.add_argument("blend", nargs="?", type=Path, help="the file to render (default: the demo scene)")
     parser.add_argument("settings", nargs="*", metavar="SETTING=VALUE", help="any setting of scene.cistern")
-    parser.add_argument("--samples", type=int, help="samples per pixel")
-    parser.add_argument("--width", type=int, help="pixels; the height follows unless given")
-    parser.add_argument("--height", type=int, help="pixels; the width follows unless given")
+    parser.add_argument("--samples", type=positive, help="samples per pixel")
+    parser.add_argument("--width", type=positive, help="pixels; the height follows unless given")
+    parser.add_argument("--height", type=positive, help="pixels; the width follows unless given")
     parser.add_argument("--seed", type=int)
     parser.add_argument("--preset", help="FINAL, INTERACTIVE or CUSTOM")
     parser.add_argument("--light-sampler", help="UNIFORM, POWER or TREE")
     parser.add_argument("--frame", type=int, help="frame number (default: the file's current frame)")
     parser.add_argument("--output", type=Path, default=REPOSITORY / "out", help="folder (default: out)")
-    parser.add_argument("--engine", default="CISTERN", help="CYCLES renders the same picture with Cycles, to compare")
+    parser.add_argument(
+        "--engine",
+        choices=("CISTERN", "CYCLES"),
+        default="CISTERN",
+        help="CYCLES renders the same picture with Cycles, to compare",
+    )
     arguments = parser.parse_intermixed_args()
     if arguments.blend and "=" in arguments.blend.name and not arguments.blend.exists():
         arguments.settings.insert(0, str(arguments.blend))
@@ -57,7 +74,7 @@ def open_scene(blend: Path | None, output: Path) -> str:
     try:
         bpy.ops.wm.open_mainfile(filepath=str(blend.resolve()), load_ui=False)
     except RuntimeError as error:
-        raise UserError(f"Blender {bpy.app.version_string} cannot open {blend}: {error}") from error
+        raise UserError(f"Blender {bpy.app.version_string} cannot open {blend}: {sentence(error)}") from error
     return blend.stem
 
 
@@ -75,6 +92,8 @@ def set_property(owner: bpy.types.bpy_struct, name: str, text: str) -> None:
         setattr(owner, name, value)
     except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{text!r} is no value for {name}: {error}") from error
+    if prop.type in ("INT", "FLOAT") and not prop.hard_min <= value <= prop.hard_max:  # Blender has clamped it
+        raise UserError(f"{name} is {text}, and may be {prop.hard_min} to {prop.hard_max}")
 
 
 def set_resolution(render: bpy.types.RenderSettings, width: int | None, height: int | None) -> None:
@@ -117,11 +136,9 @@ def set_format(settings: bpy.types.ImageFormatSettings, file_format: str) -> Non
 
 
 def check_report(engine: str) -> None:
-    """Blender itself says FINISHED even when an engine failed; the add-on's report does not."""
+    """Passes on what the add-on reported of each view layer; an error ends the script."""
     if engine != "CISTERN":
         return
-    if not report.last:
-        raise UserError("the render ended without a report")
     for layer in report.last:
         for warning in layer.warnings:
             print(f"Warning: {warning}")
@@ -137,44 +154,51 @@ def render_files(scene: bpy.types.Scene, folder: Path) -> tuple[Path, Path]:
     set_format(scene.render.image_settings, "OPEN_EXR_MULTILAYER")
     try:
         bpy.ops.render.render(write_still=True)
-    except RuntimeError as error:
+    except RuntimeError as error:  # whatever an engine reports as an error
         check_report(scene.render.engine)
-        raise UserError(f"the render failed: {error}") from error
+        raise UserError(f"the render failed: {sentence(error)}") from error
     check_report(scene.render.engine)
     set_format(scene.render.image_settings, "PNG")
     bpy.data.images["Render Result"].save_render(str(png), scene=scene)
     return exr, png
 
 
-def main() -> int:
-    arguments = parse_arguments()
+def deliver(file: Path, destination: Path) -> None:
+    """Copies a picture; it gets its name when it is whole, so that no half picture ever carries it."""
+    partial = destination.with_name(f".{destination.name}.partial")
+    shutil.copyfile(file, partial)
+    partial.replace(destination)
+    print(f"Wrote {destination}")
+
+
+def run(arguments: argparse.Namespace, scratch: Path) -> None:
+    """Opens, sets up, renders, writes. Raises UserError and OSError."""
     output: Path = arguments.output.resolve()
     output.mkdir(parents=True, exist_ok=True)
+    name = open_scene(arguments.blend, output)
+    scene = bpy.context.scene
+    apply_settings(scene, arguments)
+    if arguments.frame is not None:
+        name += f"_{arguments.frame:04d}"
+    if arguments.engine != "CISTERN":
+        name += f"_{arguments.engine.lower()}"
+    start = time.monotonic()
+    files = render_files(scene, scratch)
+    print(f"Rendered in {time.monotonic() - start:.1f} s")
+    for file in files:
+        deliver(file, output / f"{name}{file.suffix}")
+
+
+def main() -> int:
+    arguments = parse_arguments()
     addon.register()
     atexit.register(addon.unregister)
-    try:
-        name = open_scene(arguments.blend, output)
-        scene = bpy.context.scene
-        apply_settings(scene, arguments)
-        if arguments.frame is not None:
-            name += f"_{arguments.frame:04d}"
-        if arguments.engine != "CISTERN":
-            name += f"_{arguments.engine.lower()}"
-        start = time.monotonic()
-        scratch = Path(tempfile.mkdtemp(prefix="cistern-"))
-        atexit.register(shutil.rmtree, scratch, ignore_errors=True)
-        files = render_files(scene, scratch)
-        print(f"Rendered in {time.monotonic() - start:.1f} s")
-        for file in files:
-            destination = output / f"{name}{file.suffix}"
-            # Renamed when it is whole, so that no half picture ever carries the name.
-            partial = destination.with_name(f".{destination.name}.partial")
-            shutil.copyfile(file, partial)
-            partial.replace(destination)
-            print(f"Wrote {destination}")
-    except UserError as error:
-        print(f"run.sh: {error}", file=sys.stderr)
-        return 1
+    with tempfile.TemporaryDirectory(prefix="cistern-") as scratch:
+        try:
+            run(arguments, Path(scratch))
+        except (UserError, OSError) as error:
+            print(f"run.sh: {error}", file=sys.stderr)
+            return 1
     return 0
 
 
