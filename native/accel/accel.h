@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "accel/offset_origin.h"
 #include "scene/scene.h"
 
 namespace cistern {
@@ -67,9 +68,5 @@ class FlushDenormals {
 void check_embree_version();
 /// Version of the Embree compiled against, "3.13.5".
 std::string embree_version();
-
-/// Origin moved off the surface along the geometric normal to the side of `direction`, so that a ray from it does
-/// not hit that surface again. [Wächter and Binder 2019, A Fast and Robust Method for Avoiding Self-Intersection]
-Vec3 offset_origin(Vec3 position, Vec3 geometric_normal, Vec3 direction);
 
 }  // namespace cistern

@@ -8,6 +8,7 @@
 
 namespace cistern {
 
+/// Light first, then what is known of the first surfaces (from DEPTH on).
 enum class Pass : uint8_t {
   COMBINED,
   DIRECT,

@@ -207,7 +207,10 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
   } else {
     PathState arriving = path;
     arriving.ray_length = distance;
-    const Hit hit{distance, barycentric.x, barycentric.y, normal, t.instance, t.triangle};
+    // A hit's normal is on the object's outside, which mirroring leaves where it was.
+    const bool is_mirrored = scene->instances[t.instance].object_to_world.determinant() < 0.0f;
+    const Vec3 outside = is_mirrored ? -normal : normal;
+    const Hit hit{distance, barycentric.x, barycentric.y, outside, t.instance, t.triangle};
     light.radiance = evaluate_emission(*scene, make_surface_point(*scene, Ray{receiver, light.wi}, hit), arriving);
   }
   if (is_black(light.radiance) || !std::isfinite(light.pdf)) return std::nullopt;

@@ -13,13 +13,16 @@ constexpr int kTileSize = 16;
 void render_pixel(const FrameContext& context, int x, int y, uint32_t first_frame, uint32_t count, Film& film,
                   PathScratch& scratch) {
   const Settings& s = context.settings;
-  const auto full_frame_pixel = static_cast<uint32_t>((s.region.y + y) * s.width + s.region.x + x);
+  const Camera& camera = context.paths.scene.camera;
+  const uint32_t row = static_cast<uint32_t>(s.region.y + y) * static_cast<uint32_t>(s.width);  // below 2^32
+  const uint32_t full_frame_pixel = row + static_cast<uint32_t>(s.region.x + x);
   for (uint32_t frame = first_frame; frame < first_frame + count; ++frame) {
     PathSampler sampler(s.seed, full_frame_pixel, frame, s.sequence);
-    const Vec2 offset = context.filter.sample(sampler.get_2d(PathSampler::FILTER));
+    const Vec2 offset = context.filter.sample(sampler.filter());
     const Vec2 film_position{(static_cast<float>(s.region.x + x) + 0.5f + offset.x) / static_cast<float>(s.width),
                              (static_cast<float>(s.region.y + y) + 0.5f + offset.y) / static_cast<float>(s.height)};
-    const Ray ray = camera_ray(context.paths.scene.camera, film_position, sampler.get_2d(PathSampler::LENS));
+    const Vec2 u_lens = camera.aperture_radius > 0.0f ? sampler.lens() : Vec2{};
+    const Ray ray = camera_ray(camera, film_position, u_lens);
     film.add(static_cast<uint32_t>(y * film.width() + x), trace_path(context.paths, ray, sampler, scratch));
   }
 }

@@ -2,6 +2,7 @@
 
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <new>
 
 #include "base/check.h"
@@ -16,6 +17,10 @@ using Clock = std::chrono::steady_clock;
 /// progress and published pixels stay fresh.
 constexpr double kBatchSeconds = 0.5;
 constexpr uint32_t kMaxBatch = 16;
+
+bool records_surfaces(const std::vector<Pass>& passes) {
+  return std::ranges::any_of(passes, [](Pass pass) { return pass >= Pass::DEPTH; });
+}
 
 double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
@@ -33,7 +38,8 @@ Session::~Session() {
 
 void Session::start(std::shared_ptr<const Scene> scene) {
   std::lock_guard lock(mutex_);
-  if (scene_) throw Error("session", "was started already; make a new one for another render");
+  if (was_started_) throw Error("session", "was started already; make a new one for another render");
+  was_started_ = true;
   scene_ = std::move(scene);
   started_ = Clock::now();
   progress_.status = Status::RUNNING;
@@ -84,8 +90,12 @@ void Session::run() {
       film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes);
       const std::shared_ptr<const Accel> accel = Accel::build(scene_);
       const LightSet lights(scene_, settings_.light_sampling);
-      const PathContext paths{*scene_, *accel, lights, settings_.limits,
-                              pixel_angle(scene_->camera, settings_.width, settings_.height)};
+      const PathContext paths{*scene_,
+                              *accel,
+                              lights,
+                              settings_.limits,
+                              pixel_footprint(scene_->camera, settings_.width, settings_.height),
+                              records_surfaces(settings_.passes)};
       {
         std::lock_guard lock(mutex_);
         progress_.memory_bytes = accel->memory_bytes() + lights.memory_bytes() + film_->memory_bytes();

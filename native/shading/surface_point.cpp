@@ -1,6 +1,5 @@
 #include "shading/surface_point.h"
 
-#include "base/frame.h"
 #include "shading/mesh_interpolation.h"
 
 namespace cistern {
@@ -30,21 +29,17 @@ Vec2 barycentric_step(const WorldTriangle& t, Vec3 step) {
 SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& hit) {
   const Instance& instance = scene.instances[hit.instance];
   const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
-  const WorldTriangle t = world_triangle(mesh, instance, hit.triangle);
 
   SurfacePoint point;
   // Interpolating vertices is accurate to the size of the triangle; origin + t * direction only to the ray's length.
-  point.position = t.p0 + hit.u * t.edge_1 + hit.v * t.edge_2;
+  point.position = instance.object_to_world.point(interpolate_position(mesh, hit.triangle, {hit.u, hit.v}));
   point.wo = -ray.direction;
   point.barycentric = {hit.u, hit.v};
   point.instance = hit.instance;
   point.triangle = hit.triangle;
   point.material = scene.material_of(instance, hit.triangle);
 
-  // A mirroring transform turns the winding round but not the side the object calls outside.
-  const bool is_mirrored = instance.object_to_world.determinant() < 0.0f;
-  const Vec3 winding_normal = cross(t.edge_1, t.edge_2);
-  point.ng = normalize_or(is_mirrored ? -winding_normal : winding_normal, point.wo);
+  point.ng = normalize_or(hit.normal, point.wo);
   point.ns = point.ng;
   if (mesh.normals_domain != Domain::FACE && !mesh.normals.empty()) {
     const Vec3 n = interpolate_normal(mesh, hit.triangle, point.barycentric);
@@ -58,17 +53,23 @@ SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& h
   return point;
 }
 
-Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, int shift) {
-  if (shift == 0 || point.footprint == 0.0f) return point.barycentric;
+Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, BumpShift shift) {
+  if (shift.step == 0 || point.footprint == 0.0f) return point.barycentric;
   const Instance& instance = scene.instances[point.instance];
   const WorldTriangle t = world_triangle(*scene.meshes[static_cast<size_t>(instance.mesh)], instance, point.triangle);
   return point.barycentric + barycentric_step(t, footprint_step(point, shift));
 }
 
-Vec3 footprint_step(const SurfacePoint& point, int shift) {
-  if (shift == 0) return {};
-  const Frame frame(point.ng);
-  return point.footprint * (shift == 1 ? frame.s : frame.t);
+Frame bump_axes(const SurfacePoint& point) {
+  const Vec3 s = normalize_or(cross(Vec3{1.0f, 1.0f, 1.0f}, point.ng), {});
+  if (s == Vec3{}) return Frame(point.ng);
+  return {s, cross(point.ng, s), point.ng};
+}
+
+Vec3 footprint_step(const SurfacePoint& point, BumpShift shift) {
+  if (shift.step == 0) return {};
+  const Frame axes = bump_axes(point);
+  return shift.width * point.footprint * (shift.step == 1 ? axes.s : axes.t);
 }
 
 bool surface_tangent(const Scene& scene, const SurfacePoint& point, int attribute, Vec3* tangent, float* handedness) {

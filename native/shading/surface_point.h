@@ -1,17 +1,17 @@
 #pragma once
 
 #include "accel/accel.h"
+#include "base/frame.h"
 
 namespace cistern {
 
-/// What a path carries that a Light Path node can read, and the footprint for bump mapping.
+/// What a path carries that a Light Path node can read.
 struct PathState {
   /// Kind of the ray that arrived: one RayVisibility bit.
   uint8_t ray_kind = kVisibleToCamera;
   bool is_singular = false;  // the last scattering was a delta lobe
   uint16_t depth = 0, diffuse_depth = 0, glossy_depth = 0, transmission_depth = 0, transparent_depth = 0;
   float ray_length = 0.0f;       // of the arriving segment
-  float footprint_angle = 0.0f;  // radius of the pixel footprint = angle x path length (see path_tracer)
 };
 
 /// A point on a surface as a material program sees it. Normals are unit length and face the side of `wo`;
@@ -32,11 +32,24 @@ struct SurfacePoint {
 /// Everything at the hit that does not need the material. Row `hit.instance` of `scene` must be valid.
 SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& hit);
 
-/// World-space step of bump mapping in the tangent plane: none (shift 0), or one footprint along the first (1) or
-/// second (2) axis of Frame(ng).
-Vec3 footprint_step(const SurfacePoint& point, int shift);
+/// Where a height is evaluated for bump mapping: at the point (step 0), or beside it along the first (1) or second (2)
+/// of `bump_axes`, `width` footprints away. Instructions hold `packed`.
+struct BumpShift {
+  int step = 0;
+  float width = 1.0f;
+};
+constexpr int kBumpStepBits = 2;
+constexpr float kBumpWidthUnit = 1e-3f;  // of the packed width
+inline BumpShift unpack_bump_shift(int packed) {
+  return {packed & ((1 << kBumpStepBits) - 1), kBumpWidthUnit * static_cast<float>(packed >> kBumpStepBits)};
+}
+
+/// Two axes of the tangent plane. With wide filters they show in pictures, therefore the choice is Cycles'.
+Frame bump_axes(const SurfacePoint& point);
+/// The step in world space.
+Vec3 footprint_step(const SurfacePoint& point, BumpShift shift);
 /// Barycentric weights after that step; outside [0, 1] beyond the triangle's edge.
-Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, int shift);
+Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, BumpShift shift);
 
 /// World-space tangent dP/du of the UV map (orthogonal to ns, unit). With n the shading normal on the *outside* of the
 /// object, dP/dv lies on the side of handedness * cross(n, tangent): -1 where the UV map is mirrored. False where the

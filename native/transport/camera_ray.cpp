@@ -45,10 +45,11 @@ float camera_depth(const Camera& camera, Vec3 position) {
   return -dot(camera.camera_to_world.column(2), position - camera.camera_to_world.translation);
 }
 
-float pixel_angle(const Camera& camera, int width, int height) {
-  if (camera.type != CameraType::PERSPECTIVE) return 0.0f;
-  return 0.5f * std::min((camera.right - camera.left) / static_cast<float>(width),
-                         (camera.top - camera.bottom) / static_cast<float>(height));
+PixelFootprint pixel_footprint(const Camera& camera, int width, int height) {
+  const float pixel = 0.5f * ((camera.right - camera.left) / static_cast<float>(width) +
+                              (camera.top - camera.bottom) / static_cast<float>(height));
+  if (camera.type == CameraType::ORTHOGRAPHIC) return {pixel, 0.0f};
+  return {0.0f, pixel};
 }
 
 }  // namespace cistern

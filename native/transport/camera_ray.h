@@ -12,8 +12,12 @@ Ray camera_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens);
 /// Depth along the view axis of a world-space point.
 float camera_depth(const Camera& camera, Vec3 position);
 
-/// Angle that half a pixel subtends (for orthographic cameras: 0), for footprints.
-float pixel_angle(const Camera& camera, int width, int height);
+/// A pixel of a width x height picture: its size at the camera and the angle by which that grows. A perspective
+/// pixel starts as a point, an orthographic one keeps its size.
+struct PixelFootprint {
+  float size = 0.0f, angle = 0.0f;
+};
+PixelFootprint pixel_footprint(const Camera& camera, int width, int height);
 
 /// Point on the unit aperture: a disk or a regular polygon with `blades` corners, uniform in area.
 Vec2 sample_aperture(const Camera& camera, Vec2 u);

@@ -12,35 +12,28 @@ enum class SampleSequence : uint8_t { SOBOL, RANDOM };
 /// function of (seed, pixel, frame) alone.
 class PathSampler {
  public:
-  /// Dimensions of the camera, then of each vertex. A vertex has kPerVertex of them from kFirstVertex on.
-  enum Dimension { FILTER = 0, LENS = 2, kFirstVertex = 4 };
-  enum VertexDimension { BSDF_DIRECTION = 0, LIGHT_POSITION = 2, BSDF_LOBE = 4, LIGHT_CHOICE = 5, kPerVertex = 6 };
-
   PathSampler(uint64_t seed, uint32_t pixel, uint32_t frame, SampleSequence sequence)
       : rng_(seed, pixel, frame, 0),
         scramble_(static_cast<uint32_t>(hash_combine(mix_bits(seed), pixel))),
         frame_(frame),
-        sobol_dimensions_(sequence == SampleSequence::SOBOL ? kSobolDimensions : 0) {}
+        is_sobol_(sequence == SampleSequence::SOBOL) {}
 
-  float get_1d(int dimension) {
-    return dimension < sobol_dimensions_ ? sobol_owen(frame_, dimension, scramble_) : rng_.next_float();
-  }
-  Vec2 get_2d(int dimension) {
-    const float x = get_1d(dimension);
-    return {x, get_1d(dimension + 1)};
-  }
-  float vertex_1d(int vertex, VertexDimension d) { return get_1d(kFirstVertex + vertex * kPerVertex + d); }
-  Vec2 vertex_2d(int vertex, VertexDimension d) { return get_2d(kFirstVertex + vertex * kPerVertex + d); }
-  /// For decisions that gain nothing from stratification (Russian roulette, passing through).
+  Vec2 filter() { return pair(FILTER); }
+  Vec2 lens() { return pair(LENS); }
+  Vec2 bsdf_direction(int vertex) { return vertex == 0 ? pair(FIRST_BSDF) : rng_.next_vec2(); }
+  Vec2 light_position(int vertex) { return vertex == 0 ? pair(FIRST_LIGHT) : rng_.next_vec2(); }
+  /// For decisions that gain little from stratification: lobes, lights, Russian roulette, passing through.
   float next_float() { return rng_.next_float(); }
 
  private:
-  static constexpr int kSobolDimensions = kFirstVertex + 2 * kPerVertex;
+  enum Pair : uint32_t { FILTER, LENS, FIRST_BSDF, FIRST_LIGHT };
+
+  Vec2 pair(Pair which) { return is_sobol_ ? sobol_pair(frame_, which, scramble_) : rng_.next_vec2(); }
 
   Rng rng_;
   uint32_t scramble_;
   uint32_t frame_;
-  int sobol_dimensions_;
+  bool is_sobol_;
 };
 
 }  // namespace cistern

@@ -7,8 +7,6 @@
 namespace cistern {
 namespace {
 
-/// Bump mapping differentiates over a tenth of a pixel, as Cycles does: sharp, and wide enough for single precision.
-constexpr float kBumpFilterWidth = 0.1f;
 /// Shadow rays end this much before the light, relative to their length: a few roundings.
 constexpr float kShadowEpsilon = 1e-6f;
 /// Depth of pixels that see nothing.
@@ -40,7 +38,7 @@ class Walk {
  public:
   Walk(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch)
       : context_(context), ray_(ray), sampler_(sampler), scratch_(scratch) {
-    state_.footprint_angle = context.pixel_angle * kBumpFilterWidth;
+    features_done_ = !context.record_surfaces;
   }
 
   PathRecord run() {
@@ -62,13 +60,13 @@ class Walk {
     path_length_ += hit->t;
     state_.ray_length = hit->t;
     SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
-    point.footprint = state_.footprint_angle * path_length_;
+    point.footprint = context_.pixel.size + context_.pixel.angle * path_length_;
     if (context_.scene.instances[hit->instance].is_holdout) {
       hold_out(1.0f);
       return false;
     }
     const Bsdf bsdf = evaluate_material(context_.scene, point, state_);
-    if (!record_.hit && state_.depth == 0) record_first_hit(point, bsdf);
+    if (context_.record_surfaces && !record_.hit && state_.depth == 0) record_first_hit(point, bsdf);
     if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
     record_features(bsdf);
@@ -176,9 +174,8 @@ class Walk {
   }
 
   void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf) {
-    const int vertex = state_.depth;
-    const float u_choice = sampler_.vertex_1d(vertex, PathSampler::LIGHT_CHOICE);
-    const Vec2 u_light = sampler_.vertex_2d(vertex, PathSampler::LIGHT_POSITION);
+    const float u_choice = sampler_.next_float();
+    const Vec2 u_light = sampler_.light_position(state_.depth);
     const auto choice = context_.lights.choose(point.position, receiver_normal(point, bsdf), u_choice, u_light);
     if (!choice) return;
     const auto light = context_.lights.evaluate(choice->sample, point.position, state_);
@@ -219,10 +216,8 @@ class Walk {
   }
 
   bool scatter(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
-    const int vertex = state_.depth;
-    const float u_lobe = sampler_.vertex_1d(vertex, PathSampler::BSDF_LOBE);
-    const std::optional<BsdfSample> sample =
-        sample_bsdf(bsdf, u_lobe, sampler_.vertex_2d(vertex, PathSampler::BSDF_DIRECTION));
+    const float u_lobe = sampler_.next_float();
+    const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u_lobe, sampler_.bsdf_direction(state_.depth));
     if (!sample) return false;
     throughput_.scatter(sample->rough_weight * (1.0f / p_scatter), sample->smooth_weight * (1.0f / p_scatter));
     if (is_black(throughput_.total())) return false;
@@ -261,7 +256,7 @@ class Walk {
 
   bool survives_roulette() {
     if (state_.depth <= context_.limits.min_bounces) return true;
-    const float p = std::min(1.0f, std::sqrt(max_component(throughput_.total())));
+    const float p = std::min(1.0f, max_component(throughput_.total()));
     if (p >= 1.0f) return true;
     if (sampler_.next_float() >= p) return false;
     throughput_.scale(Rgb(1.0f / p));

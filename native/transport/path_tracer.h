@@ -2,6 +2,7 @@
 
 #include "accel/accel.h"
 #include "lights/light_set.h"
+#include "transport/camera_ray.h"
 #include "transport/path_sampler.h"
 
 namespace cistern {
@@ -27,7 +28,9 @@ struct PathContext {
   const Accel& accel;
   const LightSet& lights;
   PathLimits limits;
-  float pixel_angle = 0.0f;
+  PixelFootprint pixel;
+  /// Whether PathRecord's members about the first surfaces are wanted.
+  bool record_surfaces = true;
 };
 
 /// One camera path's estimate. Combined = direct + indirect + emission + environment.
