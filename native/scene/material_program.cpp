@@ -21,7 +21,8 @@ using ParameterRules = std::array<ParameterRule, 4>;
 constexpr ParameterRule up_to(int highest) { return {ParameterKind::RANGE, 0, highest}; }
 constexpr ParameterRule range(int lowest, int highest) { return {ParameterKind::RANGE, lowest, highest}; }
 constexpr ParameterRule kFlag = up_to(1);
-constexpr ParameterRule kShift = up_to(2);
+constexpr int kMaxFilterWidth = 10000;  // of bumps, in thousandths of a pixel; Blender's limit
+constexpr ParameterRule kShift = up_to(4 * kMaxFilterWidth + 2);
 constexpr ParameterRule kName{ParameterKind::ATTRIBUTE_NAME, 0, 0};
 constexpr ParameterRule kImage{ParameterKind::IMAGE, -1, 0};
 constexpr ParameterRule kDimensions = range(1, 4);
@@ -58,9 +59,10 @@ ParameterRules parameter_rules(Op op) {
     case Op::MIX_FLOAT:
     case Op::MIX_VECTOR:
     case Op::CLAMP:
-    case Op::BUMP:
     case Op::CLOSURE_PRINCIPLED:
       return {kFlag};
+    case Op::BUMP:
+      return {kFlag, kShift};
     case Op::MIX_COLOR:
       return {up_to(18), kFlag, kFlag};
     case Op::MAP_RANGE:

@@ -15,7 +15,8 @@ enum class ValueType : uint8_t { FLOAT, COLOR, VECTOR };
 /// the one place that knows; the add-on finds them by name through the binding.
 // clang-format off
 enum class Op : uint8_t {
-  // Coordinates and geometry. `shift` 0, 1, 2: at the point, one footprint along dP/dx, along dP/dy (for Bump).
+  // Coordinates and geometry. `shift` = step + 4 * 1000 * filter width (for Bump). Step 0, 1, 2: at the
+  // point, beside it along dP/dx, along dP/dy. Filter width: distance in pixels, in steps of 1/1000.
   ATTRIBUTE, ATTRIBUTE_ALPHA, GENERATED, OBJECT_COORDINATE, NORMAL_COORDINATE, REFLECTION_COORDINATE,
   CAMERA_COORDINATE, WINDOW_COORDINATE,
   POSITION, NORMAL, TRUE_NORMAL, TANGENT, INCOMING, BACKFACING, OBJECT_RANDOM, OBJECT_LOCATION,

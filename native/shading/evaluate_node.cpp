@@ -106,7 +106,8 @@ Vec3 evaluate_vector(const Instruction& instruction, const Vec3* in, const NodeC
     case Op::NORMAL_MAP:
       return normal_map_node(c, p, in[0], in[1].x);
     case Op::BUMP:
-      return bump_node(c.point, {in[0].x, in[1].x, in[2].x, in[3].x, in[4].x, in[5]}, p[0] != 0);
+      return bump_node(c.point, {in[0].x, in[1].x, in[2].x, in[3].x, in[4].x, in[5], unpack_bump_shift(p[1]).width},
+                       p[0] != 0);
     case Op::VECTOR_TRANSFORM:
       return vector_transform_node(c, p[0], p[1], p[2], in[0]);
     case Op::VECTOR_ROTATE:

@@ -7,18 +7,18 @@ namespace {
 
 constexpr Vec3 kForwardZ{1.0f, 1.0f, -1.0f};  // cameras look along -z, Blender's coordinates along +z
 
-AttributeValue attribute_node(const NodeContext& c, int name_index, int shift) {
+AttributeValue attribute_node(const NodeContext& c, int name_index, BumpShift shift) {
   const int index = resolve_attribute(c, name_index);
   if (index < 0) return {};
   return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), index);
 }
 
-Vec3 object_position(const NodeContext& c, int shift) {
+Vec3 object_position(const NodeContext& c, BumpShift shift) {
   return interpolate_position(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
 }
 
 /// Mesh bounds to [0, 1]; an axis without extent is 1/2, as with Blender's texture space.
-Vec3 generated_node(const NodeContext& c, int shift) {
+Vec3 generated_node(const NodeContext& c, BumpShift shift) {
   if (c.is_environment) return c.point.position;
   const Bounds3& bounds = c.mesh().bounds;
   const Vec3 p = object_position(c, shift) - bounds.lower;
@@ -27,21 +27,23 @@ Vec3 generated_node(const NodeContext& c, int shift) {
   return {map(p.x, size.x), map(p.y, size.y), map(p.z, size.z)};
 }
 
-Vec3 normal_coordinate_node(const NodeContext& c, int shift) {
+Vec3 normal_coordinate_node(const NodeContext& c, BumpShift shift) {
   if (c.is_environment) return c.point.ns;
-  if (shift == 0) return normalize_or(c.instance().object_to_world.transposed_vector(c.point.ns), c.point.ns);
+  if (shift.step == 0) return normalize_or(c.instance().object_to_world.transposed_vector(c.point.ns), c.point.ns);
   const Vec3 n = interpolate_normal(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
   return c.point.is_backface ? -n : n;
 }
 
-Vec3 shifted_position(const NodeContext& c, int shift) { return c.point.position + footprint_step(c.point, shift); }
+Vec3 shifted_position(const NodeContext& c, BumpShift shift) {
+  return c.point.position + footprint_step(c.point, shift);
+}
 
-Vec3 camera_node(const NodeContext& c, int shift) {
+Vec3 camera_node(const NodeContext& c, BumpShift shift) {
   if (!c.is_environment) return to_camera_space(c.scene.camera, shifted_position(c, shift));
   return kForwardZ * inverse(c.scene.camera.camera_to_world).vector(c.point.position);
 }
 
-Vec3 window_node(const NodeContext& c, int shift) {
+Vec3 window_node(const NodeContext& c, BumpShift shift) {
   const Camera& camera = c.scene.camera;
   const Vec3 p = camera_node(c, shift);
   const float depth = camera.type == CameraType::PERSPECTIVE ? p.z : 1.0f;
@@ -80,23 +82,23 @@ Vec3 input_node(const Instruction& instruction, const NodeContext& c) {
   const int32_t* parameters = instruction.parameters;
   switch (instruction.op) {
     case Op::ATTRIBUTE:
-      return attribute_node(c, parameters[0], parameters[1]).value;
+      return attribute_node(c, parameters[0], unpack_bump_shift(parameters[1])).value;
     case Op::ATTRIBUTE_ALPHA:
-      return as_register(attribute_node(c, parameters[0], parameters[1]).alpha);
+      return as_register(attribute_node(c, parameters[0], unpack_bump_shift(parameters[1])).alpha);
     case Op::GENERATED:
-      return generated_node(c, parameters[0]);
+      return generated_node(c, unpack_bump_shift(parameters[0]));
     case Op::OBJECT_COORDINATE:
-      return c.is_environment ? c.point.position : object_position(c, parameters[0]);
+      return c.is_environment ? c.point.position : object_position(c, unpack_bump_shift(parameters[0]));
     case Op::NORMAL_COORDINATE:
-      return normal_coordinate_node(c, parameters[0]);
+      return normal_coordinate_node(c, unpack_bump_shift(parameters[0]));
     case Op::REFLECTION_COORDINATE:
       return c.is_environment ? c.point.wo : reflect(c.point.wo, c.point.ns);
     case Op::CAMERA_COORDINATE:
-      return camera_node(c, parameters[0]);
+      return camera_node(c, unpack_bump_shift(parameters[0]));
     case Op::WINDOW_COORDINATE:
-      return window_node(c, parameters[0]);
+      return window_node(c, unpack_bump_shift(parameters[0]));
     case Op::POSITION:
-      return shifted_position(c, parameters[0]);
+      return shifted_position(c, unpack_bump_shift(parameters[0]));
     case Op::NORMAL:
       return c.point.ns;
     case Op::TRUE_NORMAL:

@@ -121,14 +121,15 @@ Vec3 normal_map_node(const NodeContext& c, const int32_t* parameters, Vec3 color
 }
 
 Vec3 bump_node(const SurfacePoint& point, const BumpInput& in, bool inverts) {
-  if (point.footprint == 0.0f) return in.normal;
-  const Frame frame(point.ng);
-  // Surface gradient: heights differ by (dx, dy) over one footprint along s and t.
+  const float step = in.width * point.footprint;
+  if (step == 0.0f) return in.normal;
+  const Frame frame = bump_axes(point);
+  // Surface gradient: heights differ by (dx, dy) over one step along s and t.
   const Vec3 across_s = cross(frame.t, in.normal);
   const Vec3 across_t = cross(in.normal, frame.s);
   const float determinant = dot(frame.s, across_s);
-  const float dx = (in.height_dx - in.height) / point.footprint;
-  const float dy = (in.height_dy - in.height) / point.footprint;
+  const float dx = (in.height_dx - in.height) / step;
+  const float dy = (in.height_dy - in.height) / step;
   const float scale = (inverts ? -in.distance : in.distance) * (determinant < 0.0f ? -1.0f : 1.0f);
   const Vec3 bumped =
       normalize_or(std::abs(determinant) * in.normal - scale * (dx * across_s + dy * across_t), in.normal);

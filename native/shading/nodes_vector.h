@@ -14,10 +14,11 @@ Vec3 vector_transform_node(const NodeContext& context, int kind, int from, int t
 /// say.
 Vec3 normal_map_node(const NodeContext& context, const int32_t* parameters, Vec3 color, float strength);
 
-/// Heights at the point and one footprint along each axis of the tangent plane. [Blinn 1978; Mikkelsen 2010]
+/// Heights at the point and `width` footprints along each of `bump_axes`. [Blinn 1978; Mikkelsen 2010]
 struct BumpInput {
   float height, height_dx, height_dy, strength, distance;
   Vec3 normal;
+  float width = 1.0f;
 };
 Vec3 bump_node(const SurfacePoint& point, const BumpInput& in, bool inverts);
 

@@ -135,7 +135,9 @@ def test_bump_compiles_its_height_at_three_places_and_nests(empty_scene):
     bump = closure.inputs[3]
     assert bump.op == "BUMP" and bump.inputs[5].op == "BUMP" and bump.inputs[5].inputs[5].op == "NORMAL"
     shifts = [height.inputs[0].parameters[-1] for height in bump.inputs[:3]]
-    assert shifts == [0, 1, 2]
+    width = 4 * (100 if "Filter Width" in outer.inputs else 1000)  # its default, or before there was one
+    assert shifts == [width, width + 1, width + 2]
+    assert bump.parameters[1] == width
     assert sum(instruction.op == "GENERATED" for instruction in program.instructions) == 3  # shared by both heights
 
 

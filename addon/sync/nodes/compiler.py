@@ -79,7 +79,7 @@ class Compiler:
         self.owner = owner  # as shown in warnings, e.g. "Material 'Wood'"
         self.context = context
         self.is_surface = is_surface  # worlds and lights have no mesh under them
-        self.shift = 0  # 0 at the point, 1 and 2 beside it: Bump compiles its height three times
+        self.shift = 0  # where coordinates are read: Bump compiles its height at three places
         self.allow_bump = True
         self._values: dict[tuple, Value] = {}
         self._in_progress: set[tuple] = set()

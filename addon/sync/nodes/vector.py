@@ -49,13 +49,25 @@ def bump(node: NodeView, output: str) -> Value:
     if not compiler.allow_bump or not compiler.is_surface:
         return normal
     heights: list[Value | None] = []
-    for shift in (0, 1, 2):
-        with compiler.shifted(shift):
+    width = _filter_width(node)
+    for step in (0, 1, 2):
+        with compiler.shifted(bump_shift(step, width)):
             heights.append(node.linked("Height"))
     if heights[0] is None or heights[0] == heights[1] == heights[2]:
         return normal
     inputs = (*heights, node.value("Strength"), node.value("Distance"), normal)
-    return node.emit("BUMP", inputs, (int(node.node.invert),))
+    return node.emit("BUMP", inputs, (int(node.node.invert), bump_shift(0, width)))
+
+
+def _filter_width(node: NodeView) -> float:
+    """Distance in pixels over which heights are compared: 1 before Blender had the socket. A link counts as none."""
+    port = node.port("Filter Width")
+    return 1.0 if port is None else port.socket.default_value
+
+
+def bump_shift(step: int, filter_width: float) -> int:
+    """The parameter that native/scene/material_program.h calls `shift`."""
+    return step + 4 * round(1000.0 * min(max(filter_width, 0.001), 10.0))
 
 
 @value_node("ShaderNodeBevel")

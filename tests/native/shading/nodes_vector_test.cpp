@@ -85,11 +85,12 @@ TEST(NodesVector, BumpOfAPlaneWaveTiltsByItsSlope) {
   SurfacePoint point = test::point_at(scene, {0.2f, 0.2f}, kDown);
   point.footprint = 0.01f;
   // height = 0.5 x - 0.25 y: the normal of z = height is (-0.5, 0.25, 1)
-  const auto height = [&](int shift) {
-    const Vec3 p = point.position + footprint_step(point, shift);
+  constexpr float kWidth = 0.5f;
+  const auto height = [&](int step) {
+    const Vec3 p = point.position + footprint_step(point, {step, kWidth});
     return 0.5f * p.x - 0.25f * p.y;
   };
-  const BumpInput in{height(0), height(1), height(2), 1.0f, 1.0f, point.ns};
+  const BumpInput in{height(0), height(1), height(2), 1.0f, 1.0f, point.ns, kWidth};
   expect_near(bump_node(point, in, false), normalize(Vec3{-0.5f, 0.25f, 1.0f}), 1e-4f);
   expect_near(bump_node(point, in, true), normalize(Vec3{0.5f, -0.25f, 1.0f}), 1e-4f);
   BumpInput weak = in;

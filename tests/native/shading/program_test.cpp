@@ -64,15 +64,17 @@ TEST(Program, WindowCoordinatesCoverTheFrame) {
   expect_near(to_vec(evaluate_emission(scene, point, {})), {0.75f, 0.75f, 0.0f});
 }
 
-TEST(Program, ShiftsMoveByOneFootprint) {
+TEST(Program, ShiftsMoveByTheirWidth) {
   ProgramBuilder empty;
   const Scene scene = scene_of(empty);
   SurfacePoint point = test::point_at(scene, {0.25f, 0.5f}, kDown);
   point.footprint = 0.125f;
-  for (const int shift : {1, 2}) {
+  for (const int step_index : {1, 2}) {
+    constexpr int kTwoAndAHalf = 2500;
+    const int shift = step_index + 4 * kTwoAndAHalf;
     ProgramBuilder b;
     b.program.attribute_names = {""};
-    const Vec3 step = footprint_step(point, shift);
+    const Vec3 step = footprint_step(point, {step_index, 2.5f});
     expect_near(value_of(b, b.add(Op::POSITION, {}, {shift}), &point), point.position + step);
     expect_near(value_of(b, b.add(Op::OBJECT_COORDINATE, {}, {shift}), &point), point.position + step);
     expect_near(value_of(b, b.add(Op::ATTRIBUTE, {}, {0, shift}), &point),

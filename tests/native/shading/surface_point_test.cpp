@@ -93,11 +93,12 @@ TEST(SurfacePoint, ShiftedWeightsLeadToTheShiftedPosition) {
   const Scene scene = test::make_scene(test::make_triangle(), m);
   SurfacePoint point = test::point_at(scene, {0.25f, 0.5f}, kDown);
   point.footprint = 0.125f;
-  for (const int shift : {0, 1, 2}) {
+  for (const int step : {0, 1, 2}) {
+    const BumpShift shift{step, 1.5f};
     const Vec2 b = shifted_barycentric(scene, point, shift);
     const Vec3 object{2.0f * b.x, b.y, 0.0f};
     expect_near(m.point(object), point.position + footprint_step(point, shift));
-    EXPECT_NEAR(length(footprint_step(point, shift)), shift == 0 ? 0.0f : 0.125f, 1e-6f);
+    EXPECT_NEAR(length(footprint_step(point, shift)), step == 0 ? 0.0f : 1.5f * 0.125f, 1e-6f);
     EXPECT_NEAR(dot(footprint_step(point, shift), point.ng), 0.0f, 1e-6f);
   }
 }
