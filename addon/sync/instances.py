@@ -126,6 +126,7 @@ class InstanceSync:
         visibility = ray_visibility(obj) & ray_visibility(parent)
         if parent.indirect_only_get(view_layer=view_layer) and not holdout:
             visibility &= ~RAY_BITS["camera"]
+        self._warn_of_what_is_ignored(obj)
         if obj.type == "LIGHT":
             return self._lamp(obj, visibility)
         if not isinstance(obj.data, bpy.types.Mesh):
@@ -143,6 +144,16 @@ class InstanceSync:
         name = self._name_handle(obj.name)
         handle, flat_axis = mesh
         return Surface(handle, self._materials.set_handle(obj), name, visibility, holdout, random, flat_axis)
+
+    def _warn_of_what_is_ignored(self, obj: bpy.types.Object) -> None:
+        linking = obj.light_linking
+        if linking.receiver_collection is not None or linking.blocker_collection is not None:
+            self._report.warn(f"Object '{obj.name}': light linking is not supported and is ignored")
+        if obj.is_shadow_catcher and obj.type != "LIGHT":
+            self._report.warn(f"Object '{obj.name}': shadow catchers are not supported, it is an ordinary surface")
+        for system in obj.particle_systems:
+            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+                self._report.warn(f"Object '{obj.name}': hair is not supported and left out")
 
     def _lamp(self, obj: bpy.types.Object, visibility: int) -> Lamp | None:
         if is_portal(obj.data):

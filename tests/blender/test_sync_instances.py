@@ -361,3 +361,16 @@ def test_holdout_of_instances_is_that_of_cycles(scene, sync, tmp_path, where) ->
     scene.camera.location, scene.render.film_transparent = (0, 0, 2), True
     is_held_out = cycles_pixel(scene.camera, tmp_path)[3] == 0.0
     assert instances(builder)["holdout"].tolist() == [is_held_out]
+
+
+def test_what_is_ignored_is_said_once_for_each_object(scene, sync) -> None:
+    linked, caught, hairy = (link(name, triangle(name)) for name in ("Linked", "Caught", "Hairy"))
+    linked.light_linking.receiver_collection = bpy.data.collections.new("Receivers")
+    caught.is_shadow_catcher = True
+    hairy.modifiers.new("Hair", "PARTICLE_SYSTEM")
+    hairy.particle_systems[0].settings.type = "HAIR"
+    scene.render.use_motion_blur = True
+    _, report = sync()
+    for name in ("'Linked': light linking", "'Caught': shadow catchers", "'Hairy': hair", "motion blur"):
+        assert len([w for w in report.warnings if name in w]) == 1
+    assert len(report.warnings) == 4
