@@ -76,6 +76,8 @@ void Session::cancel() {
 
 std::vector<float> Session::read(Pass pass) {
   std::lock_guard lock(mutex_);
+  // Once the render has ended nobody writes to the film: resolving it here costs no one who only cancels.
+  if (progress_.status != Status::RUNNING && film_) return film_->resolve(pass);
   wants_pixels_ = true;
   const std::vector<float>& pixels = published_[static_cast<size_t>(pass)];
   if (!pixels.empty()) return pixels;
@@ -104,7 +106,6 @@ void Session::run() {
       }
       const PixelFilter filter(settings_.pixel_filter, settings_.filter_width);
       render({settings_, paths, filter});
-      publish();
     });
     end(cancelled_ ? Status::CANCELLED : Status::DONE, "");
   } catch (const std::bad_alloc&) {
@@ -156,6 +157,8 @@ void Session::end(Status status, const std::string& error) {
   progress_.non_finite_samples = film_ ? film_->non_finite_samples() : 0;
   progress_.error = error;
   progress_.status = status;
+  ++progress_.version;
+  published_.assign(published_.size(), {});
   scene_.reset();
   ended_.notify_all();
 }

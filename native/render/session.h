@@ -42,8 +42,8 @@ class Session {
   Progress wait(double seconds);
   /// Stops within 100 ms; what was rendered can be read.
   void cancel();
-  /// Pixels of the region at the last published state (see Film::resolve); zeros before the first one. While the render
-  /// runs, asking makes the next frames publish again.
+  /// Pixels of the region (see Film::resolve): all of them once the render has ended. While it runs, those of the last
+  /// published state, zeros before the first one; asking makes the next frames publish again.
   std::vector<float> read(Pass pass);
   const Settings& settings() const { return settings_; }
 
@@ -61,6 +61,7 @@ class Session {
   std::atomic<bool> cancelled_{false};
 
   mutable std::mutex mutex_;  // guards everything below
+  bool was_started_ = false;
   std::condition_variable ended_;
   Progress progress_;
   std::vector<std::vector<float>> published_;  // by Pass

@@ -6,6 +6,8 @@ namespace cistern {
 namespace {
 
 constexpr int kMaxResolution = 65536;
+/// Pixels are counted in 31 bits.
+constexpr int64_t kMaxPixels = (int64_t{1} << 31) - 1;
 
 template <class T>
 void require(const char* setting, T value, T low, T high) {
@@ -20,6 +22,7 @@ void check_region(const Settings& s) {
   require("region y", r.y, 0, s.height - 1);
   require("region width", r.width, 1, s.width - r.x);
   require("region height", r.height, 1, s.height - r.y);
+  require("region pixels", int64_t{r.width} * r.height, int64_t{1}, kMaxPixels);
 }
 
 void check_limits(const PathLimits& limits) {
