@@ -28,7 +28,8 @@ _SPACES = {
     "Linear CIE-XYZ D65": ("LINEAR", _XYZ, _D65),
     "Linear CIE-XYZ E": ("LINEAR", _XYZ, _E),
 }
-_DATA_SPACES = {"Non-Color", "Raw", "scene_linear", ""}
+_DATA_SPACES = {"Non-Color", "Raw"}
+_UNCHANGED_SPACES = _DATA_SPACES | {"scene_linear", ""}
 
 _BRADFORD = np.array(((0.8951, 0.2664, -0.1614), (-0.7502, 1.7135, 0.0367), (0.0389, -0.0685, 1.0296)))
 
@@ -40,12 +41,14 @@ class ImageColour:
     transfer: str
     matrix: tuple[float, ...] | None
     is_known: bool = True
+    is_data: bool = False
+    """Not colours: alpha, if any, is a channel like the others."""
 
 
 def image_colour(name: str, working_space: str) -> ImageColour:
     """Decoding of an image whose colour space Blender calls `name`; an unknown one is taken for sRGB."""
-    if name in _DATA_SPACES or name == working_space:
-        return ImageColour("LINEAR", None)
+    if name in _UNCHANGED_SPACES or name == working_space:
+        return ImageColour("LINEAR", None, is_data=name in _DATA_SPACES)
     known = name in _SPACES
     curve, primaries, white = _SPACES[name if known else "sRGB"]
     _, working_primaries, working_white = _SPACES[working_space]

@@ -28,6 +28,12 @@ if TYPE_CHECKING:
 _MISSING = -1
 _NATIVE_TYPES = (np.uint8, np.uint16, np.float16, np.float32)
 _DECODE_THREADS = 4
+_ALPHA_MODES = {
+    "STRAIGHT": "STRAIGHT",
+    "PREMUL": "PREMULTIPLIED",
+    "CHANNEL_PACKED": "INDEPENDENT",
+    "NONE": "IGNORED",
+}
 
 
 @dataclass(frozen=True)
@@ -104,8 +110,7 @@ class ImageCache:
             pixels,
             transfer=colour.transfer,
             to_working_space=colour.matrix,
-            premultiplied=image.alpha_mode == "PREMUL",
-            use_alpha=image.alpha_mode != "NONE",
+            alpha=_ALPHA_MODES["CHANNEL_PACKED" if colour.is_data else image.alpha_mode],
         )
 
 

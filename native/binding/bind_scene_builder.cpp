@@ -85,8 +85,16 @@ PixelFormat to_pixel_format(const py::array& pixels, const std::string& owner) {
   throw Error(owner, "pixels must be uint8, uint16, float16 or float32");
 }
 
+AlphaMode to_alpha_mode(const std::string& name, const std::string& owner) {
+  if (name == "STRAIGHT") return AlphaMode::STRAIGHT;
+  if (name == "PREMULTIPLIED") return AlphaMode::PREMULTIPLIED;
+  if (name == "INDEPENDENT") return AlphaMode::INDEPENDENT;
+  if (name == "IGNORED") return AlphaMode::IGNORED;
+  throw Error(owner, "alpha '" + name + "' is not STRAIGHT, PREMULTIPLIED, INDEPENDENT or IGNORED");
+}
+
 int add_image(SceneBuilder& builder, const std::string& name, const py::array& pixels, const std::string& transfer,
-              const std::optional<std::array<float, 9>>& to_working_space, bool premultiplied, bool use_alpha,
+              const std::optional<std::array<float, 9>>& to_working_space, const std::string& alpha,
               std::optional<int> replace) {
   const bool is_contiguous = (pixels.flags() & py::array::c_style) != 0;
   if (pixels.ndim() != 3 || !is_contiguous || pixels.shape(2) < 1 || pixels.shape(2) > 4)
@@ -102,8 +110,7 @@ int add_image(SceneBuilder& builder, const std::string& name, const py::array& p
   image.transfer = transfer == "SRGB" ? TransferCurve::SRGB : TransferCurve::LINEAR;
   image.has_colour_matrix = to_working_space.has_value();
   if (to_working_space) image.to_working_space = *to_working_space;
-  image.is_premultiplied = premultiplied;
-  image.use_alpha = use_alpha;
+  image.alpha = to_alpha_mode(alpha, name);
   image.pixels = keep_alive<void>(pixels, pixels.data());
   return builder.add_image(std::move(image), replace);
 }
@@ -290,8 +297,7 @@ void bind_scene_builder(py::module_& m) {
   py::class_<SceneBuilder> builder(m, "SceneBuilder");
   builder.def(py::init<>())
       .def("add_image", &add_image, py::arg("name"), py::arg("pixels").noconvert(), py::arg("transfer") = "LINEAR",
-           py::arg("to_working_space") = py::none(), py::arg("premultiplied") = false, py::arg("use_alpha") = true,
-           py::arg("replace") = py::none())
+           py::arg("to_working_space") = py::none(), py::arg("alpha") = "STRAIGHT", py::arg("replace") = py::none())
       .def("add_material", &SceneBuilder::add_material, py::arg("program"), py::arg("replace") = py::none())
       .def("add_material_set", &SceneBuilder::add_material_set, py::arg("materials"), py::arg("owner_name"))
       .def("snapshot", [](const SceneBuilder& b) { return SceneHandle{b.snapshot()}; });

@@ -77,8 +77,7 @@ class SceneBuilder:
         pixels: NDArray,  # (height, width, channels) uint8, uint16, float16 or float32; row 0 at the bottom; kept, not copied
         transfer: str = "LINEAR",  # LINEAR, SRGB
         to_working_space: Sequence[float] | None = None,  # 9 numbers, row-major
-        premultiplied: bool = False,
-        use_alpha: bool = True,
+        alpha: str = "STRAIGHT",  # STRAIGHT, PREMULTIPLIED, INDEPENDENT, IGNORED
         replace: int | None = None,
     ) -> int: ...
     def add_material(self, program: MaterialProgram, replace: int | None = None) -> int: ...

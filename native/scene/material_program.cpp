@@ -31,6 +31,7 @@ constexpr int kMaxFrequency = 99;         // of brick rows; Blender's limit
 constexpr int kMaxThousandths = 1000000;  // of brick offset and squash
 constexpr int kBoxProjection = 1;
 constexpr int kMaxBlendPercent = 100;
+constexpr int kMaxProjectionBits = (1 << 17) - 1;
 
 /// What the static parameters of an op may be, in op_table's order.
 ParameterRules parameter_rules(Op op) {
@@ -217,7 +218,8 @@ class Validator {
         check_range(i, value, 0, static_cast<int>(program_.table_alphas.size()) - 1, " (tables with alpha)");
         return check_table_size(value, program_.table_alphas[static_cast<size_t>(value)].size());
       case ParameterKind::PROJECTION: {
-        const int blend = value >> 8;
+        check_range(i, value, 0, kMaxProjectionBits, " (projection, blend and alpha bits)");
+        const int blend = (value >> 8) & 0xff;
         check_range(i, value & 0xff, 0, 3, " (projection)");
         const bool is_box = (value & 0xff) == kBoxProjection;
         return check_range(i, blend, 0, is_box ? kMaxBlendPercent : 0, " (blend of a box projection, percent)");

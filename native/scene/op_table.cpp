@@ -86,7 +86,8 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"LAYER_WEIGHT_FACING", "fv", 'f', 0, false},  // blend, normal
     // Textures.
     // vector; [image index, interpolation: 0 LINEAR 1 CLOSEST 2 CUBIC, extension: 0 REPEAT 1 EXTEND 2 CLIP 3 MIRROR,
-    // projection: 0 FLAT 2 SPHERE 3 TUBE; 1 BOX with the blend factor in percent in bits 8 and up]
+    // projection: 0 FLAT 2 SPHERE 3 TUBE; 1 BOX with the blend factor in percent in bits 8 to 15;
+    // bit 16: the colour stays multiplied by alpha]
     {"IMAGE", "v", 'c', 4, false},
     {"IMAGE_ALPHA", "v", 'f', 4, false},
     {"ENVIRONMENT_IMAGE", "v", 'c', 3, false},   // direction; [image index, interpolation, 0 EQUIRECTANGULAR 1 MIRROR_BALL]

@@ -4,7 +4,8 @@ namespace cistern {
 namespace {
 
 constexpr int kProjectionMask = 0xff;
-constexpr int kBoxBlendShift = 8;
+constexpr int kBoxBlendShift = 8, kBoxBlendMask = 0xff;
+constexpr int kKeepMultipliedBit = 1 << 16;
 
 enum Projection : int { kFlat, kBox, kSphere, kTube };
 
@@ -55,14 +56,14 @@ Vec3 box_weights(Vec3 n, float blend) {
 }
 
 Texel box_lookup(const NodeContext& c, const Image& image, Vec3 p, float blend, Interpolation interpolation,
-                 Extension extension) {
+                 Extension extension, ColorAlpha color_alpha) {
   const Vec3 n = c.is_environment ? c.point.ns : c.instance().object_to_world.transposed_vector(c.point.ns);
   const Vec3 magnitude{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
   const Vec3 weight = box_weights(magnitude / (magnitude.x + magnitude.y + magnitude.z), blend);
   Texel sum{Rgb{}, 0.0f};
   const auto add = [&](float w, float u, float v) {
     if (w <= 0.0f) return;
-    const Texel t = lookup_image(image, u, v, interpolation, extension);
+    const Texel t = lookup_image(image, u, v, interpolation, extension, color_alpha);
     sum.color += w * t.color;
     sum.alpha += w * t.alpha;
   };
@@ -80,12 +81,14 @@ Texel image_node(const NodeContext& c, const int32_t* parameters, Vec3 vector) {
   if (image == nullptr) return missing_image();
   const auto interpolation = static_cast<Interpolation>(parameters[1]);
   const auto extension = static_cast<Extension>(parameters[2]);
+  const ColorAlpha color_alpha = parameters[3] & kKeepMultipliedBit ? ColorAlpha::MULTIPLIED : ColorAlpha::DIVIDED;
   const Vec3 centered = 2.0f * vector - Vec3{1.0f, 1.0f, 1.0f};
   Vec2 uv{vector.x, vector.y};
   switch (parameters[3] & kProjectionMask) {
     case kBox:
-      return box_lookup(c, *image, vector, 0.01f * static_cast<float>(parameters[3] >> kBoxBlendShift), interpolation,
-                        extension);
+      return box_lookup(c, *image, vector,
+                        0.01f * static_cast<float>((parameters[3] >> kBoxBlendShift) & kBoxBlendMask), interpolation,
+                        extension, color_alpha);
     case kSphere:
       uv = sphere_coordinates(centered);
       break;
@@ -95,7 +98,7 @@ Texel image_node(const NodeContext& c, const int32_t* parameters, Vec3 vector) {
     default:
       break;
   }
-  return lookup_image(*image, uv.x, uv.y, interpolation, extension);
+  return lookup_image(*image, uv.x, uv.y, interpolation, extension, color_alpha);
 }
 
 Texel environment_image_node(const NodeContext& c, const int32_t* parameters, Vec3 direction) {
@@ -108,7 +111,8 @@ Texel environment_image_node(const NodeContext& c, const int32_t* parameters, Ve
   d.y -= 1.0f;
   const float divisor = 2.0f * safe_sqrt(-0.5f * d.y);
   if (divisor > 0.0f) d = d / divisor;
-  return lookup_image(*image, 0.5f * (d.x + 1.0f), 0.5f * (d.z + 1.0f), interpolation, Extension::REPEAT);
+  return lookup_image(*image, 0.5f * (d.x + 1.0f), 0.5f * (d.z + 1.0f), interpolation, Extension::REPEAT,
+                      ColorAlpha::MULTIPLIED);
 }
 
 }  // namespace cistern

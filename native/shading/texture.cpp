@@ -33,10 +33,11 @@ Rgba fetch(const Image& image, int x, int y) {
   const size_t i = (static_cast<size_t>(y) * static_cast<size_t>(image.width) + static_cast<size_t>(x)) * channels;
   const void* p = image.pixels.get();
   const float first = stored_value<F>(p, i);
-  const bool has_alpha = (channels == 2 || channels == 4) && image.use_alpha;
+  const bool has_alpha = (channels == 2 || channels == 4) && image.alpha != AlphaMode::IGNORED;
   const float alpha = has_alpha ? stored_value<F>(p, i + channels - 1) : 1.0f;
-  if (channels < 3) return {first, first, first, alpha};
-  return {first, stored_value<F>(p, i + 1), stored_value<F>(p, i + 2), alpha};
+  const float scale = image.alpha == AlphaMode::STRAIGHT ? alpha : 1.0f;
+  if (channels < 3) return {scale * first, scale * first, scale * first, alpha};
+  return {scale * first, scale * stored_value<F>(p, i + 1), scale * stored_value<F>(p, i + 2), alpha};
 }
 
 /// Outside of the image: transparent black. Only CLIP asks for such texels.
@@ -167,9 +168,11 @@ Rgb to_working_space(const std::array<float, 9>& m, Rgb c) {
           m[6] * c.r + m[7] * c.g + m[8] * c.b};
 }
 
-Texel decode(const Image& image, Rgba stored) {
+/// From a filtered value. Encoded colours are divided by alpha before they are decoded, as in Cycles.
+Texel decode(const Image& image, Rgba stored, ColorAlpha color_alpha) {
   Rgb color{stored.r, stored.g, stored.b};
-  if (image.is_premultiplied && stored.a != 0.0f && stored.a != 1.0f) color = color / stored.a;
+  const bool is_multiplied = image.alpha != AlphaMode::INDEPENDENT && stored.a != 0.0f && stored.a != 1.0f;
+  if (is_multiplied && color_alpha == ColorAlpha::DIVIDED) color = color / stored.a;
   if (image.transfer == TransferCurve::SRGB)
     color = {srgb_to_linear(color.r), srgb_to_linear(color.g), srgb_to_linear(color.b)};
   if (image.has_colour_matrix) color = to_working_space(image.to_working_space, color);
@@ -178,25 +181,26 @@ Texel decode(const Image& image, Rgba stored) {
 
 }  // namespace
 
-Texel lookup_image(const Image& image, float u, float v, Interpolation interpolation, Extension extension) {
+Texel lookup_image(const Image& image, float u, float v, Interpolation interpolation, Extension extension,
+                   ColorAlpha color_alpha) {
   switch (image.format) {
     case PixelFormat::U8:
-      return decode(image, filter<PixelFormat::U8>(image, u, v, interpolation, extension));
+      return decode(image, filter<PixelFormat::U8>(image, u, v, interpolation, extension), color_alpha);
     case PixelFormat::U16:
-      return decode(image, filter<PixelFormat::U16>(image, u, v, interpolation, extension));
+      return decode(image, filter<PixelFormat::U16>(image, u, v, interpolation, extension), color_alpha);
     case PixelFormat::HALF:
-      return decode(image, filter<PixelFormat::HALF>(image, u, v, interpolation, extension));
+      return decode(image, filter<PixelFormat::HALF>(image, u, v, interpolation, extension), color_alpha);
     default:
-      return decode(image, filter<PixelFormat::FLOAT>(image, u, v, interpolation, extension));
+      return decode(image, filter<PixelFormat::FLOAT>(image, u, v, interpolation, extension), color_alpha);
   }
 }
 
 Texel lookup_equirectangular(const Image& image, Vec3 direction, Interpolation interpolation) {
   const float l = length(direction);
-  if (!(l > 0.0f)) return lookup_image(image, 0.0f, 0.0f, interpolation, Extension::REPEAT);
+  if (!(l > 0.0f)) return lookup_image(image, 0.0f, 0.0f, interpolation, Extension::REPEAT, ColorAlpha::MULTIPLIED);
   const float u = 0.5f - std::atan2(direction.y, direction.x) * (0.5f * kInvPi);
   const float v = 1.0f - std::acos(std::clamp(direction.z / l, -1.0f, 1.0f)) * kInvPi;
-  return lookup_image(image, u, v, interpolation, Extension::REPEAT);
+  return lookup_image(image, u, v, interpolation, Extension::REPEAT, ColorAlpha::MULTIPLIED);
 }
 
 }  // namespace cistern

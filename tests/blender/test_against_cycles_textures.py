@@ -11,11 +11,11 @@ pytestmark = pytest.mark.usefixtures("registered_addon")
 
 
 def byte_image(alpha: bool = False) -> bpy.types.Image:
-    """8-bit sRGB blocks, so that interpolation and decoding order matter."""
+    """8-bit sRGB blocks, so that interpolation and decoding order matter. Products of colour and alpha are whole codes:
+    Cycles keeps them in 8 bits, Cistern does not round."""
     rng = np.random.default_rng(7)
-    pixels = rng.random((8, 16, 4)).astype(np.float32)
-    if not alpha:
-        pixels[..., 3] = 1.0
+    pixels = rng.integers(0, 52, (8, 16, 4)).astype(np.float32) / 51.0
+    pixels[..., 3] = rng.integers(0, 6, (8, 16)) / 5.0 if alpha else 1.0
     image = bpy.data.images.new("bytes", 16, 8, alpha=alpha)
     image.pixels.foreach_set(pixels.ravel())
     image.pack()

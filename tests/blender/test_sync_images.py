@@ -68,7 +68,7 @@ def test_a_file_is_decoded_once_and_again_when_it_changes(empty_scene, cache, tm
     image = bpy.data.images.load(str(path))
     first, _ = added(cache, image)
     assert first["transfer"] == "SRGB" and first["to_working_space"] is None
-    assert first["use_alpha"] and not first["premultiplied"]
+    assert first["alpha"] == "STRAIGHT"
     assert added(cache, image)[0]["pixels"] is first["pixels"]
     write(path, 255 - ROWS.astype(np.uint8))
     os.utime(path, (1, 1))
@@ -110,13 +110,15 @@ def test_packed_files_of_one_path_are_told_apart(empty_scene, cache, tmp_path) -
 def test_alpha_modes_and_colour_spaces(empty_scene, cache, tmp_path) -> None:
     image = bpy.data.images.load(str(write(tmp_path / "a.exr", ROWS.astype(np.float32))))
     call, _ = added(cache, image)
-    assert call["premultiplied"] and call["transfer"] == "LINEAR"
+    assert call["alpha"] == "PREMULTIPLIED" and call["transfer"] == "LINEAR"
     image.alpha_mode, image.colorspace_settings.name = "NONE", "sRGB"
     call, _ = added(cache, image)
-    assert not call["use_alpha"] and not call["premultiplied"] and call["transfer"] == "SRGB"
+    assert call["alpha"] == "IGNORED" and call["transfer"] == "SRGB"
     image.alpha_mode, image.colorspace_settings.name = "CHANNEL_PACKED", "Non-Color"
     call, _ = added(cache, image)
-    assert call["use_alpha"] and not call["premultiplied"] and call["transfer"] == "LINEAR"
+    assert call["alpha"] == "INDEPENDENT" and call["transfer"] == "LINEAR"
+    image.alpha_mode = "STRAIGHT"
+    assert added(cache, image)[0]["alpha"] == "INDEPENDENT", "data"
 
 
 def test_a_missing_file_is_named(empty_scene, cache) -> None:

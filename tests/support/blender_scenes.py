@@ -23,10 +23,10 @@ def material(name: str, build: Callable[[Nodes], bpy.types.NodeSocket]) -> bpy.t
 
 
 def shader(tree: Nodes, kind: str, **inputs: object) -> bpy.types.Node:
-    """A node with inputs set by name (underscores are spaces): values, or sockets to link."""
+    """A node with inputs set by name or identifier (underscores are spaces): values, or sockets to link."""
     node = tree.nodes.new(kind)
     for name, value in inputs.items():
-        socket = next(s for s in node.inputs if s.name == name.replace("_", " ") and s.enabled)
+        socket = next(s for s in node.inputs if name.replace("_", " ") in (s.name, s.identifier) and s.enabled)
         if isinstance(value, bpy.types.NodeSocket):
             tree.links.new(value, socket)
         else:

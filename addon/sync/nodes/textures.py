@@ -14,6 +14,7 @@ from .vector import separate, vector_constant
 
 MISSING_IMAGE = (1.0, 0.0, 1.0)  # magenta, as everywhere in Blender
 AXES = {"X": 0, "Y": 1, "Z": 2}
+COLOR_STAYS_MULTIPLIED = 1 << 16  # by alpha, as in Cycles where nothing reads the alpha; see native/scene/op_table.cpp
 
 
 def _generated(node: NodeView) -> Value:
@@ -64,6 +65,8 @@ def image_texture(node: NodeView, output: str) -> Value:
     projection = enums.PROJECTIONS.index(tree_node.projection)
     if tree_node.projection == "BOX":
         projection |= round(100.0 * tree_node.projection_blend) << 8
+    if not tree_node.outputs["Alpha"].is_linked:
+        projection |= COLOR_STAYS_MULTIPLIED
     extension = enums.EXTENSIONS.index(tree_node.extension)
     parameters = (index, enums.INTERPOLATIONS[tree_node.interpolation], extension, projection)
     vector = texture_vector(node, uv_coordinate)

@@ -23,7 +23,7 @@ Image make_image(int width, int height, int channels, PixelFormat format, const 
 Image row_image() { return make_image<float>(3, 1, 1, PixelFormat::FLOAT, {1.0f, 2.0f, 4.0f}); }
 
 float grey(const Image& image, float u, Extension extension, Interpolation interpolation = Interpolation::LINEAR) {
-  return lookup_image(image, u, 0.5f, interpolation, extension).color.r;
+  return lookup_image(image, u, 0.5f, interpolation, extension, ColorAlpha::MULTIPLIED).color.r;
 }
 
 TEST(Texture, BilinearAgainstHandComputedValues) {
@@ -113,15 +113,23 @@ TEST(Texture, SrgbCurveIsAccurate) {
 TEST(Texture, DecodesAfterFilteringAndAfterUnpremultiplying) {
   Image image = make_image<uint8_t>(2, 1, 4, PixelFormat::U8, {0, 0, 0, 0, 102, 102, 102, 102});
   image.transfer = TransferCurve::SRGB;
-  image.is_premultiplied = true;
+  image.alpha = AlphaMode::PREMULTIPLIED;
   // half way: stored colour 0.2 and alpha 0.2, colour 1 after division
   const Texel t = lookup_image(image, 0.5f, 0.5f, Interpolation::LINEAR, Extension::EXTEND);
   EXPECT_NEAR(t.alpha, 0.2f, 1e-6f);
   EXPECT_NEAR(t.color.r, 1.0f, 1e-5f);
-  image.is_premultiplied = false;
-  EXPECT_NEAR(lookup_image(image, 0.5f, 0.5f, Interpolation::LINEAR, Extension::EXTEND).color.r, 0.0331048f, 1e-5f);
-  image.use_alpha = false;
-  EXPECT_EQ(lookup_image(image, 0.5f, 0.5f, Interpolation::LINEAR, Extension::EXTEND).alpha, 1.0f);
+  const auto half_way = [&](AlphaMode alpha, ColorAlpha color_alpha) {
+    image.alpha = alpha;
+    return lookup_image(image, 0.5f, 0.5f, Interpolation::LINEAR, Extension::EXTEND, color_alpha);
+  };
+  constexpr float kLinear02 = 0.0331048f, kLinear008 = 0.0071944f, kLinear04 = 0.1328683f;
+  EXPECT_NEAR(half_way(AlphaMode::PREMULTIPLIED, ColorAlpha::MULTIPLIED).color.r, kLinear02, 1e-5f);
+  // the transparent black texel does not darken: (0 + 0.4 * 0.4) / 2 over 0.2
+  EXPECT_NEAR(half_way(AlphaMode::STRAIGHT, ColorAlpha::DIVIDED).color.r, kLinear04, 1e-5f);
+  EXPECT_NEAR(half_way(AlphaMode::STRAIGHT, ColorAlpha::MULTIPLIED).color.r, kLinear008, 1e-5f);
+  EXPECT_NEAR(half_way(AlphaMode::INDEPENDENT, ColorAlpha::DIVIDED).color.r, kLinear02, 1e-5f);
+  EXPECT_NEAR(half_way(AlphaMode::IGNORED, ColorAlpha::DIVIDED).color.r, kLinear02, 1e-5f);
+  EXPECT_EQ(half_way(AlphaMode::IGNORED, ColorAlpha::DIVIDED).alpha, 1.0f);
 }
 
 TEST(Texture, ColourMatrixIsAppliedToLinearValues) {
