@@ -100,6 +100,18 @@ std::optional<BsdfSample> sample_delta(const Bsdf& bsdf, const Lobe& lobe, const
   return sample;
 }
 
+/// The commonest surface by far: one Lambert lobe without a bent normal. Its weight over its density is its colour.
+std::optional<BsdfSample> sample_lambert(const Bsdf& bsdf, Vec3 n, Vec2 u) {
+  const Vec3 local = square_to_cosine_hemisphere(u);
+  BsdfSample sample;
+  sample.wi = Frame(n).to_world(local);
+  sample.pdf = local.z * kInvPi;
+  if (!(sample.pdf > 0.0f) || dot(bsdf.ng, sample.wi) <= 0.0f) return {};
+  sample.rough_weight = bsdf.lobes[0].weight;
+  sample.kind = ScatterKind::DIFFUSE;
+  return sample;
+}
+
 }  // namespace
 
 Bsdf& Bsdf::operator=(const Bsdf& other) {
@@ -123,6 +135,10 @@ BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, Vec3 wi, uint8_t visibility) {
 
 std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction) {
   if (bsdf.count == 0) return {};
+  if (bsdf.count == 1) {
+    const auto* lambert = std::get_if<LambertLobe>(&bsdf.lobes[0].model);
+    if (lambert && lambert->n == bsdf.ns) return sample_lambert(bsdf, lambert->n, u_direction);
+  }
   // Choose a lobe and reuse what is left of u_lobe for its branch.
   float u = u_lobe * bsdf.total_sample_weight;
   int chosen = 0;
