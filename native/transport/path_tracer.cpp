@@ -37,7 +37,7 @@ Rgb clamped(Rgb contribution, float limit) {
 class Walk {
  public:
   Walk(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch)
-      : context_(context), ray_(ray), sampler_(sampler), scratch_(scratch) {
+      : context_(context), ray_(ray), sampler_(sampler), scratch_(scratch), vertex_origin_(ray.origin) {
     features_done_ = !context.record_surfaces;
   }
 
@@ -58,7 +58,7 @@ class Walk {
       return false;
     }
     path_length_ += hit->t;
-    state_.ray_length = hit->t;
+    state_.ray_length = travelled_ + hit->t;
     SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
     point.footprint = context_.pixel.size + context_.pixel.angle * path_length_;
     if (context_.scene.instances[hit->instance].is_holdout) {
@@ -124,8 +124,8 @@ class Walk {
   }
 
   void add_lamps(float t_max) {
-    Ray segment = ray_;
-    segment.t_max = t_max;
+    // Soft lamps turn towards the point they are seen from: the last vertex, not a transparent surface on the way.
+    const Ray segment{vertex_origin_, ray_.direction, travelled_ + ray_.t_min, travelled_ + t_max};
     scratch_.lamp_hits.clear();
     context_.lights.intersect_lamps(segment, state_.ray_kind, scratch_.lamp_hits);
     for (const LampHit& lamp : scratch_.lamp_hits)
@@ -209,8 +209,9 @@ class Walk {
   bool pass_through(const SurfacePoint& point, const Bsdf& bsdf, float probability) {
     if (state_.transparent_depth++ >= context_.limits.max_transparent_bounces) return false;
     throughput_.scale(bsdf.transparency * (1.0f / probability));
-    ray_.t_max -= state_.ray_length;  // clipping and light distances stay measured from the last vertex
+    ray_.t_max -= state_.ray_length - travelled_;  // clipping stays measured from the last vertex
     ray_.t_min = 0.0f;
+    travelled_ = state_.ray_length;
     ray_.origin = offset_origin(point.position, point.ng, ray_.direction);
     return survives_roulette();
   }
@@ -229,6 +230,8 @@ class Walk {
       scatter_pdf_ = sample->pdf * p_scatter;
     }
     ray_ = Ray{offset_origin(point.position, point.ng, sample->wi), sample->wi};
+    vertex_origin_ = ray_.origin;
+    travelled_ = 0.0f;
     return survives_roulette();
   }
 
@@ -278,6 +281,8 @@ class Walk {
       mis_receiver_;          // last vertex that next-event estimation could have lit; none after a delta lobe
   float scatter_pdf_ = 0.0f;  // of the current direction, per solid angle
   float path_length_ = 0.0f;
+  Vec3 vertex_origin_;      // where the ray left the last vertex: transparent surfaces are no vertices
+  float travelled_ = 0.0f;  // from there to the ray's origin
   bool last_segment_ = false;  // a bounce limit is reached: only light met directly still counts
   bool features_done_ = false;
 };
@@ -304,11 +309,13 @@ Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, const Inci
   if (!context.accel.has_transparent_surfaces()) return passed;
   PathState shadow_state = path;
   shadow_state.ray_kind = kVisibleToShadow;
+  float travelled = 0.0f;
   for (int i = 0; i <= context.limits.max_transparent_bounces; ++i) {
     const std::optional<Hit> hit = context.accel.intersect_transparent(ray);
     if (!hit) return passed;
     const SurfacePoint point = make_surface_point(context.scene, ray, *hit);
-    shadow_state.ray_length = hit->t;
+    travelled += hit->t;
+    shadow_state.ray_length = travelled;
     passed *= evaluate_transparency(context.scene, point, shadow_state);
     if (is_black(passed)) return passed;
     ++shadow_state.transparent_depth;
