@@ -6,6 +6,7 @@
 #include <new>
 
 #include "base/check.h"
+#include "scene/scene_memory.h"
 #include "transport/camera_ray.h"
 
 namespace cistern {
@@ -100,7 +101,8 @@ void Session::run() {
                               records_surfaces(settings_.passes)};
       {
         std::lock_guard lock(mutex_);
-        progress_.memory_bytes = accel->memory_bytes() + lights.memory_bytes() + film_->memory_bytes();
+        progress_.memory_bytes =
+            memory_bytes(*scene_) + accel->memory_bytes() + lights.memory_bytes() + film_->memory_bytes();
         progress_.stage = "Rendering";
         rendering_since_ = Clock::now();
       }
