@@ -54,7 +54,7 @@ bash examples/setup.sh --tests
 if [ -z "${CISTERN_TEST_SCENES:-}" ]; then
   echo "CISTERN_TEST_SCENES is not set: tests on further scenes are skipped"
 fi
-limit=900
+limit=1500
 [ $full = 0 ] || limit=7200
 
 part "native tests" native_tests Release
