@@ -89,6 +89,7 @@ class LayerRender:
         try:
             self.watch(session, result, view, done_before, share)
             self.write(session, result, view)
+            self.warn_of_black_picture(session)
             is_complete = True
         finally:
             if not is_complete:
@@ -130,6 +131,13 @@ class LayerRender:
         if progress.non_finite_samples > 0:
             self.figures.warnings.append(
                 f"{progress.non_finite_samples} samples were not finite and count as black: please report the scene"
+            )
+
+    def warn_of_black_picture(self, session: Any) -> None:  # noqa: ANN401
+        if not self.is_cancelled and not session.read("Combined")[..., :3].any():
+            scene = self.depsgraph.scene_eval.name
+            self.figures.warnings.append(
+                f"Scene '{scene}': view layer '{self.layer_name}' is black, no light reaches the camera"
             )
 
     def write(self, session: Any, result: bpy.types.RenderResult, view: str) -> None:  # noqa: ANN401

@@ -14,6 +14,8 @@ from . import SyncError, SyncReport
 
 # f-stops below this would open the lens without bound; Blender's own slider ends at 0.1.
 _SMALLEST_FSTOP = 1e-5
+# Nothing can be in focus at the lens itself; Cycles' limit, in metres.
+_SMALLEST_FOCUS_DISTANCE = 1e-5
 
 
 def camera_arguments(
@@ -72,7 +74,7 @@ def lens_arguments(camera_object: bpy.types.Object) -> dict[str, Any]:
     focal_length = 1.0 if camera.type == "ORTHO" else camera.lens * 1e-3
     return {
         "aperture_radius": focal_length / (2.0 * max(dof.aperture_fstop, _SMALLEST_FSTOP)),
-        "focus_distance": focus_distance(camera_object),
+        "focus_distance": np.maximum(focus_distance(camera_object), _SMALLEST_FOCUS_DISTANCE),  # keeps nan: an error
         "blades": dof.aperture_blades,
         "blade_rotation": dof.aperture_rotation,
         "aperture_ratio": dof.aperture_ratio,

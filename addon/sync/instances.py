@@ -29,6 +29,10 @@ _INVISIBLE_TYPES = {"EMPTY", "ARMATURE", "LATTICE", "CAMERA", "SPEAKER", "LIGHT_
 _MESHED_TYPES = {"CURVE", "SURFACE", "FONT", "META"}
 _LARGEST_BELOW_ONE = np.nextafter(np.float32(1.0), np.float32(0.0))
 _UINT32_MASK = 0xFFFFFFFF
+_COPLANAR = 1e-6  # kCoplanar of native/scene/scene_checks.cpp
+_NAMES_SHOWN = 5
+# Ray tracing leaves out triangles beyond this, in metres (Embree's largest coordinate, rounded).
+_LARGEST_COORDINATE = 1.8e18
 
 
 @dataclass(frozen=True)
@@ -99,6 +103,8 @@ class InstanceSync:
         arrays = instance_arrays(placements, matrices, random_ids)
         if len(arrays["mesh"]):
             self._builder.add_instances(**arrays)
+        if self._builder.singular_instances:
+            self._warn_of_flattened(arrays)
         self._add_lamps(placements, matrices)
 
     def _place(self) -> Placements:
@@ -178,7 +184,16 @@ class InstanceSync:
         dropped = self._builder.mesh_statistics(handle)["dropped_triangles"]
         if dropped and not np.isfinite(arrays.positions).all():
             self._report.warn(f"Mesh '{mesh.name}': coordinates are not finite, {dropped} triangles are left out")
+        elif np.abs(arrays.positions).max(initial=0.0) > _LARGEST_COORDINATE:
+            self._report.warn(f"Mesh '{mesh.name}': triangles beyond {_LARGEST_COORDINATE:.1e} m are left out")
         return handle, flat_axis
+
+    def _warn_of_flattened(self, arrays: dict[str, NDArray]) -> None:
+        names = list(self._names)  # handles count up from 0
+        objects = np.unique(arrays["object"][is_flattened(arrays["object_to_world"])])
+        shown = ", ".join(f"'{names[handle]}'" for handle in objects[:_NAMES_SHOWN])
+        rest = f" and {len(objects) - _NAMES_SHOWN} more" if len(objects) > _NAMES_SHOWN else ""
+        self._report.warn(f"Objects scaled to zero along an axis, or beyond all range, are left out: {shown}{rest}")
 
     def _name_handle(self, name: str) -> int:
         if name not in self._names:
@@ -190,7 +205,9 @@ class InstanceSync:
             lamp = placements.prototypes[placements.prototype_of[item]]
             call = light_call(lamp.light, matrices[item].T.astype(np.float64))
             if call is None:
-                self._report.warn(f"Light '{lamp.name}': an area light without area gives no light")
+                self._report.warn(
+                    f"Light '{lamp.name}': it has no size, by its settings or its scale, and gives no light"
+                )
                 continue
             material = self._materials.light_handle(lamp.light)
             method = getattr(self._builder, call.method)
@@ -228,6 +245,16 @@ def restore_normal_axis(columns: NDArray[np.float32], flat_axes: NDArray[np.int3
         normals = np.cross(columns[flattened, (axis + 1) % 3, :3], columns[flattened, (axis + 2) % 3, :3])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         columns[flattened, axis, :3] = normals / np.where(lengths > 0.0, lengths, 1.0)
+
+
+def is_flattened(matrices: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which object-to-world matrices the core leaves out: those without a useful inverse (scene_checks.cpp)."""
+    linear = matrices[:, :3, :3].astype(np.float64)
+    determinants = np.abs(np.linalg.det(linear))
+    edges = np.prod(np.linalg.norm(linear, axis=1), axis=1)
+    range_of_floats = np.finfo(np.float32)
+    in_range = (determinants >= range_of_floats.tiny) & (determinants <= range_of_floats.max)
+    return ~(in_range & (determinants > _COPLANAR * edges))
 
 
 def ray_visibility(obj: bpy.types.Object) -> int:

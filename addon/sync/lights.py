@@ -31,7 +31,8 @@ def is_portal(light: bpy.types.Light) -> bool:
 
 
 def light_call(light: bpy.types.Light, matrix: NDArray[np.float64]) -> LightCall | None:
-    """The builder call for a lamp placed by `matrix` (4, 4); None for an area light of no area: it sends nothing."""
+    """The builder call for a lamp placed by `matrix` (4, 4); None for one that sends nothing because its area, or the
+    space its cone is measured in, is flattened away."""
     convert = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}[light.type]
     call = convert(light, matrix)
     if call is not None:
@@ -65,7 +66,9 @@ def _point(light: bpy.types.Light, matrix: NDArray[np.float64]) -> LightCall:
     )
 
 
-def _spot(light: bpy.types.Light, matrix: NDArray[np.float64]) -> LightCall:
+def _spot(light: bpy.types.Light, matrix: NDArray[np.float64]) -> LightCall | None:
+    if np.linalg.det(matrix[:3, :3]) == 0.0:
+        return None
     return LightCall(
         "add_spot_light",
         {

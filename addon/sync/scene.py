@@ -95,8 +95,6 @@ def _sync(
     report.seconds["meshes"] = instances.mesh_seconds
     if scene.render.use_motion_blur:
         report.warn(f"Scene '{scene.name}': motion blur is not supported")
-    if builder.singular_instances:
-        report.warn(f"Objects scaled to zero along an axis are left out: {builder.singular_instances}")
 
 
 @contextmanager
