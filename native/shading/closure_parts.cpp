@@ -6,7 +6,7 @@
 namespace cistern {
 
 Vec3 specular_normal(Vec3 n, const SurfacePoint& point) {
-  if (n == point.ns) return n;
+  if (n == point.ng) return n;
   // The mirror direction may be as shallow as the view.
   constexpr float kMinCosine = 0.01f, kFractionOfView = 0.9f;  // as Cycles
   const float view_z = dot(point.wo, point.ng);

@@ -19,8 +19,8 @@ inline bool is_negligible(Rgb weight) { return !(average(weight) >= kNegligibleW
 /// The closure's normal, unit; the interpolated one where the node gives none.
 inline Vec3 closure_normal(Vec3 n, const SurfacePoint& point) { return n == point.ns ? n : normalize_or(n, point.ns); }
 
-/// `n`, or as little bent towards ng as lifts the mirror direction of wo just above the surface. The interpolated
-/// normal is left alone. For specular lobes.
+/// `n`, or as little bent towards ng as lifts the mirror direction of wo just above the surface. For specular lobes:
+/// without it the outlines of coarse smooth meshes, and steep bumps, would reflect nothing.
 Vec3 specular_normal(Vec3 n, const SurfacePoint& point);
 
 /// Anisotropic alphas and tangent; isotropic without a usable tangent. `rotation` in turns around `axis`.

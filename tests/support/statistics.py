@@ -34,6 +34,7 @@ class Comparison:
     largest_z: float
     ratio: float  # sum of all means of `a` over those of `b`
     ratio_error: float  # one standard error
+    largest_difference: float  # of the means of a value, over the mean of all values of `b`
 
     @property
     def agrees(self) -> bool:
@@ -43,7 +44,8 @@ class Comparison:
         verdict = "agree" if self.agrees else "DIFFER"
         return (
             f"{verdict}: smallest p {self.p_value:.2e} (level {self.level:.1e}) at block value {self.worst}, "
-            f"|t| {self.largest_z:.1f}, ratio of means {self.ratio:.5f} ± {self.ratio_error:.5f}"
+            f"|t| {self.largest_z:.1f}, ratio of means {self.ratio:.5f} ± {self.ratio_error:.5f}, "
+            f"largest difference {self.largest_difference:.4f} of the mean"
         )
 
 
@@ -64,7 +66,9 @@ def compare_replicas(a: NDArray, b: NDArray, false_alarm_rate: float = FALSE_ALA
     ratio = sums_a.mean() / sums_b.mean() if sums_b.mean() else np.nan
     relative = [s.std(ddof=1) / np.sqrt(len(s)) / s.mean() if s.mean() else 0.0 for s in (sums_a, sums_b)]
     error = abs(ratio) * float(np.hypot(*relative))
-    return Comparison(float(p[worst]), sidak(false_alarm_rate, p.size), worst, float(abs(t[worst])), ratio, error)
+    largest = float(np.max(np.abs(mean_a - mean_b)) / np.mean(mean_b)) if mean_b.any() else np.inf
+    level = sidak(false_alarm_rate, p.size)
+    return Comparison(float(p[worst]), level, worst, float(abs(t[worst])), ratio, error, largest)
 
 
 def compare_to_value(a: NDArray, expected: float | NDArray, false_alarm_rate: float = FALSE_ALARM_RATE) -> Comparison:
@@ -77,7 +81,9 @@ def compare_to_value(a: NDArray, expected: float | NDArray, false_alarm_rate: fl
     total = float(np.sum(np.broadcast_to(expected, mean.shape)))
     ratio = float(mean.sum()) / total if total else np.nan
     ratio_error = float(a.sum(axis=1).std(ddof=1) / np.sqrt(len(a)) / total) if total else np.nan
-    return Comparison(float(p[worst]), sidak(false_alarm_rate, p.size), worst, float(abs(t[worst])), ratio, ratio_error)
+    largest = float(np.max(np.abs(mean - expected))) * mean.size / total if total else np.inf
+    level = sidak(false_alarm_rate, p.size)
+    return Comparison(float(p[worst]), level, worst, float(abs(t[worst])), ratio, ratio_error, largest)
 
 
 def convergence_slope(errors: dict[int, float]) -> float:
