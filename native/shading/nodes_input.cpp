@@ -17,6 +17,12 @@ Vec3 object_position(const NodeContext& c, BumpShift shift) {
   return interpolate_position(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
 }
 
+/// Moves with the position, unlike attributes, which `shifted_barycentric` reverses on back faces.
+Vec3 object_coordinate_node(const NodeContext& c, BumpShift shift) {
+  const Vec3 p = object_position(c, {});
+  return shift.step == 0 ? p : p + inverse(c.instance().object_to_world).vector(footprint_step(c.point, shift));
+}
+
 /// Mesh bounds to [0, 1]; an axis without extent is 1/2, as with Blender's texture space.
 Vec3 generated_node(const NodeContext& c, BumpShift shift) {
   if (c.is_environment) return c.point.position;
@@ -88,7 +94,7 @@ Vec3 input_node(const Instruction& instruction, const NodeContext& c) {
     case Op::GENERATED:
       return generated_node(c, unpack_bump_shift(parameters[0]));
     case Op::OBJECT_COORDINATE:
-      return c.is_environment ? c.point.position : object_position(c, unpack_bump_shift(parameters[0]));
+      return c.is_environment ? c.point.position : object_coordinate_node(c, unpack_bump_shift(parameters[0]));
     case Op::NORMAL_COORDINATE:
       return normal_coordinate_node(c, unpack_bump_shift(parameters[0]));
     case Op::REFLECTION_COORDINATE:

@@ -57,7 +57,8 @@ Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, BumpShif
   if (shift.step == 0 || point.footprint == 0.0f) return point.barycentric;
   const Instance& instance = scene.instances[point.instance];
   const WorldTriangle t = world_triangle(*scene.meshes[static_cast<size_t>(instance.mesh)], instance, point.triangle);
-  return point.barycentric + barycentric_step(t, footprint_step(point, shift));
+  const Vec3 step = footprint_step(point, shift);
+  return point.barycentric + barycentric_step(t, point.is_backface ? -step : step);
 }
 
 Frame bump_axes(const SurfacePoint& point) {

@@ -11,7 +11,7 @@ struct PathState {
   uint8_t ray_kind = kVisibleToCamera;
   bool is_singular = false;  // the last scattering was a delta lobe
   uint16_t depth = 0, diffuse_depth = 0, glossy_depth = 0, transmission_depth = 0, transparent_depth = 0;
-  float ray_length = 0.0f;       // of the arriving segment
+  float ray_length = 0.0f;  // of the arriving segment
 };
 
 /// A point on a surface as a material program sees it. Normals are unit length and face the side of `wo`;
@@ -48,7 +48,8 @@ inline BumpShift unpack_bump_shift(int packed) {
 Frame bump_axes(const SurfacePoint& point);
 /// The step in world space.
 Vec3 footprint_step(const SurfacePoint& point, BumpShift shift);
-/// Barycentric weights after that step; outside [0, 1] beyond the triangle's edge.
+/// Barycentric weights after that step; outside [0, 1] beyond the triangle's edge. On back faces the step is reversed,
+/// as in Cycles: what a mesh attribute raises on the outside is then hollow from the inside.
 Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, BumpShift shift);
 
 /// World-space tangent dP/du of the UV map (orthogonal to ns, unit). With n the shading normal on the *outside* of the

@@ -88,18 +88,20 @@ TEST(SurfacePoint, AttributesInterpolate) {
   EXPECT_FLOAT_EQ(tint.alpha, 0.5f);
 }
 
-TEST(SurfacePoint, ShiftedWeightsLeadToTheShiftedPosition) {
+TEST(SurfacePoint, ShiftedWeightsLeadToTheShiftedPositionAndBackOnBackFaces) {
   const Transform m{{1.0f, 0.3f, 0.0f}, {0.2f, 2.0f, 0.1f}, {0.5f, 0.0f, 1.0f}, {3.0f, 2.0f, 1.0f}};
   const Scene scene = test::make_scene(test::make_triangle(), m);
-  SurfacePoint point = test::point_at(scene, {0.25f, 0.5f}, kDown);
-  point.footprint = 0.125f;
-  for (const int step : {0, 1, 2}) {
-    const BumpShift shift{step, 1.5f};
-    const Vec2 b = shifted_barycentric(scene, point, shift);
-    const Vec3 object{2.0f * b.x, b.y, 0.0f};
-    expect_near(m.point(object), point.position + footprint_step(point, shift));
-    EXPECT_NEAR(length(footprint_step(point, shift)), step == 0 ? 0.0f : 1.5f * 0.125f, 1e-6f);
-    EXPECT_NEAR(dot(footprint_step(point, shift), point.ng), 0.0f, 1e-6f);
+  for (const Vec3 view : {kDown, -kDown}) {
+    SurfacePoint point = test::point_at(scene, {0.25f, 0.5f}, view);
+    point.footprint = 0.125f;
+    for (const int step : {0, 1, 2}) {
+      const BumpShift shift{step, 1.5f};
+      const Vec2 b = shifted_barycentric(scene, point, shift);
+      const Vec3 world_step = footprint_step(point, shift);
+      expect_near(m.point({2.0f * b.x, b.y, 0.0f}), point.position + (point.is_backface ? -world_step : world_step));
+      EXPECT_NEAR(length(world_step), step == 0 ? 0.0f : 1.5f * 0.125f, 1e-6f);
+      EXPECT_NEAR(dot(world_step, point.ng), 0.0f, 1e-6f);
+    }
   }
 }
 
