@@ -25,9 +25,16 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
 
 bool is_mean_over_hits(Pass pass) { return pass == Pass::DEPTH || pass == Pass::NORMAL || pass == Pass::POSITION; }
 
-bool is_finite(const PathRecord& r) {
-  return is_finite(r.direct) && is_finite(r.indirect) && is_finite(r.emission) && is_finite(r.environment) &&
-         is_finite(r.albedo) && std::isfinite(r.alpha);
+/// Far beyond any radiance or coordinate, and small enough that 2^24 of them do not overflow.
+constexpr float kLargestValue = 1e30f;
+
+bool fits(float v) { return std::abs(v) < kLargestValue; }  // false for nan
+bool fits(Rgb c) { return fits(c.r) && fits(c.g) && fits(c.b); }
+bool fits(Vec3 v) { return fits(to_rgb(v)); }
+
+bool fits(const PathRecord& r) {
+  return fits(r.direct) && fits(r.indirect) && fits(r.emission) && fits(r.environment) && fits(r.albedo) &&
+         fits(r.denoising_normal) && fits(r.position) && fits(r.normal) && fits(r.depth) && fits(r.alpha);
 }
 
 }  // namespace
@@ -64,7 +71,7 @@ void Film::add_color(Pass pass, uint32_t pixel, Rgb value) {
 
 void Film::add(uint32_t pixel, const PathRecord& record) {
   ++samples_[pixel];
-  if (!is_finite(record)) {
+  if (!fits(record)) {
     ++non_finite_[pixel];
     return;
   }

@@ -43,7 +43,8 @@ class Film {
   int height() const { return height_; }
   bool has(Pass pass) const { return !sums_[static_cast<size_t>(pass)].empty(); }
 
-  /// A record with a non-finite value is counted instead of added; its pixel still counts the sample (as black).
+  /// A record with a value that is not finite, or beyond 1e30, is counted instead of added; its pixel still counts the
+  /// sample (as black).
   void add(uint32_t pixel, const PathRecord& record);
   /// Mean of the samples, row 0 at the bottom, channels interleaved. Depth, Normal and Position are means over the
   /// samples that hit something (Depth 1e10 where none did). Combined is premultiplied RGBA. Throws Error for a pass

@@ -27,20 +27,22 @@ double filter_value(FilterKind kind, double x) {
 
 PixelFilter::PixelFilter(FilterKind kind, float width) {
   constexpr int kSteps = 8192;
-  std::vector<double> cdf(kSteps + 1, 0.0);
-  for (int i = 0; i < kSteps; ++i) cdf[i + 1] = cdf[i] + filter_value(kind, (i + 0.5) / kSteps - 0.5);
+  std::vector<double> beyond(kSteps + 1, 0.0);  // integral from the edge inwards, over steps of equal length
+  for (int i = 0; i < kSteps; ++i) beyond[i + 1] = beyond[i] + filter_value(kind, 0.5 - (i + 0.5) / (2 * kSteps));
   for (int entry = 0, step = 0; entry <= kTableSize; ++entry) {
-    const double target = cdf[kSteps] * entry / kTableSize;
-    while (step < kSteps - 1 && cdf[step + 1] < target) ++step;
-    const double inside = (target - cdf[step]) / (cdf[step + 1] - cdf[step]);
-    inverse_cdf_[entry] = static_cast<float>(((step + inside) / kSteps - 0.5) * width);
+    const double s = static_cast<double>(entry) / kTableSize, target = beyond[kSteps] * s * s;
+    while (step < kSteps - 1 && beyond[step + 1] < target) ++step;
+    const double inside = (target - beyond[step]) / (beyond[step + 1] - beyond[step]);
+    distance_[entry] = static_cast<float>((0.5 - (step + inside) / (2 * kSteps)) * width);
   }
 }
 
 float PixelFilter::sample_axis(float u) const {
-  const float scaled = u * kTableSize;
+  const bool is_left = u < 0.5f;
+  const float scaled = std::sqrt(2.0f * (is_left ? u : 1.0f - u)) * kTableSize;
   const int entry = std::min(static_cast<int>(scaled), kTableSize - 1);
-  return lerp(inverse_cdf_[entry], inverse_cdf_[entry + 1], scaled - static_cast<float>(entry));
+  const float distance = lerp(distance_[entry], distance_[entry + 1], scaled - static_cast<float>(entry));
+  return is_left ? -distance : distance;
 }
 
 }  // namespace cistern

@@ -22,7 +22,9 @@ class PixelFilter {
   float sample_axis(float u) const;
 
   static constexpr int kTableSize = 1024;
-  std::array<float, kTableSize + 1> inverse_cdf_{};
+  /// Distance from the centre that is exceeded with probability s^2, at s = i / kTableSize: dense where the filter's
+  /// thin tails are, which steps of equal probability would smear.
+  std::array<float, kTableSize + 1> distance_{};
 };
 
 }  // namespace cistern

@@ -1,0 +1,121 @@
+#include "film/film.h"
+
+#include <gtest/gtest.h>
+
+#include "base/check.h"
+
+namespace cistern::test {
+namespace {
+
+constexpr float kNoHitDepth = 1e10f;
+const std::vector<Pass> kAllPasses{Pass::DIRECT,          Pass::INDIRECT, Pass::EMISSION, Pass::ENVIRONMENT,
+                                   Pass::DEPTH,           Pass::NORMAL,   Pass::POSITION, Pass::DENOISING_ALBEDO,
+                                   Pass::DENOISING_NORMAL};
+
+/// A record of a hit at depth 4 k, everything in it proportional to k.
+PathRecord make_record(float k) {
+  PathRecord record;
+  record.direct = Rgb(k), record.indirect = Rgb(0.0f, 2.0f * k, 0.0f);
+  record.emission = Rgb(0.0f, 0.0f, 3.0f * k), record.environment = Rgb(0.5f * k);
+  record.alpha = 0.25f * k;
+  record.hit = true, record.depth = 4.0f * k;
+  record.position = {k, 2.0f * k, 3.0f * k}, record.normal = {0.0f, 0.0f, k};
+  record.albedo = Rgb(0.1f * k), record.denoising_normal = {0.0f, k, 0.0f};
+  return record;
+}
+
+TEST(Film, ResolvesMeans) {
+  Film film(2, 1, kAllPasses);
+  film.add(1, make_record(1.0f));
+  film.add(1, make_record(3.0f));  // mean: k = 2
+  const auto at = [&](Pass pass, size_t channel) {
+    const auto channels = static_cast<size_t>(describe(pass).channels);
+    return film.resolve(pass)[channels + channel];
+  };
+  EXPECT_FLOAT_EQ(at(Pass::COMBINED, 0), 3.0f);  // direct 2 + environment 1
+  EXPECT_FLOAT_EQ(at(Pass::COMBINED, 1), 7.0f);
+  EXPECT_FLOAT_EQ(at(Pass::COMBINED, 2), 9.0f);
+  EXPECT_FLOAT_EQ(at(Pass::COMBINED, 3), 0.5f);
+  EXPECT_FLOAT_EQ(at(Pass::DIRECT, 2), 2.0f);
+  EXPECT_FLOAT_EQ(at(Pass::INDIRECT, 1), 4.0f);
+  EXPECT_FLOAT_EQ(at(Pass::EMISSION, 2), 6.0f);
+  EXPECT_FLOAT_EQ(at(Pass::ENVIRONMENT, 0), 1.0f);
+  EXPECT_FLOAT_EQ(at(Pass::DEPTH, 0), 8.0f);
+  EXPECT_FLOAT_EQ(at(Pass::POSITION, 2), 6.0f);
+  EXPECT_FLOAT_EQ(at(Pass::NORMAL, 2), 2.0f);
+  EXPECT_FLOAT_EQ(at(Pass::DENOISING_ALBEDO, 0), 0.2f);
+  EXPECT_FLOAT_EQ(at(Pass::DENOISING_NORMAL, 1), 2.0f);
+  EXPECT_EQ(film.resolve(Pass::COMBINED)[0], 0.0f) << "the other pixel has no sample yet";
+}
+
+TEST(Film, GeometryIsAMeanOverHitsOnly) {
+  Film film(1, 1, kAllPasses);
+  PathRecord miss;
+  miss.environment = Rgb(1.0f);
+  miss.depth = kNoHitDepth;
+  for (int i = 0; i < 3; ++i) film.add(0, miss);
+  EXPECT_EQ(film.resolve(Pass::DEPTH)[0], kNoHitDepth);
+  EXPECT_EQ(film.resolve(Pass::NORMAL)[2], 0.0f);
+  film.add(0, make_record(1.0f));
+  EXPECT_FLOAT_EQ(film.resolve(Pass::DEPTH)[0], 4.0f);
+  EXPECT_FLOAT_EQ(film.resolve(Pass::POSITION)[0], 1.0f);
+  EXPECT_FLOAT_EQ(film.resolve(Pass::NORMAL)[2], 1.0f);
+  EXPECT_FLOAT_EQ(film.resolve(Pass::ENVIRONMENT)[0], 3.5f / 4.0f);
+}
+
+TEST(Film, NonFiniteRecordsAreCountedNotAdded) {
+  Film film(1, 1, kAllPasses);
+  film.add(0, make_record(1.0f));
+  const std::vector<Rgb PathRecord::*> colors{&PathRecord::direct, &PathRecord::indirect, &PathRecord::emission,
+                                              &PathRecord::environment, &PathRecord::albedo};
+  for (Rgb PathRecord::*color : colors) {
+    PathRecord record = make_record(1.0f);
+    (record.*color).g = NAN;
+    film.add(0, record);
+  }
+  for (const float bad : {NAN, INFINITY, 3e38f}) {
+    PathRecord record = make_record(1.0f);
+    record.alpha = bad;
+    film.add(0, record);
+    record = make_record(1.0f);
+    record.position.x = bad;
+    film.add(0, record);
+    record = make_record(1.0f);
+    record.normal.y = bad;
+    film.add(0, record);
+    record = make_record(1.0f);
+    record.depth = bad;
+    film.add(0, record);
+    record = make_record(1.0f);
+    record.denoising_normal.z = bad;
+    film.add(0, record);
+  }
+  EXPECT_EQ(film.non_finite_samples(), colors.size() + 15);
+  EXPECT_FLOAT_EQ(film.resolve(Pass::COMBINED)[0], 1.5f / 21.0f) << "they count as black samples";
+  EXPECT_FLOAT_EQ(film.resolve(Pass::DEPTH)[0], 4.0f);
+  for (const Pass pass : kAllPasses)
+    for (const float value : film.resolve(pass)) EXPECT_TRUE(std::isfinite(value)) << describe(pass).name;
+}
+
+TEST(Film, KeepsOnlyWhatWasAskedFor) {
+  const Film film(4, 4, {Pass::DEPTH});
+  EXPECT_TRUE(film.has(Pass::COMBINED));
+  EXPECT_TRUE(film.has(Pass::DEPTH));
+  EXPECT_FALSE(film.has(Pass::NORMAL));
+  EXPECT_THROW(film.resolve(Pass::NORMAL), Error);
+  EXPECT_LT(film.memory_bytes(), Film(4, 4, kAllPasses).memory_bytes());
+}
+
+TEST(Film, PassesAreFoundByName) {
+  for (size_t i = 0; i < static_cast<size_t>(Pass::COUNT); ++i)
+    EXPECT_EQ(find_pass(describe(static_cast<Pass>(i)).name), static_cast<Pass>(i));
+  try {
+    find_pass("Beauty");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("Beauty"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace cistern::test

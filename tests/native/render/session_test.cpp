@@ -1,0 +1,145 @@
+#include "render/session.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include "base/check.h"
+#include "render/render_scenes.h"
+#include "scene/scene_memory.h"
+
+namespace cistern::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+
+/// Waits, for at most ten seconds, until the first frame can be read.
+void wait_for_pixels(Session& session) {
+  for (int i = 0; i < 1000 && session.wait(0.01).version == 0; ++i) {
+  }
+}
+
+TEST(Session, RendersToTheEnd) {
+  Session session(small_settings());
+  session.start(small_room());
+  const Progress progress = session.wait(30.0);
+  EXPECT_EQ(progress.status, Status::DONE);
+  EXPECT_EQ(progress.frames_done, 3);
+  EXPECT_EQ(progress.error, "");
+  EXPECT_EQ(progress.non_finite_samples, 0u);
+  EXPECT_GT(progress.memory_bytes, memory_bytes(*small_room()));
+  EXPECT_EQ(session.read(Pass::COMBINED).size(), 40u * 24u * 4u);
+  EXPECT_THROW(session.start(small_room()), Error);
+}
+
+TEST(Session, PixelsAreZeroBeforeTheFirstFrame) {
+  Session session(small_settings(4, 4, 1));
+  EXPECT_EQ(session.read(Pass::COMBINED), std::vector<float>(64, 0.0f));
+  EXPECT_EQ(session.wait(0.0).version, 0);
+}
+
+// 0.1 s is the goal; the bound leaves room for a busy machine. Waiting for the frame would take seconds.
+TEST(Session, CancelsSoonAndKeepsWhatWasRendered) {
+  Settings settings = small_settings(4096, 2048, 1 << 20);
+  settings.threads = 1;
+  Session session(settings);
+  session.start(small_room());
+  for (int i = 0; i < 1000 && session.wait(0.01).stage != "Rendering"; ++i) {
+  }
+  session.wait(0.2);
+  const Clock::time_point start = Clock::now();
+  session.cancel();
+  EXPECT_LT(seconds_since(start), 0.5);
+  EXPECT_EQ(session.wait(0.0).status, Status::CANCELLED);
+  const std::vector<float> pixels = session.read(Pass::COMBINED);
+  EXPECT_TRUE(std::any_of(pixels.begin(), pixels.end(), [](float v) { return v > 0.0f; })) << "what was done is kept";
+}
+
+TEST(Session, MayBeCancelledBeforeItBegan) {
+  Session session(small_settings());
+  session.start(small_room());
+  session.cancel();
+  EXPECT_NE(session.wait(10.0).status, Status::RUNNING);
+  Session never_started(small_settings());
+  never_started.cancel();
+}
+
+TEST(Session, KeepsItsTimeLimit) {
+  Settings settings = small_settings(40, 24, 1 << 20);
+  settings.time_limit = 0.2;
+  Session session(settings);
+  session.start(small_room());
+  const Progress progress = session.wait(20.0);
+  EXPECT_EQ(progress.status, Status::DONE);
+  EXPECT_GT(progress.seconds, 0.19);
+  EXPECT_LT(progress.seconds, 1.0);
+  const std::vector<float> pixels = session.read(Pass::COMBINED);
+  for (size_t pixel = 3; pixel < 40 * 24 * 4; pixel += 4) ASSERT_NEAR(pixels[pixel], 1.0f, 1e-5f) << "sampled";
+}
+
+TEST(Session, PublishesWhileRendering) {
+  Session session(small_settings(40, 24, 1 << 20));
+  session.start(small_room());
+  wait_for_pixels(session);
+  const int version = session.wait(0.0).version;
+  const std::vector<float> first = session.read(Pass::COMBINED);  // asks for more
+  for (int i = 0; i < 500 && session.wait(0.01).version == version; ++i) {
+  }
+  EXPECT_GT(session.wait(0.0).version, version);
+  EXPECT_NE(session.read(Pass::COMBINED), first);
+  EXPECT_GE(session.wait(0.0).remaining_seconds, 0.0);
+}
+
+TEST(Session, MayBeDestroyedWhileRunning) {
+  const std::shared_ptr<const Scene> scene = small_room();
+  const Clock::time_point start = Clock::now();
+  for (int i = 0; i < 5; ++i) {
+    Session session(small_settings(1024, 1024, 1 << 20));
+    session.start(scene);
+    session.wait(0.01 * i);
+  }
+  EXPECT_LT(seconds_since(start), 5.0);
+  EXPECT_EQ(scene.use_count(), 1) << "nothing keeps the scene";
+}
+
+TEST(Session, LetsGoOfTheSceneAtItsEnd) {
+  const std::shared_ptr<const Scene> scene = small_room();
+  Session session(small_settings());
+  session.start(scene);
+  session.wait(30.0);
+  EXPECT_LE(scene.use_count(), 2);  // Embree scenes of the finished thread may still be closing
+}
+
+/// While alive, the process may take only this many bytes more of address space.
+class MemoryLimit {
+ public:
+  explicit MemoryLimit(rlim_t bytes) {
+    getrlimit(RLIMIT_AS, &saved_);
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    rlimit limit = saved_;
+    limit.rlim_cur = std::min(bytes, limit.rlim_max);
+    setrlimit(RLIMIT_AS, &limit);
+  }
+  ~MemoryLimit() { setrlimit(RLIMIT_AS, &saved_); }
+
+ private:
+  rlimit saved_{};
+};
+
+TEST(Session, AnErrorInItsThreadEndsAsFailed) {
+#if defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP() << "the address sanitizer reserves all address space for itself";
+#else
+  Session session(small_settings(40000, 40000, 1));  // 38 GB of film
+  const MemoryLimit limit(rlim_t{16} << 30);
+  session.start(small_room());
+  const Progress progress = session.wait(30.0);
+  EXPECT_EQ(progress.status, Status::FAILED);
+  EXPECT_EQ(progress.error, "out of memory");
+#endif
+}
+
+}  // namespace
+}  // namespace cistern::test

@@ -1,0 +1,85 @@
+#include "render/settings.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "base/check.h"
+
+namespace cistern::test {
+namespace {
+
+std::string error_of(const std::function<void(Settings&)>& change) {
+  Settings settings;
+  settings.width = 64, settings.height = 32;
+  change(settings);
+  try {
+    check_settings(settings);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Settings, DefaultsAreValidAndCoverTheFrame) {
+  Settings settings;
+  settings.width = 64, settings.height = 32;
+  check_settings(settings);
+  EXPECT_EQ(settings.region.width, 64);
+  EXPECT_EQ(settings.region.height, 32);
+}
+
+TEST(Settings, EveryMemberOutOfRangeIsNamedWithItsValue) {
+  struct Case {
+    std::string name, value;
+    std::function<void(Settings&)> change;
+  };
+  const Case cases[] = {
+      {"width", "0", [](Settings& s) { s.width = 0; }},
+      {"height", "-5", [](Settings& s) { s.height = -5; }},
+      {"width", "100000", [](Settings& s) { s.width = 100000; }},
+      {"samples", "0", [](Settings& s) { s.samples = 0; }},
+      {"threads", "-1", [](Settings& s) { s.threads = -1; }},
+      {"filter_width", "0.0", [](Settings& s) { s.filter_width = 0.0f; }},
+      {"filter_width", "nan", [](Settings& s) { s.filter_width = NAN; }},
+      {"time_limit", "-1", [](Settings& s) { s.time_limit = -1.0; }},
+      {"time_limit", "nan", [](Settings& s) { s.time_limit = NAN; }},
+      {"max_bounces", "-1", [](Settings& s) { s.limits.max_bounces = -1; }},
+      {"max_diffuse_bounces", "-1", [](Settings& s) { s.limits.max_diffuse_bounces = -1; }},
+      {"max_glossy_bounces", "5000", [](Settings& s) { s.limits.max_glossy_bounces = 5000; }},
+      {"max_transmission_bounces", "-1", [](Settings& s) { s.limits.max_transmission_bounces = -1; }},
+      {"max_transparent_bounces", "-1", [](Settings& s) { s.limits.max_transparent_bounces = -1; }},
+      {"min_bounces", "-1", [](Settings& s) { s.limits.min_bounces = -1; }},
+      {"clamp_direct", "nan", [](Settings& s) { s.limits.clamp_direct = NAN; }},
+      {"clamp_indirect", "-1", [](Settings& s) { s.limits.clamp_indirect = -1.0f; }},
+      {"region x", "64",
+       [](Settings& s) {
+         s.region = {64, 0, 1, 1};
+       }},
+      {"region width", "10",
+       [](Settings& s) {
+         s.region = {60, 0, 10, 1};
+       }},
+      {"region height", "0",
+       [](Settings& s) {
+         s.region = {0, 0, 5, 0};
+       }},
+      {"pixels", "4294967296", [](Settings& s) { s.width = s.height = 65536; }},
+  };
+  for (const Case& c : cases) {
+    const std::string error = error_of(c.change);
+    EXPECT_NE(error.find(c.name), std::string::npos) << c.name << ": " << error;
+    EXPECT_NE(error.find(c.value), std::string::npos) << c.name << ": " << error;
+  }
+}
+
+TEST(Settings, OnePixelOfAnEnormousFrameIsFine) {
+  EXPECT_EQ(error_of([](Settings& s) {
+              s.width = s.height = 65536;
+              s.region = {65535, 65535, 1, 1};
+            }),
+            "");
+}
+
+}  // namespace
+}  // namespace cistern::test
