@@ -176,7 +176,7 @@ class CisternSceneSettings(bpy.types.PropertyGroup):
     min_bounces: IntProperty(
         name="Min Bounces",
         description="Number of bounces before a dim light path may be ended at random (without bias)",
-        default=3,
+        default=0,
         min=0,
         soft_max=64,
         max=MAX_BOUNCES,
