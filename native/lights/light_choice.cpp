@@ -6,7 +6,7 @@ namespace {
 
 /// Where both kinds may light a receiver neither gets less of the samples: neither estimate knows about occlusion, and
 /// indoors or in a lit street at night they are wrong by orders of magnitude.
-constexpr float kSmallestShare = 0.1f;
+constexpr float kSmallestShare = 0.3f;
 /// As in the light tree: rounding at grazing angles must not exclude a light.
 constexpr float kCosineSlack = 1e-3f;
 

@@ -6,9 +6,9 @@ Each engine renders each scene in fresh processes, in turn (A B A B ...). Two sa
 the difference of their user times cancels scene export and acceleration-structure builds. Medians over the rounds; the
 ratio is the median of the rounds' own ratios, because the machine's speed drifts.
 
-Both engines may end dim paths at random from the first bounce on. They do so by different rules, so that a cheaper sample
-may also be a noisier one: the last column compares squared error x CPU time, which does not depend on that. The error is
-relMSE, (x - y)^2 / 2 / (mean^2 + 0.01) of two pictures with different seeds, without the 0.1 % worst values.
+Both engines may end dim paths at random from the first bounce on. They do so by different rules, so that a cheaper
+sample may also be a noisier one: another column compares squared error x CPU time, which does not depend on that. The
+error is relMSE, (x - y)^2 / 2 / (mean^2 + 0.01) of two pictures with different seeds, less the 0.1 % worst values.
 """
 
 from __future__ import annotations
