@@ -165,6 +165,45 @@ TEST(Lobe, MicrofacetsAreReciprocal) {
   EXPECT_GT(asymmetry(glass(0.6f, 1.5f), true, 0.0f), 0.1);  // planted bug: no eta^2
 }
 
+/// As `asymmetry`, for lobes made for a `wo`: `make(wo)`.
+template <class Make>
+double asymmetry_of_reflection(const Make& make) {
+  Rng rng(5, 0, 0, 0);
+  double worst = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 a = kFrame.to_world(square_to_cosine_hemisphere(rng.next_vec2()));
+    const Vec3 b = kFrame.to_world(square_to_cosine_hemisphere(rng.next_vec2()));
+    const double forth = evaluate_lobe(make(a), a, b).f_cos.g / dot(b, kTestNormal);
+    const double reverse = evaluate_lobe(make(b), b, a).f_cos.g / dot(a, kTestNormal);
+    worst = std::max(worst, std::abs(forth - reverse) / (forth + reverse + 1e-3));
+  }
+  return worst;
+}
+
+TEST(Lobe, DiffuseLobesAreReciprocal) {
+  EXPECT_LT(asymmetry_of_reflection([](Vec3) { return LambertLobe{kTestNormal}; }), 1e-5);
+  for (const float roughness : {0.3f, 1.0f}) {
+    const auto make = [=](Vec3 wo) { return make_oren_nayar(kTestNormal, wo, roughness, Rgb(0.8f)); };
+    EXPECT_LT(asymmetry_of_reflection(make), 1e-3) << roughness;
+    // Planted bug: the light of further bounces scaled by what leaves for one direction only.
+    const auto fixed = [=](Vec3) { return make_oren_nayar(kTestNormal, at_angle(kFrame, 0.2f), roughness, Rgb(0.8f)); };
+    EXPECT_GT(asymmetry_of_reflection(fixed), 1e-3) << roughness;
+  }
+}
+
+// Sheen depends on wo and wi in different ways and is not reciprocal, as published; its albedo is the cosine lobe's.
+TEST(Lobe, SheenReflectsNoMoreThanItsAlbedo) {
+  for (const float roughness : {0.2f, 0.5f, 1.0f})
+    for (const float cosine : {0.05f, 0.5f, 1.0f}) {
+      const Vec3 wo = at_angle(kFrame, cosine);
+      const Sheen sheen = make_sheen(kTestNormal, wo, roughness);
+      const auto f_cos = [&](Vec3 wi) { return evaluate_lobe(sheen.lobe, wo, wi).f_cos.g; };
+      EXPECT_NEAR(integrate_sphere(kFrame, f_cos), 1.0, 1e-2) << roughness << " " << cosine;
+      EXPECT_LE(sheen.albedo, 1.0f);
+      EXPECT_GE(sheen.albedo, 0.0f);
+    }
+}
+
 /// Directional albedo through the sampler.
 Moments albedo(const MicrofacetLobe& lobe, Vec3 wo, int samples = 20000) {
   Moments moments;
