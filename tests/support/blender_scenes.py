@@ -169,10 +169,12 @@ def set_environment_image(scene: bpy.types.Scene, image: bpy.types.Image, **mapp
         tree.links.new(node.outputs[0], texture.inputs["Vector"])
 
 
-def stage(scene: bpy.types.Scene, surface: bpy.types.Material, world: Mapping | None = None) -> bpy.types.Object:
+def stage(
+    scene: bpy.types.Scene, surface: bpy.types.Material, world: Mapping | None = None, segments: int = 64
+) -> bpy.types.Object:
     """The test sphere: on a grey floor, lit by an area light, a point light and a dim sky."""
     add_floor(scene)
-    sphere = add_sphere(scene, surface)
+    sphere = add_sphere(scene, surface, segments=segments)
     add_light(scene, "AREA", (1.5, -1.0, 2.5), (0.4, 0.5, 0.0), energy=60.0, size=1.0)
     add_light(scene, "POINT", (-1.5, -1.5, 1.5), energy=30.0, shadow_soft_size=0.25)
     set_world(scene, **(world or {}))
