@@ -207,7 +207,9 @@ class Walk {
   }
 
   bool pass_through(const SurfacePoint& point, const Bsdf& bsdf, float probability) {
-    if (state_.transparent_depth++ >= context_.limits.max_transparent_bounces) return false;
+    const int most_surfaces = context_.limits.max_transparent_bounces;
+    if (state_.transparent_depth >= most_surfaces) return false;
+    last_segment_ |= ++state_.transparent_depth == most_surfaces;
     throughput_.scale(bsdf.transparency * (1.0f / probability));
     ray_.t_max -= state_.ray_length - travelled_;  // clipping stays measured from the last vertex
     ray_.t_min = 0.0f;
@@ -310,7 +312,8 @@ Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, const Inci
   PathState shadow_state = path;
   shadow_state.ray_kind = kVisibleToShadow;
   float travelled = 0.0f;
-  for (int i = 0; i <= context.limits.max_transparent_bounces; ++i) {
+  const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
+  for (int i = 0; i <= most_surfaces; ++i) {
     const std::optional<Hit> hit = context.accel.intersect_transparent(ray);
     if (!hit) return passed;
     const SurfacePoint point = make_surface_point(context.scene, ray, *hit);

@@ -8,7 +8,8 @@
 namespace cistern {
 
 /// Limits of a path as Blender users know them: a limit of n allows n scatterings after the first one of its kind is
-/// lit, so 0 is direct light only.
+/// lit, so 0 is direct light only. Transparent surfaces: a path passes n, and of
+/// what it meets after the last only sees the emission; its shadow rays pass as many as the path has left.
 struct PathLimits {
   int max_bounces = 12;
   int max_diffuse_bounces = 12;
