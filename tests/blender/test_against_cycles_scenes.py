@@ -1,15 +1,40 @@
-"""Scenes made by others against Cycles, from the folder CISTERN_TEST_SCENES; see test_against_cycles_lights."""
+"""Scenes made by others against Cycles, from the folder CISTERN_TEST_SCENES; see test_against_cycles_lights.
+
+Each comparison raises a false alarm with probability 0.01. What it can see is stated too: the standard error of the
+ratio of both pictures' means must be below the scene's `precision`, or the test has too few samples to say anything.
+"""
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 
+import bmesh
 import bpy
 import pytest
 
 from tests.support.engines import compare_with_cycles
 
 FOLDER = os.environ.get("CISTERN_TEST_SCENES", "")
-SCENES = ["cbox", "veach_mi", "matpreview", "sponza", "veach_ajar", "tp_engineer_bedroom"]
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Samples per pixel of each of six replicas, blocks per side, and the largest standard error accepted."""
+
+    samples: int = 64
+    blocks: int = 4
+    precision: float = 0.005
+
+
+SCENES = {
+    "cbox": Budget(),
+    "veach_mi": Budget(),
+    "matpreview": Budget(),
+    "sponza": Budget(),
+    # Light through a slit and off metal comes in rare bright samples: t-tests need many of them in each value.
+    "veach_ajar": Budget(samples=192, blocks=2, precision=0.02),
+    "tp_engineer_bedroom": Budget(),
+}
 
 pytestmark = [
     pytest.mark.usefixtures("registered_addon"),
@@ -20,15 +45,33 @@ pytestmark = [
 
 def load(name: str) -> bpy.types.Scene:
     bpy.ops.wm.open_mainfile(filepath=str(Path(FOLDER) / f"{name}.blend"))
+    remove_coincident_faces()
     return bpy.context.scene
+
+
+def remove_coincident_faces() -> None:
+    """Faces that lie twice in one mesh. In Cycles such twins shadow each other at random; Cistern lights them fully."""
+    for mesh in bpy.data.meshes:
+        edited = bmesh.new()
+        edited.from_mesh(mesh)
+        seen: set[frozenset] = set()
+        twins = []
+        for face in edited.faces:
+            corners = frozenset(vertex.co.to_tuple(5) for vertex in face.verts)
+            (twins.append(face) if corners in seen else seen.add(corners))
+        if twins:
+            bmesh.ops.delete(edited, geom=twins, context="FACES")
+            edited.to_mesh(mesh)
+        edited.free()
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_scene(name: str) -> None:
-    scene = load(name)
+    scene, budget = load(name), SCENES[name]
     aspect = scene.render.resolution_y / scene.render.resolution_x
-    result = compare_with_cycles(scene, size=(80, round(80 * aspect)), samples=64)
+    result = compare_with_cycles(scene, size=(80, round(80 * aspect)), samples=budget.samples, blocks=budget.blocks)
     assert result.agrees, result
+    assert result.ratio_error < budget.precision, result
 
 
 def test_planted_bug() -> None:
