@@ -49,6 +49,11 @@ inline SurfacePoint point_at(const Scene& scene, Vec2 barycentric, Vec3 directio
   Hit hit{};
   hit.u = barycentric.x;
   hit.v = barycentric.y;
+  const Mesh& mesh = *scene.meshes[0];
+  const TriangleIndices& v = mesh.vertices[0];
+  const Vec3 p0 = mesh.positions[v[0]];
+  const Vec3 normal = cross(mesh.positions[v[1]] - p0, mesh.positions[v[2]] - p0);
+  hit.normal = inverse(scene.instances[0].object_to_world).transposed_vector(normal);
   return make_surface_point(scene, ray, hit);
 }
 
