@@ -85,6 +85,25 @@ Vec3 cell_color(const Lookup<N>& at, const Cell<N>& offset) {
   }
 }
 
+template <size_t N>
+struct CellFeature {
+  Point<N> place;
+  Vec3 color;
+};
+
+/// cell_point and cell_color together; from three dimensions on they are the same hash.
+template <size_t N>
+CellFeature<N> cell_feature(const Lookup<N>& at, const Cell<N>& offset, float randomness) {
+  if constexpr (N < 3) {
+    return {cell_point(at, offset, randomness), cell_color(at, offset)};
+  } else {
+    const std::array<float, N> h = hash_pcg<N>(sum(at.cell, offset));
+    CellFeature<N> feature{{}, {h[0], h[1], h[2]}};
+    for (size_t i = 0; i < N; ++i) feature.place[i] = static_cast<float>(offset[i]) + h[i] * randomness;
+    return feature;
+  }
+}
+
 /// Calls visit(offset) for all cells within `reach`, the first axis running fastest.
 template <size_t N, typename Visit>
 void for_each_cell(int32_t reach, Visit visit) {
@@ -182,14 +201,18 @@ VoronoiResult smooth_nearest(const Lookup<N>& at, const VoronoiSettings& s, floa
   Point<N> place{};
   bool is_first = true;
   for_each_cell<N>(2, [&](const Cell<N>& offset) {
-    const Point<N> p = cell_point(at, offset, s.randomness);
+    // A point further than the blend by more than the smoothness leaves it as it is.
+    const float reach = distance + smoothness;
+    if (!is_first && distance_of_key<N>(least_key(at, offset, s), s) >= reach) return;
+    const auto [p, cell_colors] = cell_feature(at, offset, s.randomness);
     const float d = distance_of_key<N>(distance_key(p, at.local, s), s);
+    if (!is_first && d >= reach) return;
     const float h = is_first ? 1.0f : smoothstep01(0.5f + 0.5f * (distance - d) / smoothness);
     is_first = false;
     const float correction = smoothness * h * (1.0f - h);
     distance = lerp(distance, d, h) - correction;
     const float weak = correction / (1.0f + 3.0f * smoothness);
-    color = lerp(color, cell_color(at, offset), h) - Vec3{weak, weak, weak};
+    color = lerp(color, cell_colors, h) - Vec3{weak, weak, weak};
     for (size_t i = 0; i < N; ++i) place[i] = lerp(place[i], p[i], h) - weak;
   });
   return make_result(at, distance, color, place);
