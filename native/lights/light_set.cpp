@@ -127,7 +127,7 @@ struct LightSet::Impl {
   std::optional<IncidentLight> evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
                                                  const PathState& path) const;
   std::optional<IncidentLight> evaluate_environment_sample(Vec2 uv, const PathState& path) const;
-  void add_hit(uint32_t emitter, const Ray& ray, uint8_t visibility, std::vector<LampHit>& hits) const;
+  void add_hit(uint32_t emitter, const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const;
 };
 
 void LightSet::Impl::prepare_choice(LightSampling sampling) {
@@ -176,10 +176,12 @@ Rgb LightSet::Impl::program_factor(const SceneLamp& lamp, Vec3 receiver, const L
 std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp, Vec2 uv, Vec3 receiver,
                                                            const PathState& path) const {
   const Light& light = light_of(lamp);
-  if (path.depth > light.max_bounces) return std::nullopt;
+  if (path.depth - 1 > light.max_bounces) return std::nullopt;  // bounces up to the receiver
   const std::optional<LampSample> sample = sample_lamp(lamp.shape, uv, receiver);
   if (!sample) return std::nullopt;
-  const Rgb radiance = sample->radiance * program_factor(lamp, receiver, *sample, path);
+  PathState arriving = path;
+  arriving.ray_length = sample->distance;
+  const Rgb radiance = sample->radiance * program_factor(lamp, receiver, *sample, arriving);
   if (is_black(radiance)) return std::nullopt;
   const bool use_mis = light.use_mis && !sample->is_delta;
   return IncidentLight{sample->wi,       sample->distance,   {},      radiance,        sample->pdf,
@@ -229,15 +231,16 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv
   return light;
 }
 
-void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, uint8_t visibility, std::vector<LampHit>& hits) const {
+void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, const PathState& path,
+                             std::vector<LampHit>& hits) const {
   const SceneLamp& lamp = lamps[emitter];
   const Light& light = light_of(lamp);
-  if ((light.visibility & visibility) == 0) return;
+  if ((light.visibility & path.ray_kind) == 0) return;
   const std::optional<LampSample> sample = intersect_lamp(lamp.shape, ray);
   if (!sample) return;
-  PathState path;
-  path.ray_kind = visibility;
-  const Rgb radiance = sample->radiance * program_factor(lamp, ray.origin, *sample, path);
+  PathState arriving = path;
+  arriving.ray_length = sample->distance;
+  const Rgb radiance = sample->radiance * program_factor(lamp, ray.origin, *sample, arriving);
   hits.push_back({emitter, sample->distance, radiance, sample->pdf, light.max_bounces});
 }
 
@@ -305,10 +308,10 @@ float LightSet::environment_pdf(Vec3 direction) const {
   return impl_->environment ? impl_->environment->pdf(direction) : 0.0f;
 }
 
-void LightSet::intersect_lamps(const Ray& ray, uint8_t visibility, std::vector<LampHit>& hits) const {
+void LightSet::intersect_lamps(const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const {
   const auto first = static_cast<std::ptrdiff_t>(hits.size());
-  impl_->bvh.for_each(ray, [&](uint32_t emitter) { impl_->add_hit(emitter, ray, visibility, hits); });
-  for (const uint32_t emitter : impl_->wide_suns) impl_->add_hit(emitter, ray, visibility, hits);
+  impl_->bvh.for_each(ray, [&](uint32_t emitter) { impl_->add_hit(emitter, ray, path, hits); });
+  for (const uint32_t emitter : impl_->wide_suns) impl_->add_hit(emitter, ray, path, hits);
   std::sort(hits.begin() + first, hits.end(), [](const LampHit& a, const LampHit& b) { return a.emitter < b.emitter; });
 }
 

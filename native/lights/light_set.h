@@ -61,7 +61,9 @@ class LightSet {
   /// Probability that `choose` returns this emitter for the same receiver.
   float pmf(uint32_t emitter, Vec3 position, Vec3 n) const;
 
-  /// Empty where the sample sends nothing to `position` (behind a one-sided light, outside a spot cone, black).
+  /// Empty where the sample sends nothing to `position` (behind a one-sided light, outside a spot cone, black). `path`
+  /// is that of the ray which leaves the receiver for the light, as if it had been scattered there: what the light
+  /// sends may depend on it, and must not depend on which technique found the light.
   std::optional<IncidentLight> evaluate(const LightSample& sample, Vec3 position, const PathState& path) const;
 
   /// Emitter of a surface hit, or none when its material does not emit (or is not worth sampling).
@@ -72,9 +74,10 @@ class LightSet {
   std::optional<uint32_t> environment_emitter() const;
   float environment_pdf(Vec3 direction) const;
 
-  /// All lamps with an extent that the ray crosses before `ray.t_max` and that this kind of ray may see and `use_mis`,
-  /// in emitter order. Suns count with distance INFINITY, only when ray.t_max is infinite. Appends to `hits`.
-  void intersect_lamps(const Ray& ray, uint8_t visibility, std::vector<LampHit>& hits) const;
+  /// All lamps with an extent that the ray crosses before `ray.t_max`, that rays of `path.ray_kind` may see and
+  /// `use_mis`, in emitter order. Suns count with distance INFINITY, only when ray.t_max is infinite. Appends to
+  /// `hits`.
+  void intersect_lamps(const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const;
   bool has_visible_lamps() const;
 
   struct Impl;

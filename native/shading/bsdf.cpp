@@ -26,6 +26,17 @@ ScatterKind kind_of(const Lobe& lobe, bool is_transmission) {
   return as_microfacet(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
 }
 
+bool transmits(const Lobe& lobe) {
+  const MicrofacetLobe* microfacet = as_microfacet(lobe);
+  return microfacet ? microfacet->transmits : std::holds_alternative<TranslucentLobe>(lobe.model);
+}
+
+bool is_clear(const Lobe& lobe, ScatterKind kind) {
+  constexpr float kAlphaProduct = kClearRoughness * kClearRoughness * kClearRoughness * kClearRoughness;
+  const MicrofacetLobe* microfacet = as_microfacet(lobe);
+  return kind == ScatterKind::TRANSMISSION && microfacet && microfacet->alpha_x * microfacet->alpha_y <= kAlphaProduct;
+}
+
 /// Factor of a diffuse lobe whose normal `n` was bent away from ns: 0 where n and ns disagree about the side of wi, and
 /// the masking of a GGX surface just rough enough to contain the bend elsewhere.
 /// [Conty Estevez et al. 2019, eqs. 1 and 2; constants as in Cycles 5.0]
@@ -97,6 +108,7 @@ std::optional<BsdfSample> sample_delta(const Bsdf& bsdf, const Lobe& lobe, const
   sample.smooth_weight = lobe.weight * delta->f / sample.pdf;
   sample.kind = kind_of(lobe, !is_above);
   sample.is_delta = true;
+  sample.is_clear = is_clear(lobe, sample.kind);
   return sample;
 }
 
@@ -161,7 +173,17 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
   sample.rough_weight = evaluation.rough_cos / evaluation.pdf;
   sample.smooth_weight = evaluation.smooth_cos / evaluation.pdf;
   sample.kind = kind_of(lobe, dot(bsdf.ng, *wi) < 0.0f);
+  sample.is_clear = is_clear(lobe, sample.kind);
   return sample;
+}
+
+ScatterKind strongest_kind(const Bsdf& bsdf) {
+  const Lobe* strongest = &bsdf.lobes[0];
+  for (int i = 1; i < bsdf.count; ++i) {
+    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    if (lobe.sample_weight > strongest->sample_weight) strongest = &lobe;
+  }
+  return kind_of(*strongest, transmits(*strongest));
 }
 
 Rgb bsdf_albedo(const Bsdf& bsdf) {

@@ -17,6 +17,8 @@ enum class ScatterKind : uint8_t { DIFFUSE, GLOSSY, TRANSMISSION };
 /// Roughness (sqrt of the GGX alpha) below which a lobe is too smooth for its paths to be joined to another
 /// vertex: light through it counts as seen directly, not as reflected once.
 inline constexpr float kReconnectRoughness = 0.2f;
+/// Roughness up to which glass is clear enough to leave the film transparent; Cycles' default.
+inline constexpr float kClearRoughness = 0.1f;
 
 // --- Lobes: one file each (lobe_*.h/.cpp). Each documents f, its density and its source.
 struct LambertLobe {
@@ -110,11 +112,15 @@ struct BsdfSample {
   float pdf = 0.0f;
   ScatterKind kind = ScatterKind::DIFFUSE;
   bool is_delta = false;
+  bool is_clear = false;  // refracted by a lobe of at most kClearRoughness
   Rgb total_weight() const { return rough_weight + smooth_weight; }
 };
 /// Empty when the sample is absorbed (below the surface or zero weight). Uses two dimensions for the direction
 /// and one for the lobe. Transparency is not sampled here.
 std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction);
+
+/// Kind of the lobe that is sampled most; of those that transmit, transmission. The Bsdf must scatter.
+ScatterKind strongest_kind(const Bsdf& bsdf);
 
 /// Directional albedo estimate for denoising, [0, 1] for conserving materials; and the mean shading normal.
 Rgb bsdf_albedo(const Bsdf& bsdf);

@@ -1,5 +1,6 @@
 #include "shading/material.h"
 
+#include <limits>
 #include <span>
 
 #include "shading/closures.h"
@@ -104,7 +105,9 @@ Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& pa
   point.position = direction;
   point.ng = point.ns = point.wo = -direction;
   point.material = scene.environment.material;
-  return run_emission({scene, *program, point, path, true});
+  PathState arriving = path;
+  arriving.ray_length = std::numeric_limits<float>::max();
+  return run_emission({scene, *program, point, arriving, true});
 }
 
 }  // namespace cistern

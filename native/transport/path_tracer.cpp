@@ -52,7 +52,7 @@ class Walk {
   /// Follows one segment; false when the path has ended.
   bool step() {
     const std::optional<Hit> hit = context_.accel.intersect(ray_, state_.ray_kind);
-    if (context_.lights.has_visible_lamps()) add_lamps(hit ? hit->t : ray_.t_max);
+    if (context_.lights.has_visible_lamps()) add_lamps(hit);
     if (!hit) {
       add_environment();
       return false;
@@ -61,7 +61,7 @@ class Walk {
     state_.ray_length = travelled_ + hit->t;
     SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
     point.footprint = context_.pixel.size + context_.pixel.angle * path_length_;
-    if (context_.scene.instances[hit->instance].is_holdout) {
+    if (sees_film_ && context_.scene.instances[hit->instance].is_holdout) {
       hold_out(1.0f);
       return false;
     }
@@ -75,7 +75,7 @@ class Walk {
   }
 
   void hold_out(float fraction) {
-    if (state_.depth == 0) record_.alpha -= fraction * average(throughput_.smooth);
+    if (sees_film_) record_.alpha -= fraction * average(throughput_.total());
   }
 
   void record_first_hit(const SurfacePoint& point, const Bsdf& bsdf) {
@@ -123,14 +123,18 @@ class Walk {
     record_.indirect += clamped(throughput_.indirect * radiance, limits.clamp_indirect);
   }
 
-  void add_lamps(float t_max) {
+  void add_lamps(const std::optional<Hit>& hit) {
     // Soft lamps turn towards the point they are seen from: the last vertex, not a transparent surface on the way.
-    const Ray segment{vertex_origin_, ray_.direction, travelled_ + ray_.t_min, travelled_ + t_max};
+    // Like the sky, suns are seen beyond where the camera clips.
+    const float t_max = hit ? travelled_ + hit->t : INFINITY, clip = travelled_ + ray_.t_max;
+    const Ray segment{vertex_origin_, ray_.direction, travelled_ + ray_.t_min, t_max};
     scratch_.lamp_hits.clear();
-    context_.lights.intersect_lamps(segment, state_.ray_kind, scratch_.lamp_hits);
-    for (const LampHit& lamp : scratch_.lamp_hits)
-      if (state_.depth - 1 <= lamp.max_bounces)
+    context_.lights.intersect_lamps(segment, state_, scratch_.lamp_hits);
+    for (const LampHit& lamp : scratch_.lamp_hits) {
+      const bool is_clipped = lamp.distance >= clip && std::isfinite(lamp.distance);
+      if (!is_clipped && state_.depth - 1 <= lamp.max_bounces)
         add(lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
+    }
   }
 
   void add_surface_emission(const SurfacePoint& point, Rgb emission) {
@@ -140,10 +144,8 @@ class Walk {
   }
 
   void add_environment() {
-    const PathLimits& limits = context_.limits;
-    const bool through_glass = limits.film_transparent_glass && state_.transmission_depth == state_.depth;
-    if (limits.film_transparent && (state_.depth == 0 || through_glass)) {
-      record_.alpha -= average(throughput_.smooth);
+    if (context_.limits.film_transparent && sees_film_) {
+      record_.alpha -= average(throughput_.total());
       return;
     }
     if ((context_.scene.environment.visibility & state_.ray_kind) == 0) return;
@@ -168,6 +170,15 @@ class Walk {
     return point.ng;
   }
 
+  /// State of the ray towards a light. Of several kinds of scattering the strongest stands for all: a light that tells
+  /// diffuse from glossy rays is then seen a little differently by next-event estimation than by scattered rays.
+  PathState scattered_state(const Bsdf& bsdf) const {
+    PathState next = state_;
+    count_scattering(next, strongest_kind(bsdf));
+    next.is_singular = false;
+    return next;
+  }
+
   static float scatter_probability(const Bsdf& bsdf) {
     const float straight = average(bsdf.transparency);
     return straight > 0.0f ? bsdf.total_sample_weight / (bsdf.total_sample_weight + straight) : 1.0f;
@@ -178,7 +189,7 @@ class Walk {
     const Vec2 u_light = sampler_.light_position(state_.depth);
     const auto choice = context_.lights.choose(point.position, receiver_normal(point, bsdf), u_choice, u_light);
     if (!choice) return;
-    const auto light = context_.lights.evaluate(choice->sample, point.position, state_);
+    const auto light = context_.lights.evaluate(choice->sample, point.position, scattered_state(bsdf));
     if (!light) return;
     const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
     if (is_black(f.total_cos())) return;
@@ -225,6 +236,7 @@ class Walk {
     throughput_.scatter(sample->rough_weight * (1.0f / p_scatter), sample->smooth_weight * (1.0f / p_scatter));
     if (is_black(throughput_.total())) return false;
     count_bounce(*sample);
+    sees_film_ &= context_.limits.film_transparent_glass && sample->is_clear;
     if (sample->is_delta) {
       mis_receiver_.reset();
     } else {
@@ -237,26 +249,32 @@ class Walk {
     return survives_roulette();
   }
 
-  void count_bounce(const BsdfSample& sample) {
-    const PathLimits& limits = context_.limits;
-    ++state_.depth;
-    state_.is_singular = sample.is_delta;
-    bool at_limit = state_.depth > limits.max_bounces;
-    switch (sample.kind) {
+  static void count_scattering(PathState& state, ScatterKind kind) {
+    ++state.depth;
+    switch (kind) {
       case ScatterKind::DIFFUSE:
-        state_.ray_kind = kVisibleToDiffuse;
-        at_limit |= ++state_.diffuse_depth > limits.max_diffuse_bounces;
+        state.ray_kind = kVisibleToDiffuse;
+        ++state.diffuse_depth;
         break;
       case ScatterKind::GLOSSY:
-        state_.ray_kind = kVisibleToGlossy;
-        at_limit |= ++state_.glossy_depth > limits.max_glossy_bounces;
+        state.ray_kind = kVisibleToGlossy;
+        ++state.glossy_depth;
         break;
       case ScatterKind::TRANSMISSION:
-        state_.ray_kind = kVisibleToTransmission;
-        at_limit |= ++state_.transmission_depth > limits.max_transmission_bounces;
+        state.ray_kind = kVisibleToTransmission;
+        ++state.transmission_depth;
         break;
     }
-    last_segment_ = at_limit;
+  }
+
+  void count_bounce(const BsdfSample& sample) {
+    count_scattering(state_, sample.kind);
+    state_.is_singular = sample.is_delta;
+    // The limits of the other kinds were kept when those were counted.
+    const PathLimits& limits = context_.limits;
+    last_segment_ = state_.depth > limits.max_bounces || state_.diffuse_depth > limits.max_diffuse_bounces ||
+                    state_.glossy_depth > limits.max_glossy_bounces ||
+                    state_.transmission_depth > limits.max_transmission_bounces;
   }
 
   bool survives_roulette() {
@@ -283,10 +301,11 @@ class Walk {
       mis_receiver_;          // last vertex that next-event estimation could have lit; none after a delta lobe
   float scatter_pdf_ = 0.0f;  // of the current direction, per solid angle
   float path_length_ = 0.0f;
-  Vec3 vertex_origin_;      // where the ray left the last vertex: transparent surfaces are no vertices
-  float travelled_ = 0.0f;  // from there to the ray's origin
+  Vec3 vertex_origin_;         // where the ray left the last vertex: transparent surfaces are no vertices
+  float travelled_ = 0.0f;     // from there to the ray's origin
   bool last_segment_ = false;  // a bounce limit is reached: only light met directly still counts
   bool features_done_ = false;
+  bool sees_film_ = true;  // the film may be transparent for this ray: from the camera, or through clear glass
 };
 
 /// Both ends are moved off their surfaces, and the ray joins the moved ends: one end alone would let light at grazing
@@ -311,6 +330,7 @@ Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, const Inci
   if (!context.accel.has_transparent_surfaces()) return passed;
   PathState shadow_state = path;
   shadow_state.ray_kind = kVisibleToShadow;
+  ++shadow_state.depth;  // as a ray scattered towards the light
   float travelled = 0.0f;
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
   for (int i = 0; i <= most_surfaces; ++i) {

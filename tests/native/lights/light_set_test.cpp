@@ -176,7 +176,7 @@ TEST(LightSet, RaysAndSamplesAgree) {
     const uint32_t e = choice->sample.emitter;
     if (e < kLampCount) {
       hits.clear();
-      lights.intersect_lamps(Ray{r.position, light->wi}, kVisibleToDiffuse, hits);
+      lights.intersect_lamps(Ray{r.position, light->wi}, PathState{kVisibleToDiffuse}, hits);
       const auto hit = std::find_if(hits.begin(), hits.end(), [&](const LampHit& h) { return h.emitter == e; });
       if (hit == hits.end()) {
         ++lost;
@@ -226,18 +226,18 @@ TEST(LightSet, LampFlagsReachTheCaller) {
   light.max_bounces = 2, light.casts_shadow = false, light.visibility = kVisibleToGlossy;
   const LightSet lights(scene, LightSampling::TREE);
   PathState path;
-  path.depth = 2;
+  path.depth = 3;  // two bounces to the receiver and the one there
   const auto incident = lights.evaluate({0, {0.5f, 0.5f}}, {}, path);
   ASSERT_TRUE(incident);
   EXPECT_FALSE(incident->casts_shadow);
   EXPECT_EQ(incident->visibility, kVisibleToGlossy);
-  path.depth = 3;
+  path.depth = 4;
   EXPECT_FALSE(lights.evaluate({0, {0.5f, 0.5f}}, {}, path));
 
   std::vector<LampHit> hits;
-  lights.intersect_lamps(Ray{{}, {0, 0, 1}}, kVisibleToDiffuse, hits);
+  lights.intersect_lamps(Ray{{}, {0, 0, 1}}, PathState{kVisibleToDiffuse}, hits);
   EXPECT_TRUE(hits.empty());
-  lights.intersect_lamps(Ray{{}, {0, 0, 1}}, kVisibleToGlossy, hits);
+  lights.intersect_lamps(Ray{{}, {0, 0, 1}}, PathState{kVisibleToGlossy}, hits);
   ASSERT_EQ(hits.size(), 1u);
   EXPECT_EQ(hits[0].max_bounces, 2);
   EXPECT_FLOAT_EQ(hits[0].distance, 0.5f);
@@ -275,7 +275,7 @@ TEST(LightSet, ManyLampsAreFoundAsInALoop) {
   for (int i = 0; i < 2000; ++i) {
     const Ray ray{random_receiver(rng).position, square_to_sphere(rng.next_vec2()), 0.0f, i % 2 ? INFINITY : 3.0f};
     hits.clear();
-    lights.intersect_lamps(ray, kVisibleToDiffuse, hits);
+    lights.intersect_lamps(ray, PathState{kVisibleToDiffuse}, hits);
     looped.clear();
     for (const Light& light : scene->lights) {
       auto alone = std::make_shared<Scene>();
@@ -284,7 +284,7 @@ TEST(LightSet, ManyLampsAreFoundAsInALoop) {
       // Only lamps near the ray's line can be hit; building a set for each of the others would be slow.
       if (length(cross(to_center, ray.direction)) > p.radius * 1.01f) continue;
       alone->lights = {light};
-      LightSet(alone, LightSampling::UNIFORM).intersect_lamps(ray, kVisibleToDiffuse, looped);
+      LightSet(alone, LightSampling::UNIFORM).intersect_lamps(ray, PathState{kVisibleToDiffuse}, looped);
     }
     ASSERT_EQ(hits.size(), looped.size());
     for (size_t k = 0; k < hits.size(); ++k) EXPECT_EQ(hits[k].distance, looped[k].distance);

@@ -176,6 +176,47 @@ TEST(PathTracer, ImportanceSamplingOfTheSkyChangesNoMean) {
   EXPECT_LT(mean_p_value(with, 0.95 * expected), shared_rate(2)) << "planted: five percent";
 }
 
+/// Emission of 1, and `more` times output `output` of the Light Path node.
+int emission_by_path(PathScene& scene, int output, float more) {
+  ProgramBuilder p;
+  const Operand is_so = p.add(Op::LIGHT_PATH, {}, {output});
+  const Operand strength = p.add(Op::MATH, {is_so, p.constant(more), p.constant(1.0f)}, {4, 0});
+  p.add(Op::CLOSURE_EMISSION, {p.constant(1), p.constant(1), strength});
+  return scene.builder.add_material(p.program);
+}
+
+/// Light that depends on the ray which finds it is the same for both techniques: what reaches the floor has left the
+/// camera, was scattered once, and is diffuse.
+TEST(PathTracer, LightsSeeTheSameRayFromBothTechniques) {
+  constexpr int kIsCamera = 0, kIsDiffuse = 2, kDepth = 8, kDiffuseDepth = 9;
+  const double rate = shared_rate(8);
+  for (const auto& [output, expected] :
+       {std::pair{kIsCamera, 1.0}, {kIsDiffuse, 4.0}, {kDepth, 4.0}, {kDiffuseDepth, 4.0}}) {
+    PathScene sky;
+    sky.floor(0.0f, 10.0f, sky.diffuse(0.6f));
+    Environment environment;
+    environment.material = emission_by_path(sky, output, 3.0f);
+    sky.builder.set_environment(environment);
+    EXPECT_GT(mean_p_value(Tracer(sky).trace(kEye, kDown, 10000).direct, 0.6 * expected), rate) << output;
+
+    PathScene panel;  // so large that the floor sees nothing else
+    panel.floor(0.0f, 10.0f, panel.diffuse(0.6f));
+    panel.quad({0, 0, 2}, {0, 4000, 0}, {4000, 0, 0}, emission_by_path(panel, output, 3.0f));
+    EXPECT_GT(mean_p_value(Tracer(panel).trace(kEye, kDown, 10000).direct, 0.6 * expected), rate) << output;
+  }
+}
+
+TEST(PathTracer, SheetsSeeTheSameDepthFromBothTechniques) {
+  PathScene scene;
+  scene.floor(0.0f, 10.0f, scene.diffuse(0.6f));
+  ProgramBuilder p;
+  const Operand depth = p.add(Op::LIGHT_PATH, {}, {8});
+  p.add(Op::CLOSURE_TRANSPARENT, {p.add(Op::MATH, {depth, p.constant(0.5f), p.constant(0.0f)}, {2, 0}), p.constant(1)});
+  scene.floor(2.0f, 4000.0f, scene.builder.add_material(p.program));
+  scene.environment({1, 1, 1});
+  EXPECT_GT(mean_p_value(Tracer(scene).trace(kEye, kDown, 10000).direct, 0.6 * 0.5), kFalseAlarmRate);
+}
+
 /// A closed white-painted room whose walls glow: every ray sees 1 / (1 - albedo).
 TEST(PathTracer, RussianRouletteChangesNoMean) {
   PathScene scene;
@@ -354,6 +395,57 @@ TEST(PathTracer, HoldoutsCutHolesIntoAlpha) {
   PathScene half;
   half.floor(0.0f, 10.0f, half.holdout(0.25f));
   EXPECT_FLOAT_EQ(Tracer(half).trace(kEye, kDown).last.alpha, 0.75f);
+}
+
+TEST(PathTracer, HoldoutsAreSeenInMirrors) {
+  PathScene scene;
+  scene.floor(0.0f, 10.0f, scene.glossy(0.0f));
+  Instance panel = scene.quad({0, 0, 2}, {0, 10, 0}, {10, 0, 0}, scene.emission({3, 3, 3}));
+  panel.is_holdout = true;
+  scene.replace_last(panel);
+  const PathMeans means = Tracer(scene).trace(kEye, kTilted);
+  EXPECT_NEAR(means.emission.mean(), 3.0, 1e-4);
+  EXPECT_EQ(means.alpha.mean(), 1.0);
+}
+
+TEST(PathTracer, SunsAreSeenBeyondWhereTheCameraClips) {
+  PathScene scene;
+  Light sun;
+  sun.name = "sun";
+  sun.shape = SunLight{{0, 0, 1}, 0.5f, Rgb(1.0f)};
+  scene.builder.add_light(sun);
+  scene.point_lamp({0, 0, 4}, 1.0f, 0.5f);
+  const Tracer tracer(scene);
+  const auto seen = [&](float t_max) {
+    PathSampler sampler(1, 0, 0, SampleSequence::RANDOM);
+    PathScratch scratch;
+    const Ray ray{{}, {0, 0, 1}, 0.0f, t_max};
+    return trace_path(tracer.context(), ray, sampler, scratch).emission.g;
+  };
+  const float of_sun = 1.0f / (kPi * sqr(std::sin(0.25f))), of_lamp = 1.0f / (kPi * sqr(0.5f));
+  EXPECT_NEAR(seen(3.0f), of_sun, 1e-4f * of_sun) << "the lamp is clipped";
+  EXPECT_NEAR(seen(100.0f), of_sun + of_lamp, 1e-4f * of_sun);
+}
+
+TEST(PathTracer, OnlyClearGlassShowsTheTransparentFilm) {
+  const auto behind = [](float roughness) {
+    PathScene scene;
+    ProgramBuilder p;
+    const Operand normal = p.add(Op::NORMAL, {});
+    p.add(Op::CLOSURE_REFRACTION, {p.constant(1), p.constant(1), p.constant(roughness), p.constant(1.2f), normal});
+    scene.floor(0.0f, 10.0f, scene.builder.add_material(p.program));
+    scene.environment({2, 2, 2});
+    PathLimits limits;
+    limits.film_transparent = limits.film_transparent_glass = true;
+    return Tracer(scene, limits).trace(kEye, kDown, 4000);
+  };
+  EXPECT_LT(behind(0.0f).alpha.mean(), 1e-6);
+  EXPECT_LT(behind(0.05f).alpha.mean(), 0.01);
+  for (const float roughness : {0.15f, 0.5f}) {
+    const PathMeans means = behind(roughness);
+    EXPECT_EQ(means.alpha.mean(), 1.0) << roughness;
+    EXPECT_NEAR(means.direct.mean() + means.environment.mean(), 2.0, 0.03) << roughness;
+  }
 }
 
 TEST(PathTracer, FilmCanBeTransparentWhereNothingIs) {
