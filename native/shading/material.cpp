@@ -107,6 +107,7 @@ Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& pa
   point.material = scene.environment.material;
   PathState arriving = path;
   arriving.ray_length = std::numeric_limits<float>::max();
+  ++arriving.depth;  // as in Cycles the sky is one bounce further than a surface would be
   return run_emission({scene, *program, point, arriving, true});
 }
 

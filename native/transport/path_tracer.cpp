@@ -9,6 +9,8 @@ namespace {
 
 /// Shadow rays end this much before the light, relative to their length: a few roundings.
 constexpr float kShadowEpsilon = 1e-6f;
+/// Surfaces more transparent than this do not count as the first one seen: Cycles' default pass_alpha_threshold.
+constexpr float kMostTransparency = 0.5f;
 /// Depth of pixels that see nothing.
 constexpr float kNoHitDepth = 1e10f;
 
@@ -66,7 +68,8 @@ class Walk {
       return false;
     }
     const Bsdf bsdf = evaluate_material(context_.scene, point, state_);
-    if (context_.record_surfaces && !record_.hit && state_.depth == 0) record_first_hit(point, bsdf);
+    const bool is_seen = average(bsdf.transparency) <= kMostTransparency;
+    if (context_.record_surfaces && !record_.hit && state_.depth == 0 && is_seen) record_first_hit(point, bsdf);
     if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
     record_features(bsdf);

@@ -39,7 +39,7 @@ struct PathRecord {
   Rgb direct, indirect, emission, environment;
   float alpha = 1.0f;
 
-  // First surface the camera ray met, through transparent ones.
+  // First surface the camera ray met, through those that are more transparent than not.
   bool hit = false;
   float depth = 0.0f;  // along the view axis
   Vec3 position, normal;
