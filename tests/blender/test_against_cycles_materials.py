@@ -110,6 +110,8 @@ CLOSURES = {
 
 @pytest.mark.parametrize("case", CLOSURES)
 def test_closure(empty_scene: bpy.types.Scene, case: str) -> None:
+    if case == "rough diffuse" and bpy.app.version < (4, 5, 0):
+        pytest.skip("Cycles 4.2 has the older rough diffuse reflection, which loses light: 1.3 % darker")
     build.stage(empty_scene, build.material("ball", CLOSURES[case]))
     result = compare_with_cycles(empty_scene)
     assert result.agrees, result

@@ -109,8 +109,19 @@ TEXTURES = {
 }
 
 
+# What Cycles itself renders otherwise before a version of Blender.
+CHANGED = {
+    "voronoi": ((5, 0, 0), "Cycles before 5.0 places Voronoi cells by another hash"),
+    "normal map": ((4, 5, 0), "Cycles 4.2 corrects perturbed normals in another way: 0.4 % darker"),
+    "bump": ((4, 5, 0), "Cycles 4.2 corrects perturbed normals in another way: 1.5 % darker"),
+}
+
+
 @pytest.mark.parametrize("case", TEXTURES)
 def test_texture(empty_scene: bpy.types.Scene, case: str) -> None:
+    since, reason = CHANGED.get(case, ((0, 0, 0), ""))
+    if bpy.app.version < since:
+        pytest.skip(reason)
     build.stage(empty_scene, build.material("ball", TEXTURES[case]))
     result = compare_with_cycles(empty_scene)
     assert result.agrees, result
