@@ -19,9 +19,10 @@ class AliasTable {
   bool is_empty() const { return entries_.empty(); }
   size_t size() const { return entries_.size(); }
 
-  /// Index drawn by `u` in [0, 1). The table must not be empty.
-  uint32_t sample(float u) const {
-    const double scaled = static_cast<double>(u) * static_cast<double>(entries_.size());
+  /// Index drawn by `u` in [0, 1). The table must not be empty. The column takes log2(size) bits of `u`, what is left
+  /// decides between the two indices in it: a float would leave too few where there are 10^5 of them or more.
+  uint32_t sample(double u) const {
+    const double scaled = u * static_cast<double>(entries_.size());
     const auto column = std::min(static_cast<uint32_t>(scaled), static_cast<uint32_t>(entries_.size() - 1));
     const Entry& entry = entries_[column];
     return static_cast<float>(scaled - column) < entry.threshold ? column : entry.alias;

@@ -14,6 +14,8 @@ class Rng {
 
   uint32_t next_uint32() { return static_cast<uint32_t>(mix_bits(key_ + 0x9e3779b97f4a7c15ull * ++counter_) >> 32); }
   float next_float() { return to_unit_float(next_uint32()); }
+  /// With the 32 bits of one number, for choices among many.
+  double next_double() { return next_uint32() * 0x1p-32; }
   Vec2 next_vec2() {
     const float x = next_float();
     return {x, next_float()};

@@ -37,14 +37,15 @@ LightChoice::LightChoice(std::span<const EmitterEstimate> emitters, LightSamplin
   tree_ = LightTree(bounds);
 }
 
-std::optional<LightChoice::Result> LightChoice::choose(Vec3 position, Vec3 n, float u) const {
+std::optional<LightChoice::Result> LightChoice::choose(Vec3 position, Vec3 n, double u) const {
   if (count_ == 0) return std::nullopt;
-  if (sampling_ == LightSampling::TREE) return choose_by_tree(position, n, u);
+  if (sampling_ == LightSampling::TREE)
+    return choose_by_tree(position, n, std::min(static_cast<float>(u), kOneMinusEpsilon));
   if (sampling_ == LightSampling::POWER && !power_.is_empty()) {
     const uint32_t emitter = power_.sample(u);
     return Result{emitter, power_.pmf(emitter)};
   }
-  const auto emitter = static_cast<uint32_t>(static_cast<double>(u) * count_);
+  const auto emitter = static_cast<uint32_t>(u * count_);
   return Result{std::min(emitter, count_ - 1), 1.0f / static_cast<float>(count_)};
 }
 

@@ -30,7 +30,7 @@ class LightChoice {
     uint32_t emitter;
     float pmf;
   };
-  std::optional<Result> choose(Vec3 position, Vec3 n, float u) const;
+  std::optional<Result> choose(Vec3 position, Vec3 n, double u) const;
   float pmf(uint32_t emitter, Vec3 position, Vec3 n) const;
   size_t memory_bytes() const;
 

@@ -266,7 +266,7 @@ size_t LightSet::memory_bytes() const {
          (impl_->environment ? impl_->environment->memory_bytes() : 0);
 }
 
-std::optional<LightSet::Choice> LightSet::choose(Vec3 position, Vec3 n, float u_choice, Vec2 u_emitter) const {
+std::optional<LightSet::Choice> LightSet::choose(Vec3 position, Vec3 n, double u_choice, Vec2 u_emitter) const {
   const std::optional<LightChoice::Result> result = impl_->choice.choose(position, n, u_choice);
   if (!result) return std::nullopt;
   return Choice{{result->emitter, u_emitter}, result->pmf};

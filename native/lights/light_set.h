@@ -57,7 +57,7 @@ class LightSet {
     LightSample sample;
     float pmf;
   };
-  std::optional<Choice> choose(Vec3 position, Vec3 n, float u_choice, Vec2 u_emitter) const;
+  std::optional<Choice> choose(Vec3 position, Vec3 n, double u_choice, Vec2 u_emitter) const;
   /// Probability that `choose` returns this emitter for the same receiver.
   float pmf(uint32_t emitter, Vec3 position, Vec3 n) const;
 

@@ -24,6 +24,7 @@ class PathSampler {
   Vec2 light_position(int vertex) { return vertex == 0 ? pair(FIRST_LIGHT) : rng_.next_vec2(); }
   /// For decisions that gain little from stratification: lobes, lights, Russian roulette, passing through.
   float next_float() { return rng_.next_float(); }
+  double next_double() { return rng_.next_double(); }
 
  private:
   enum Pair : uint32_t { FILTER, LENS, FIRST_BSDF, FIRST_LIGHT };

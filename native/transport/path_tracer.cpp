@@ -188,7 +188,7 @@ class Walk {
   }
 
   void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf) {
-    const float u_choice = sampler_.next_float();
+    const double u_choice = sampler_.next_double();
     const Vec2 u_light = sampler_.light_position(state_.depth);
     const auto choice = context_.lights.choose(point.position, receiver_normal(point, bsdf), u_choice, u_light);
     if (!choice) return;

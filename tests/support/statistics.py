@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 FALSE_ALARM_RATE = 0.01
-"""Of a whole test file; `sidak` shares it out over the comparisons of one test."""
+"""Of one comparison of two pictures; `sidak` shares it out over its values."""
 
 
 def sidak(false_alarm_rate: float, comparisons: int) -> float:

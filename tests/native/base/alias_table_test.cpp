@@ -50,6 +50,25 @@ TEST(AliasTable, ProbabilitiesSumToOneAndMatchWeights) {
   EXPECT_NEAR(sum, 1.0, 1e-5);
 }
 
+/// p-value of the share of the heavy sixteenth of 2^20 indices, which has half of the weight.
+double heavy_p_value(bool with_float) {
+  std::vector<float> weights(1 << 20);
+  Rng rng(8, 0, 0, 0);
+  for (size_t i = 0; i < weights.size(); ++i) weights[i] = i % 16 == 0 ? 15.0f : 2.0f * rng.next_float();
+  const AliasTable table(weights);
+  double share = 0.0;
+  for (uint32_t i = 0; i < weights.size(); i += 16) share += table.pmf(i);
+  double heavy = 0.0;
+  for (int i = 0; i < kDraws; ++i)
+    heavy += table.sample(with_float ? rng.next_float() : rng.next_double()) % 16 == 0 ? 1.0 : 0.0;
+  return z_test_p_value((heavy - kDraws * share) / std::sqrt(kDraws * share * (1.0 - share)));
+}
+
+TEST(AliasTable, LargeTablesKeepTheirWeights) {
+  EXPECT_GT(heavy_p_value(false), kFalseAlarmRate);
+  EXPECT_LT(heavy_p_value(true), kFalseAlarmRate) << "planted: 4 bits are left to choose within a column";
+}
+
 TEST(AliasTable, NeverDrawsWeightZero) {
   const std::vector<float> weights{0.0f, 3.0f, 0.0f, 1e-20f, 0.0f};
   const AliasTable table(weights);
