@@ -34,10 +34,10 @@ int largest_image_width(const Scene& scene, const MaterialProgram& program) {
 
 /// Luminance on a lattice of (columns) x (rows + 1) points, the first and last row at the poles.
 std::vector<float> evaluate_lattice(const Scene& scene, int columns, int rows) {
-  std::vector<float> lattice(static_cast<size_t>(columns) * static_cast<size_t>(rows + 1));
+  std::vector<float> lattice(static_cast<size_t>(columns) * (static_cast<size_t>(rows) + 1));
   PathState path;
   path.ray_kind = kVisibleToDiffuse;
-  parallel_blocks(static_cast<size_t>(rows + 1), 8, [&](size_t, size_t begin, size_t end) {
+  parallel_blocks(static_cast<size_t>(rows) + 1, 8, [&](size_t, size_t begin, size_t end) {
     for (size_t y = begin; y < end; ++y) {
       const float cos_theta = std::cos(kPi * static_cast<float>(y) / static_cast<float>(rows));
       for (size_t x = 0; x < static_cast<size_t>(columns); ++x) {
