@@ -97,13 +97,23 @@ def test_world_image(empty_scene: bpy.types.Scene, mapping: dict) -> None:
     assert result.agrees, result
 
 
-def test_film_transparent(empty_scene: bpy.types.Scene) -> None:
+def smaller_floor(scene: bpy.types.Scene) -> None:
+    scene.objects["floor"].scale = (0.29, 0.3, 1.0)
+
+
+@pytest.mark.parametrize("plant", [None, smaller_floor])
+def test_film_transparent(empty_scene: bpy.types.Scene, plant) -> None:
+    """With a planted bug: a floor 3 % narrower.
+
+    The floor of the error: along edges Cycles' replicas share part of their pattern. One block's alpha is 0.0627 here
+    at any sample count, 0.0640 in all of Cycles' pictures of 64 samples and 0.0627 in those of 1,024.
+    """
     lit_stage(empty_scene)
     build.set_world(empty_scene)
     empty_scene.render.film_transparent = True
     bpy.data.objects["floor"].scale = (0.3, 0.3, 1.0)
-    result = compare_with_cycles(empty_scene)
-    assert result.agrees, result
+    result = compare_with_cycles(empty_scene, plant=plant, floor=5e-4)
+    assert result.agrees == (plant is None), result
 
 
 def brighter(scene: bpy.types.Scene) -> None:

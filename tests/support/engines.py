@@ -97,6 +97,7 @@ def compare_with_cycles(
     count: int = 6,
     blocks: int = 4,
     plant: Callable[[bpy.types.Scene], None] | None = None,
+    floor: float = 0.0,
 ) -> Comparison:
     """Cistern against Cycles. `plant` changes the scene before Cycles renders it: a planted bug."""
     prepare(scene, *size)
@@ -104,4 +105,4 @@ def compare_with_cycles(
     if plant:
         plant(scene)
     theirs = replicas(scene, "CYCLES", count, samples, blocks, first_seed=1001)
-    return compare_replicas(ours, theirs)
+    return compare_replicas(ours, theirs, floor=floor)

@@ -49,13 +49,18 @@ class Comparison:
         )
 
 
-def compare_replicas(a: NDArray, b: NDArray, false_alarm_rate: float = FALSE_ALARM_RATE) -> Comparison:
-    """Welch's t-test per value of (replicas, values) arrays, Šidák-corrected over the values."""
+def compare_replicas(
+    a: NDArray, b: NDArray, false_alarm_rate: float = FALSE_ALARM_RATE, floor: float = 0.0
+) -> Comparison:
+    """Welch's t-test per value of (replicas, values) arrays, Šidák-corrected over the values.
+
+    `floor` is added to the standard error: a stated error of the method that replicas do not show.
+    """
     mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
     variance_a, variance_b = a.var(axis=0, ddof=1) / len(a), b.var(axis=0, ddof=1) / len(b)
     variance = variance_a + variance_b
     # A value without any noise (black background) must agree to rounding; the floor stands for single precision.
-    rounding = 1e-5 * np.maximum(np.abs(mean_a), np.abs(mean_b)) + 1e-9
+    rounding = 1e-5 * np.maximum(np.abs(mean_a), np.abs(mean_b)) + 1e-9 + floor
     t = (mean_a - mean_b) / np.sqrt(variance + rounding**2)
     with np.errstate(divide="ignore", invalid="ignore"):
         freedom = variance**2 / (variance_a**2 / (len(a) - 1) + variance_b**2 / (len(b) - 1))
