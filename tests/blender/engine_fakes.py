@@ -184,9 +184,9 @@ def render(scene, folder: Path):
     path = folder / "picture.exr"
     path.unlink(missing_ok=True)
     scene.render.filepath = str(path)
-    before = len(addon.report.last)
+    addon.report.last.clear()
     bpy.ops.render.render(write_still=True)
-    return read_channels(path), addon.report.last[before:]
+    return read_channels(path), list(addon.report.last)
 
 
 def read_channels(path: Path):

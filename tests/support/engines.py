@@ -71,6 +71,7 @@ def render(scene: bpy.types.Scene, engine: str, samples: int, seed: int) -> NDAr
     scene.render.engine = engine
     settings = scene.cycles if engine == "CYCLES" else scene.cistern
     settings.samples, settings.seed = samples, seed
+    addon.report.last.clear()
     with tempfile.TemporaryDirectory() as folder:
         scene.render.filepath = str(Path(folder) / "picture.exr")
         bpy.ops.render.render(write_still=True)
