@@ -167,7 +167,7 @@ TEST(LightSet, RaysAndSamplesAgree) {
   const LightSet lights(scene, LightSampling::TREE);
   Rng rng(6, 0, 0, 0);
   std::vector<LampHit> hits;
-  int lamps = 0, lost = 0, triangles = 0, skies = 0;
+  int lamps = 0, lost = 0, triangles = 0, skies = 0, strays = 0;
   for (int i = 0; i < 20000; ++i) {
     const Receiver r = random_receiver(rng);
     const auto choice = lights.choose(r.position, r.n, rng.next_float(), rng.next_vec2());
@@ -195,13 +195,15 @@ TEST(LightSet, RaysAndSamplesAgree) {
       EXPECT_NEAR(lights.surface_pdf(point, r.position) / light->pdf, 1.0f, 1e-2f);
     } else {
       ++skies;
-      EXPECT_NEAR(lights.environment_pdf(light->wi) / light->pdf, 1.0f, 0.3f);  // texel edges, by rounding
+      // Directions on the edge of a texel may be looked up in its neighbour, by rounding.
+      strays += std::abs(lights.environment_pdf(light->wi) / light->pdf - 1.0f) > 1e-3f;
     }
   }
   EXPECT_LT(lost, 20);
   EXPECT_GT(lamps, 1000);
   EXPECT_GT(triangles, 1000);
   EXPECT_GT(skies, 500);
+  EXPECT_LT(strays, skies / 100);
 }
 
 TEST(LightSet, OneSidedEmissionLightsOneSide) {

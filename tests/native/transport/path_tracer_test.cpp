@@ -397,7 +397,7 @@ TEST(PathTracer, ClampsBoundTheMeanOfAContribution) {
   PathLimits limits;
   limits.clamp_direct = 0.5f, limits.clamp_indirect = 0.01f;
   const PathMeans means = Tracer(scene, limits).trace(kEye, kDown, 200);
-  EXPECT_NEAR(means.direct.mean(), 0.5, 0.5);
+  EXPECT_GT(means.direct.mean(), 0.1);
   EXPECT_LE(means.direct.mean(), 1.0);  // the lamp and one scattered ray at most
   EXPECT_LE(means.indirect.mean(), 0.01 * 24);
 }
