@@ -8,8 +8,6 @@
 namespace cistern {
 namespace {
 
-constexpr float kNoHitDepth = 1e10f;
-
 constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{{
     {"Combined", 4},
     {"Direct", 3},

@@ -11,8 +11,6 @@ namespace {
 constexpr float kShadowEpsilon = 1e-6f;
 /// Surfaces more transparent than this do not count as the first one seen: Cycles' default pass_alpha_threshold.
 constexpr float kMostTransparency = 0.5f;
-/// Depth of pixels that see nothing.
-constexpr float kNoHitDepth = 1e10f;
 
 /// Throughput of a path split by what the light it finds will be called: `smooth` while no vertex was rough enough to
 /// reconnect (the light is seen: Emission, Environment), `direct` after exactly one scattering there, `indirect` later.
@@ -44,7 +42,6 @@ class Walk {
   }
 
   PathRecord run() {
-    record_.depth = kNoHitDepth;
     while (step()) {
     }
     return record_;

@@ -34,6 +34,9 @@ struct PathContext {
   bool record_surfaces = true;
 };
 
+/// Depth of pixels that see nothing.
+inline constexpr float kNoHitDepth = 1e10f;
+
 /// One camera path's estimate. Combined = direct + indirect + emission + environment.
 struct PathRecord {
   Rgb direct, indirect, emission, environment;
@@ -41,7 +44,7 @@ struct PathRecord {
 
   // First surface the camera ray met, through those that are more transparent than not.
   bool hit = false;
-  float depth = 0.0f;  // along the view axis
+  float depth = kNoHitDepth;  // along the view axis
   Vec3 position, normal;
   // First surface rough enough to be a feature for a denoiser, seen through smooth ones.
   Rgb albedo;
