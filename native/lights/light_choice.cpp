@@ -1,5 +1,7 @@
 #include "lights/light_choice.h"
 
+#include <numeric>
+
 namespace cistern {
 
 namespace {
@@ -14,13 +16,17 @@ constexpr float kCosineSlack = 1e-3f;
 
 LightChoice::LightChoice(std::span<const EmitterEstimate> emitters, LightSampling sampling)
     : sampling_(sampling), count_(static_cast<uint32_t>(emitters.size())) {
+  if (sampling == LightSampling::UNIFORM) return;
+  std::vector<float> powers;
+  powers.reserve(emitters.size());
+  for (const EmitterEstimate& e : emitters) powers.push_back(e.power);
   if (sampling == LightSampling::POWER) {
-    std::vector<float> powers;
-    powers.reserve(emitters.size());
-    for (const EmitterEstimate& e : emitters) powers.push_back(e.power);
     power_ = AliasTable(powers);
+    return;
   }
-  if (sampling != LightSampling::TREE) return;
+  const float total_power = std::accumulate(powers.begin(), powers.end(), 0.0f);
+  for (float& power : powers) power = total_power > 0.0f ? power / total_power : 1.0f / static_cast<float>(count_);
+  power_pmf_ = std::move(powers);
   std::vector<LightBounds> bounds;
   leaf_of_.resize(emitters.size());
   for (uint32_t i = 0; i < count_; ++i) {
@@ -51,6 +57,12 @@ std::optional<LightChoice::Result> LightChoice::choose(Vec3 position, Vec3 n, do
 
 float LightChoice::pmf(uint32_t emitter, Vec3 position, Vec3 n) const {
   if (sampling_ == LightSampling::TREE) return pmf_by_tree(emitter, position, n);
+  if (sampling_ == LightSampling::POWER && !power_.is_empty()) return power_.pmf(emitter);
+  return 1.0f / static_cast<float>(count_);
+}
+
+float LightChoice::receiver_free_pmf(uint32_t emitter) const {
+  if (sampling_ == LightSampling::TREE) return power_pmf_[emitter];
   if (sampling_ == LightSampling::POWER && !power_.is_empty()) return power_.pmf(emitter);
   return 1.0f / static_cast<float>(count_);
 }
@@ -113,7 +125,7 @@ float LightChoice::pmf_by_tree(uint32_t emitter, Vec3 position, Vec3 n) const {
 
 size_t LightChoice::memory_bytes() const {
   return power_.memory_bytes() + tree_.memory_bytes() + (finite_.capacity() + leaf_of_.capacity()) * sizeof(uint32_t) +
-         distant_.capacity() * sizeof(Distant);
+         power_pmf_.capacity() * sizeof(float) + distant_.capacity() * sizeof(Distant);
 }
 
 }  // namespace cistern

@@ -32,6 +32,8 @@ class LightChoice {
   };
   std::optional<Result> choose(Vec3 position, Vec3 n, double u) const;
   float pmf(uint32_t emitter, Vec3 position, Vec3 n) const;
+  /// See LightSet::receiver_free_pmf.
+  float receiver_free_pmf(uint32_t emitter) const;
   size_t memory_bytes() const;
 
  private:
@@ -54,6 +56,7 @@ class LightChoice {
   AliasTable power_;
   LightTree tree_;
   std::vector<uint32_t> finite_;   // emitter of each leaf of the tree
+  std::vector<float> power_pmf_;   // TREE: each emitter's share of all power
   std::vector<uint32_t> leaf_of_;  // leaf of an emitter, or kDistantBit | index into distant_
   std::vector<Distant> distant_;
   static constexpr uint32_t kDistantBit = 0x80000000u;

@@ -274,6 +274,8 @@ std::optional<LightSet::Choice> LightSet::choose(Vec3 position, Vec3 n, double u
 
 float LightSet::pmf(uint32_t emitter, Vec3 position, Vec3 n) const { return impl_->choice.pmf(emitter, position, n); }
 
+float LightSet::receiver_free_pmf(uint32_t emitter) const { return impl_->choice.receiver_free_pmf(emitter); }
+
 std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 position, const PathState& path) const {
   if (sample.emitter < impl_->first_triangle())
     return impl_->evaluate_lamp(impl_->lamps[sample.emitter], sample.uv, position, path);

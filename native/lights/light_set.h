@@ -61,6 +61,10 @@ class LightSet {
   /// Probability that `choose` returns this emitter for the same receiver.
   float pmf(uint32_t emitter, Vec3 position, Vec3 n) const;
 
+  /// A fixed probability of each emitter, near enough to what `choose` does for multiple importance sampling weights
+  /// that every receiver can evaluate at no cost: 1/count with UNIFORM, else the share of all power.
+  float receiver_free_pmf(uint32_t emitter) const;
+
   /// Empty where the sample sends nothing to `position` (behind a one-sided light, outside a spot cone, black). `path`
   /// is that of the ray which leaves the receiver for the light, as if it had been scattered there: what the light
   /// sends may depend on it, and must not depend on which technique found the light.

@@ -14,21 +14,9 @@ Vec3 normal_of(const Lobe& lobe) {
 
 const MicrofacetLobe* as_microfacet(const Lobe& lobe) { return std::get_if<MicrofacetLobe>(&lobe.model); }
 
-bool is_smooth(const Lobe& lobe) {
-  // roughness^4 = alpha_x alpha_y
-  constexpr float kAlphaProduct = kReconnectRoughness * kReconnectRoughness * kReconnectRoughness * kReconnectRoughness;
-  const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  return microfacet && microfacet->alpha_x * microfacet->alpha_y < kAlphaProduct;
-}
-
 ScatterKind kind_of(const Lobe& lobe, bool is_transmission) {
   if (is_transmission) return ScatterKind::TRANSMISSION;
   return as_microfacet(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
-}
-
-bool transmits(const Lobe& lobe) {
-  const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  return microfacet ? microfacet->transmits : std::holds_alternative<TranslucentLobe>(lobe.model);
 }
 
 bool is_clear(const Lobe& lobe, ScatterKind kind) {
@@ -175,6 +163,18 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
   sample.kind = kind_of(lobe, dot(bsdf.ng, *wi) < 0.0f);
   sample.is_clear = is_clear(lobe, sample.kind);
   return sample;
+}
+
+bool is_smooth(const Lobe& lobe) {
+  // roughness^4 = alpha_x alpha_y
+  constexpr float kAlphaProduct = kReconnectRoughness * kReconnectRoughness * kReconnectRoughness * kReconnectRoughness;
+  const MicrofacetLobe* microfacet = as_microfacet(lobe);
+  return microfacet && microfacet->alpha_x * microfacet->alpha_y < kAlphaProduct;
+}
+
+bool transmits(const Lobe& lobe) {
+  const MicrofacetLobe* microfacet = as_microfacet(lobe);
+  return microfacet ? microfacet->transmits : std::holds_alternative<TranslucentLobe>(lobe.model);
 }
 
 ScatterKind strongest_kind(const Bsdf& bsdf) {

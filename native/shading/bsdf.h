@@ -119,6 +119,11 @@ struct BsdfSample {
 /// and one for the lobe. Transparency is not sampled here.
 std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction);
 
+/// Whether the lobe is below kReconnectRoughness.
+bool is_smooth(const Lobe& lobe);
+/// Whether the lobe scatters to the far side of the surface.
+bool transmits(const Lobe& lobe);
+
 /// Kind of the lobe that is sampled most; of those that transmit, transmission. The Bsdf must scatter.
 ScatterKind strongest_kind(const Bsdf& bsdf);
 

@@ -97,10 +97,8 @@ class Walk {
   }
 
   static bool has_rough_lobe(const Bsdf& bsdf) {
-    for (int i = 0; i < bsdf.count; ++i) {
-      const auto* microfacet = std::get_if<MicrofacetLobe>(&bsdf.lobes[i].model);
-      if (!microfacet || microfacet->alpha_x * microfacet->alpha_y >= sqr(sqr(kReconnectRoughness))) return true;
-    }
+    for (int i = 0; i < bsdf.count; ++i)
+      if (!is_smooth(bsdf.lobes[i])) return true;
     return false;
   }
 
@@ -161,12 +159,8 @@ class Walk {
 
   /// Normal that the light samplers may assume: none where light can also come from behind.
   static Vec3 receiver_normal(const SurfacePoint& point, const Bsdf& bsdf) {
-    for (int i = 0; i < bsdf.count; ++i) {
-      const auto* microfacet = std::get_if<MicrofacetLobe>(&bsdf.lobes[i].model);
-      const bool transmits =
-          microfacet ? microfacet->transmits : std::holds_alternative<TranslucentLobe>(bsdf.lobes[i].model);
-      if (transmits) return {};
-    }
+    for (int i = 0; i < bsdf.count; ++i)
+      if (transmits(bsdf.lobes[i])) return {};
     return point.ng;
   }
 
