@@ -1,0 +1,28 @@
+#pragma once
+
+#include "base/rgb.h"
+
+namespace cistern {
+
+/// How a point of a rough surface scatters light, in few enough bytes to keep for every pixel. Good for target
+/// functions, which may be any positive guess of what light a direction brings; shading evaluates the true BSDF.
+struct Receiver {
+  Vec3 position;
+  Vec3 ng, n;                 // geometric normal, on the side of wo, and mean shading normal; unit
+  Vec3 wo;                    // unit, towards the eye
+  Rgb diffuse;                // albedo of what scatters evenly
+  Rgb glossy;                 // albedo of rough reflections
+  float alpha = 1.0f;         // their GGX roughness
+  float transmission = 0.0f;  // albedo (luminance) of what scatters to the far side
+};
+
+/// Guess of f cos(theta) and of the density of BSDF sampling (per solid angle) for light from `wi`. Positive wherever
+/// a surface with these normals and albedos can scatter: `f_cos` on both sides of it where something is transmitted,
+/// otherwise on the side of either normal.
+struct Response {
+  Rgb f_cos;
+  float pdf = 0.0f;
+};
+Response respond(const Receiver& receiver, Vec3 wi);
+
+}  // namespace cistern
