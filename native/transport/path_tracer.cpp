@@ -36,9 +36,15 @@ Rgb clamped(Rgb contribution, float limit) {
 /// One path on its way. The steps of `trace_path` in the order they happen.
 class Walk {
  public:
-  Walk(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch)
-      : context_(context), ray_(ray), sampler_(sampler), scratch_(scratch), vertex_origin_(ray.origin) {
+  Walk(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch, VisiblePoint* visible)
+      : context_(context),
+        ray_(ray),
+        sampler_(sampler),
+        scratch_(scratch),
+        visible_(visible),
+        vertex_origin_(ray.origin) {
     features_done_ = !context.record_surfaces;
+    if (visible) visible->exists = false;
   }
 
   PathRecord run() {
@@ -70,7 +76,11 @@ class Walk {
     if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
     record_features(bsdf);
-    if (!last_segment_ && bsdf.scatters()) add_direct_light(point, bsdf);
+    at_visible_point_ = false;
+    if (!last_segment_ && bsdf.scatters()) {
+      if (is_visible_point(bsdf)) set_visible_point(point, bsdf);
+      add_direct_light(point, bsdf);
+    }
     return continue_path(point, bsdf);
   }
 
@@ -102,23 +112,48 @@ class Walk {
     return false;
   }
 
-  // --- light found by the path itself ---------------------------------------------------------------------------
-
-  /// Weight of this path against next-event estimation for an emitter that has `pdf` (per solid angle, given the
-  /// emitter).
-  float emitter_weight(std::optional<uint32_t> emitter, float pdf) const {
-    if (!emitter || !mis_receiver_) return 1.0f;
-    const float pmf = context_.lights.pmf(*emitter, mis_receiver_->position, mis_receiver_->normal);
-    return power_heuristic(scatter_pdf_, pmf * pdf);
+  static bool has_smooth_lobe(const Bsdf& bsdf) {
+    for (int i = 0; i < bsdf.count; ++i)
+      if (is_smooth(bsdf.lobes[i])) return true;
+    return false;
   }
 
-  void add(Rgb radiance, SourceKind source) {
+  // --- the visible point ----------------------------------------------------------------------------------------
+
+  bool is_visible_point(const Bsdf& bsdf) const {
+    return visible_ && !visible_->exists && !is_black(throughput_.smooth) && has_rough_lobe(bsdf);
+  }
+
+  void set_visible_point(const SurfacePoint& point, const Bsdf& bsdf) {
+    *visible_ = make_visible_point(point, bsdf);
+    visible_->state = state_;
+    visible_->scattered = scattered_state(bsdf);
+    visible_->throughput = throughput_.smooth;
+    visible_->distance = path_length_;
+    at_visible_point_ = true;
+  }
+
+  // --- light found by the path itself ---------------------------------------------------------------------------
+
+  /// Weights of this path against next-event estimation for an emitter that has `pdf` (per solid angle, given the
+  /// emitter). Light that the visible point reflects has one of its own, against the light samples of the caller.
+  struct EmitterWeight {
+    float direct = 1.0f, other = 1.0f;
+  };
+  EmitterWeight emitter_weight(std::optional<uint32_t> emitter, float pdf) const {
+    if (!emitter || !mis_receiver_) return {};
+    const float pmf = context_.lights.pmf(*emitter, mis_receiver_->position, mis_receiver_->normal);
+    const float other = power_heuristic(scatter_pdf_, pmf * pdf);
+    return {left_visible_point_ ? 1.0f - light_sample_share(context_, *emitter, pdf, scatter_pdf_) : other, other};
+  }
+
+  void add(Rgb radiance, EmitterWeight weight, SourceKind source) {
     const PathLimits& limits = context_.limits;
     Rgb& seen = source == SourceKind::ENVIRONMENT ? record_.environment : record_.emission;
-    seen +=
-        state_.depth == 0 ? throughput_.smooth * radiance : clamped(throughput_.smooth * radiance, limits.clamp_direct);
-    record_.direct += clamped(throughput_.direct * radiance, limits.clamp_direct);
-    record_.indirect += clamped(throughput_.indirect * radiance, limits.clamp_indirect);
+    const Rgb seen_light = throughput_.smooth * radiance * weight.other;
+    seen += state_.depth == 0 ? seen_light : clamped(seen_light, limits.clamp_direct);
+    record_.direct += clamped(throughput_.direct * radiance * weight.direct, limits.clamp_direct);
+    record_.indirect += clamped(throughput_.indirect * radiance * weight.other, limits.clamp_indirect);
   }
 
   void add_lamps(const std::optional<Hit>& hit) {
@@ -131,14 +166,14 @@ class Walk {
     for (const LampHit& lamp : scratch_.lamp_hits) {
       const bool is_clipped = lamp.distance >= clip && std::isfinite(lamp.distance);
       if (!is_clipped && state_.depth - 1 <= lamp.max_bounces)
-        add(lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
+        add(lamp.radiance, emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
     }
   }
 
   void add_surface_emission(const SurfacePoint& point, Rgb emission) {
     const std::optional<uint32_t> emitter = context_.lights.emitter_of(point.instance, point.triangle);
     const float pdf = emitter && mis_receiver_ ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
-    add(emission * emitter_weight(emitter, pdf), SourceKind::SURFACE);
+    add(emission, emitter_weight(emitter, pdf), SourceKind::SURFACE);
   }
 
   void add_environment() {
@@ -152,7 +187,7 @@ class Walk {
     if (!features_done_ && state_.depth > 0) record_.albedo = throughput_.smooth * min(radiance, Rgb(1.0f));
     const std::optional<uint32_t> emitter = context_.lights.environment_emitter();
     const float pdf = emitter && mis_receiver_ ? context_.lights.environment_pdf(ray_.direction) : 0.0f;
-    add(radiance * emitter_weight(emitter, pdf), SourceKind::ENVIRONMENT);
+    add(radiance, emitter_weight(emitter, pdf), SourceKind::ENVIRONMENT);
   }
 
   // --- next-event estimation --------------------------------------------------------------------------------------
@@ -173,12 +208,8 @@ class Walk {
     return next;
   }
 
-  static float scatter_probability(const Bsdf& bsdf) {
-    const float straight = average(bsdf.transparency);
-    return straight > 0.0f ? bsdf.total_sample_weight / (bsdf.total_sample_weight + straight) : 1.0f;
-  }
-
   void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf) {
+    if (at_visible_point_ && !has_smooth_lobe(bsdf)) return;  // all of it is the caller's
     const double u_choice = sampler_.next_double();
     const Vec2 u_light = sampler_.light_position(state_.depth);
     const auto choice = context_.lights.choose(point.position, receiver_normal(point, bsdf), u_choice, u_light);
@@ -197,7 +228,7 @@ class Walk {
     Rgb& seen = is_environment ? record_.environment : record_.emission;
     const PathLimits& limits = context_.limits;
     seen += clamped(throughput_.smooth * f.smooth_cos * radiance, limits.clamp_direct);
-    record_.direct += clamped(throughput_.smooth * f.rough_cos * radiance, limits.clamp_direct);
+    if (!at_visible_point_) record_.direct += clamped(throughput_.smooth * f.rough_cos * radiance, limits.clamp_direct);
     record_.indirect +=
         clamped((throughput_.direct + throughput_.indirect) * f.total_cos() * radiance, limits.clamp_indirect);
   }
@@ -229,6 +260,7 @@ class Walk {
     if (!sample) return false;
     throughput_.scatter(sample->rough_weight * (1.0f / p_scatter), sample->smooth_weight * (1.0f / p_scatter));
     if (is_black(throughput_.total())) return false;
+    left_visible_point_ = at_visible_point_;
     count_bounce(*sample);
     sees_film_ &= context_.limits.film_transparent_glass && sample->is_clear;
     if (sample->is_delta) {
@@ -288,6 +320,8 @@ class Walk {
   Ray ray_;
   PathSampler& sampler_;
   PathScratch& scratch_;
+  VisiblePoint* visible_;  // null: nobody shares the direct light
+  bool at_visible_point_ = false, left_visible_point_ = false;
   PathState state_;
   PathRecord record_;
   Throughput throughput_;
@@ -342,8 +376,19 @@ Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, const Inci
   return Rgb(0.0f);
 }
 
-PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch) {
-  return Walk(context, ray, sampler, scratch).run();
+float scatter_probability(const Bsdf& bsdf) {
+  const float straight = average(bsdf.transparency);
+  return straight > 0.0f ? bsdf.total_sample_weight / (bsdf.total_sample_weight + straight) : 1.0f;
+}
+
+float light_sample_share(const PathContext& context, uint32_t emitter, float light_pdf, float bsdf_pdf) {
+  const float light = context.light_candidates * context.lights.receiver_free_pmf(emitter) * light_pdf;
+  return light > 0.0f ? light / (light + bsdf_pdf) : 0.0f;
+}
+
+PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
+                      VisiblePoint* visible) {
+  return Walk(context, ray, sampler, scratch, visible).run();
 }
 
 }  // namespace cistern

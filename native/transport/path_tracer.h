@@ -4,6 +4,7 @@
 #include "lights/light_set.h"
 #include "transport/camera_ray.h"
 #include "transport/path_sampler.h"
+#include "transport/visible_points.h"
 
 namespace cistern {
 
@@ -32,6 +33,8 @@ struct PathContext {
   PixelFootprint pixel;
   /// Whether PathRecord's members about the first surfaces are wanted.
   bool record_surfaces = true;
+  /// Light samples that visible points get besides their path; counts only where direct light is left to the caller.
+  float light_candidates = 1.0f;
 };
 
 /// Depth of pixels that see nothing.
@@ -58,7 +61,21 @@ struct PathScratch {
 
 /// The reference estimator: unidirectional path tracing with next-event estimation at every vertex and multiple
 /// importance sampling (power heuristic) against BSDF sampling [Veach 1997, ch. 9 and 10]. `ray` starts at the camera.
-PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch);
+///
+/// With `visible`, the caller estimates the direct light there: the path stores its visible point, takes no light
+/// sample for the rough lobes there, and of an emitter that it meets next adds only 1 - light_sample_share.
+/// Transparent surfaces on the way scale both parts alike.
+PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
+                      VisiblePoint* visible = nullptr);
+
+/// Part of an emitter's light at a visible point that light samples account for; the path's own BSDF sample has the
+/// rest. Balance heuristic of `light_candidates` samples with receiver-free probabilities: any partition is lawful,
+/// this one costs nothing to evaluate at somebody else's visible point. Densities are per solid angle, `light_pdf`
+/// given the emitter. 1 for light that no scattered ray meets is up to the caller.
+float light_sample_share(const PathContext& context, uint32_t emitter, float light_pdf, float bsdf_pdf);
+
+/// Probability that a path scatters instead of passing straight through.
+float scatter_probability(const Bsdf& bsdf);
 
 /// Fraction of what `light` sends that reaches `position`, on a surface with geometric normal `ng`: 0 behind opaque
 /// surfaces, tinted by transparent ones.

@@ -1,0 +1,83 @@
+#include "transport/visible_points.h"
+
+#include "shading/lobe_microfacet.h"
+
+namespace cistern {
+namespace {
+
+void add_normal(Receiver& receiver, const Lobe& lobe, Rgb albedo) {
+  receiver.n += std::visit([](const auto& model) { return model.n; }, lobe.model) * luminance(albedo);
+}
+
+/// Adds a microfacet lobe; returns its albedo.
+float add_microfacet(Receiver& receiver, const Lobe& lobe, const MicrofacetLobe& model) {
+  const Rgb albedo = lobe.weight * microfacet_albedo(model, receiver.wo);
+  // How glass divides light between its sides depends on the direction; half is near enough for a guess.
+  const float reflected = !model.reflects ? 0.0f : (model.transmits ? 0.5f : 1.0f);
+  receiver.glossy += albedo * reflected;
+  receiver.transmission += luminance(albedo) * (1.0f - reflected);
+  add_normal(receiver, lobe, albedo);
+  return luminance(albedo);
+}
+
+void add_even_lobe(Receiver& receiver, const Lobe& lobe) {
+  if (transmits(lobe)) {
+    receiver.transmission += luminance(lobe.weight);
+  } else {
+    receiver.diffuse += lobe.weight;
+  }
+  add_normal(receiver, lobe, lobe.weight);
+}
+
+/// Sums over the rough lobes.
+Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
+  Receiver receiver{point.position, point.ng, {}, point.wo, {}, {}, 1.0f, 0.0f};
+  float microfacets = 0.0f, alpha = 0.0f;
+  for (int i = 0; i < bsdf.count; ++i) {
+    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    if (is_smooth(lobe)) continue;
+    if (const auto* model = std::get_if<MicrofacetLobe>(&lobe.model)) {
+      const float albedo = add_microfacet(receiver, lobe, *model);
+      microfacets += albedo;
+      alpha += albedo * std::sqrt(model->alpha_x * model->alpha_y);
+    } else {
+      add_even_lobe(receiver, lobe);
+    }
+  }
+  if (microfacets > 0.0f) receiver.alpha = alpha / microfacets;
+  receiver.n = normalize_or(receiver.n, point.ns);
+  return receiver;
+}
+
+}  // namespace
+
+VisiblePoint make_visible_point(const SurfacePoint& point, const Bsdf& bsdf) {
+  VisiblePoint visible;
+  visible.receiver = describe_receiver(point, bsdf);
+  visible.ns = point.ns;
+  visible.barycentric = point.barycentric;
+  visible.instance = point.instance;
+  visible.triangle = point.triangle;
+  visible.material = point.material;
+  visible.footprint = point.footprint;
+  visible.is_backface = point.is_backface;
+  visible.exists = true;
+  return visible;
+}
+
+SurfacePoint surface_point(const VisiblePoint& visible) {
+  SurfacePoint point;
+  point.position = visible.receiver.position;
+  point.ng = visible.receiver.ng;
+  point.ns = visible.ns;
+  point.wo = visible.receiver.wo;
+  point.barycentric = visible.barycentric;
+  point.instance = visible.instance;
+  point.triangle = visible.triangle;
+  point.material = visible.material;
+  point.is_backface = visible.is_backface;
+  point.footprint = visible.footprint;
+  return point;
+}
+
+}  // namespace cistern

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "resampling/receiver.h"
+#include "shading/bsdf.h"
+
+namespace cistern {
+
+/// The first surface of a camera path that is rough enough to reuse light at, seen straight or through smooth
+/// surfaces. What is reused there is the light that its *rough* lobes reflect; smooth lobes keep what their own path
+/// finds.
+struct VisiblePoint {
+  Receiver receiver;
+  // With the receiver's geometry, all that the material needs to be evaluated again.
+  Vec3 ns;
+  Vec2 barycentric;
+  uint32_t instance = 0, triangle = 0;
+  int material = -1;
+  float footprint = 0.0f;
+  bool is_backface = false;
+  bool exists = false;
+  PathState state;        // of the ray that arrived
+  PathState scattered;    // of a ray scattered towards a light
+  Rgb throughput;         // of the smooth surfaces on the way
+  float distance = 0.0f;  // from the camera, along the path
+};
+
+/// At a surface point with its BSDF. What belongs to the path (states, throughput, distance) is left to the caller.
+VisiblePoint make_visible_point(const SurfacePoint& point, const Bsdf& bsdf);
+
+SurfacePoint surface_point(const VisiblePoint& visible);
+
+}  // namespace cistern
