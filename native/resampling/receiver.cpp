@@ -23,12 +23,14 @@ Ggx reflect_ggx(float alpha, float cos_o, float cos_i, float cos_h) {
 }  // namespace
 
 Response respond(const Receiver& receiver, Vec3 wi) {
+  const bool is_two_sided = receiver.side == Vec3{};
+  if (!is_two_sided && !(dot(receiver.side, wi) > 0.0f)) return {};
   const float cos_n = dot(receiver.n, wi);
   const float diffuse = luminance(receiver.diffuse), glossy = luminance(receiver.glossy);
   const float albedo = diffuse + glossy + receiver.transmission;
   if (!(albedo > 0.0f)) return {};
   Response response;
-  if (cos_n > 0.0f || dot(receiver.ng, wi) > 0.0f) {
+  if (cos_n > 0.0f || !is_two_sided) {
     const float cos_i = std::max(cos_n, kSmallestCosine);
     response.f_cos = (receiver.diffuse + kEvenShare * receiver.glossy) * (kInvPi * cos_i);
     response.pdf = diffuse * kInvPi * cos_i;

@@ -8,7 +8,8 @@ namespace cistern {
 /// functions, which may be any positive guess of what light a direction brings; shading evaluates the true BSDF.
 struct Receiver {
   Vec3 position;
-  Vec3 ng, n;                 // geometric normal, on the side of wo, and mean shading normal; unit
+  Vec3 side;                  // light comes from the half space it points into; zero: from anywhere
+  Vec3 n;                     // mean shading normal, unit
   Vec3 wo;                    // unit, towards the eye
   Rgb diffuse;                // albedo of what scatters evenly
   Rgb glossy;                 // albedo of rough reflections
@@ -16,9 +17,8 @@ struct Receiver {
   float transmission = 0.0f;  // albedo (luminance) of what scatters to the far side
 };
 
-/// Guess of f cos(theta) and of the density of BSDF sampling (per solid angle) for light from `wi`. Positive wherever
-/// a surface with these normals and albedos can scatter: `f_cos` on both sides of it where something is transmitted,
-/// otherwise on the side of either normal.
+/// Guess of f cos(theta) and of the density of BSDF sampling (per solid angle) for light from `wi`. `f_cos` is zero for
+/// light from behind `side`, and positive for all other light that a surface with these albedos can scatter.
 struct Response {
   Rgb f_cos;
   float pdf = 0.0f;

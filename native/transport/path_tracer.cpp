@@ -192,13 +192,6 @@ class Walk {
 
   // --- next-event estimation --------------------------------------------------------------------------------------
 
-  /// Normal that the light samplers may assume: none where light can also come from behind.
-  static Vec3 receiver_normal(const SurfacePoint& point, const Bsdf& bsdf) {
-    for (int i = 0; i < bsdf.count; ++i)
-      if (transmits(bsdf.lobes[i])) return {};
-    return point.ng;
-  }
-
   /// State of the ray towards a light. Of several kinds of scattering the strongest stands for all: a light that tells
   /// diffuse from glossy rays is then seen a little differently by next-event estimation than by scattered rays.
   PathState scattered_state(const Bsdf& bsdf) const {
@@ -212,7 +205,7 @@ class Walk {
     if (at_visible_point_ && !has_smooth_lobe(bsdf)) return;  // all of it is the caller's
     const double u_choice = sampler_.next_double();
     const Vec2 u_light = sampler_.light_position(state_.depth);
-    const auto choice = context_.lights.choose(point.position, receiver_normal(point, bsdf), u_choice, u_light);
+    const auto choice = context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light);
     if (!choice) return;
     const auto light = context_.lights.evaluate(choice->sample, point.position, scattered_state(bsdf));
     if (!light) return;
@@ -266,7 +259,7 @@ class Walk {
     if (sample->is_delta) {
       mis_receiver_.reset();
     } else {
-      mis_receiver_ = Receiver{point.position, receiver_normal(point, bsdf)};
+      mis_receiver_ = Receiver{point.position, light_side(point, bsdf)};
       scatter_pdf_ = sample->pdf * p_scatter;
     }
     ray_ = Ray{offset_origin(point.position, point.ng, sample->wi), sample->wi};

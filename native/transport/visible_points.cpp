@@ -31,7 +31,7 @@ void add_even_lobe(Receiver& receiver, const Lobe& lobe) {
 
 /// Sums over the rough lobes.
 Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
-  Receiver receiver{point.position, point.ng, {}, point.wo, {}, {}, 1.0f, 0.0f};
+  Receiver receiver{point.position, light_side(point, bsdf), {}, point.wo, {}, {}, 1.0f, 0.0f};
   float microfacets = 0.0f, alpha = 0.0f;
   for (int i = 0; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
@@ -51,9 +51,16 @@ Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
 
 }  // namespace
 
+Vec3 light_side(const SurfacePoint& point, const Bsdf& bsdf) {
+  for (int i = 0; i < bsdf.count; ++i)
+    if (transmits(bsdf.lobes[static_cast<size_t>(i)])) return {};
+  return point.ng;
+}
+
 VisiblePoint make_visible_point(const SurfacePoint& point, const Bsdf& bsdf) {
   VisiblePoint visible;
   visible.receiver = describe_receiver(point, bsdf);
+  visible.ng = point.ng;
   visible.ns = point.ns;
   visible.barycentric = point.barycentric;
   visible.instance = point.instance;
@@ -68,7 +75,7 @@ VisiblePoint make_visible_point(const SurfacePoint& point, const Bsdf& bsdf) {
 SurfacePoint surface_point(const VisiblePoint& visible) {
   SurfacePoint point;
   point.position = visible.receiver.position;
-  point.ng = visible.receiver.ng;
+  point.ng = visible.ng;
   point.ns = visible.ns;
   point.wo = visible.receiver.wo;
   point.barycentric = visible.barycentric;

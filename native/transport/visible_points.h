@@ -11,7 +11,7 @@ namespace cistern {
 struct VisiblePoint {
   Receiver receiver;
   // With the receiver's geometry, all that the material needs to be evaluated again.
-  Vec3 ns;
+  Vec3 ng, ns;
   Vec2 barycentric;
   uint32_t instance = 0, triangle = 0;
   int material = -1;
@@ -23,6 +23,10 @@ struct VisiblePoint {
   Rgb throughput;         // of the smooth surfaces on the way
   float distance = 0.0f;  // from the camera, along the path
 };
+
+/// Normal of the half space that light must come from to be scattered, zero where it may come from anywhere: what a
+/// light sampler may assume of the receiver.
+Vec3 light_side(const SurfacePoint& point, const Bsdf& bsdf);
 
 /// At a surface point with its BSDF. What belongs to the path (states, throughput, distance) is left to the caller.
 VisiblePoint make_visible_point(const SurfacePoint& point, const Bsdf& bsdf);
