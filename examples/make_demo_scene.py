@@ -3,13 +3,13 @@
 .venv/bin/python examples/make_demo_scene.py [FILE.blend]
 """
 
-import os
 import sys
 from pathlib import Path
 
 import bpy
 
 from cistern_hall import hall
+from scene_tools import save
 
 SAMPLES = 32  # per pixel, where the engine is there to be told
 
@@ -34,13 +34,7 @@ def make(path: Path) -> None:
         scene.cistern.samples = SAMPLES
     distinct, placed = triangles(scene)
     print(f"Demo scene: {distinct:,} triangles, {placed:,} with all instances, {len(bpy.data.lights)} lamps")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".partial-{os.getpid()}.blend")
-    try:
-        bpy.ops.wm.save_as_mainfile(filepath=str(partial), copy=True, compress=True)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    save(path)
 
 
 def ensure(path: Path) -> Path:

@@ -1,0 +1,77 @@
+"""What the scripts that build scenes share: an empty scene, materials without gloss, placing things, saving."""
+
+import os
+from pathlib import Path
+
+import bpy
+from mathutils import Matrix, Vector
+
+Colour = tuple[float, float, float]
+Place = tuple[float, float, float]
+
+
+def empty_scene() -> bpy.types.Scene:
+    """Replaces what is open in Blender by an empty scene without a world."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True, load_ui=False)
+    bpy.context.scene.world = None
+    return bpy.context.scene
+
+
+def surface(name: str, kind: str, **inputs: object) -> bpy.types.Material:
+    """A material of one closure; inputs by the names of its sockets with underscores for blanks."""
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    closure = tree.nodes.new(kind)
+    for socket, value in inputs.items():
+        closure.inputs[socket.replace("_", " ")].default_value = value
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(closure.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def matt(name: str, colour: Colour) -> bpy.types.Material:
+    """Lambertian, of this albedo."""
+    return surface(name, "ShaderNodeBsdfDiffuse", Color=(*colour, 1.0))
+
+
+def glow(name: str, colour: Colour, strength: float) -> bpy.types.Material:
+    """Emits `colour` x `strength` W/(m2 sr) and reflects nothing."""
+    return surface(name, "ShaderNodeEmission", Color=(*colour, 1.0), Strength=strength)
+
+
+def place(scene: bpy.types.Scene, name: str, what: bpy.types.ID, at: Place, turn: float = 0.0) -> bpy.types.Object:
+    """A mesh or light as an object, turned about Z (radians)."""
+    thing = bpy.data.objects.new(name, what)
+    thing.location = at
+    thing.rotation_euler = (0.0, 0.0, turn)
+    scene.collection.objects.link(thing)
+    return thing
+
+
+def sphere_light(name: str, colour: Colour, power_w: float, radius: float) -> bpy.types.Light:
+    light = bpy.data.lights.new(name, "POINT")
+    light.color, light.energy, light.shadow_soft_size = colour, power_w, radius
+    return light
+
+
+def aim_camera(scene: bpy.types.Scene, eye: Place, target: Place, lens_mm: float) -> None:
+    """Gives the scene a camera at `eye` that looks at `target`, upright."""
+    data = bpy.data.cameras.new("Camera")
+    data.lens, data.clip_start, data.clip_end = lens_mm, 0.05, 5000.0
+    camera = place(scene, "Camera", data, (0.0, 0.0, 0.0))
+    direction = Vector(target) - Vector(eye)
+    camera.matrix_world = Matrix.Translation(eye) @ direction.to_track_quat("-Z", "Y").to_matrix().to_4x4()
+    scene.camera = camera
+
+
+def save(path: Path) -> None:
+    """Saves what is open in Blender; the file gets its name when it is whole."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".partial-{os.getpid()}.blend")
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(partial), copy=True, compress=True)
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
