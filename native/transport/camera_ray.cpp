@@ -41,6 +41,16 @@ Ray camera_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
   return ray;
 }
 
+std::optional<Vec2> project(const Camera& camera, Vec3 position) {
+  const Vec3 offset = position - camera.camera_to_world.translation;
+  const float depth = camera_depth(camera, position);
+  if (!(depth > 0.0f)) return std::nullopt;
+  const float scale = camera.type == CameraType::PERSPECTIVE ? 1.0f / depth : 1.0f;
+  const float x = dot(camera.camera_to_world.column(0), offset) * scale;
+  const float y = dot(camera.camera_to_world.column(1), offset) * scale;
+  return Vec2{(x - camera.left) / (camera.right - camera.left), (y - camera.bottom) / (camera.top - camera.bottom)};
+}
+
 float camera_depth(const Camera& camera, Vec3 position) {
   return -dot(camera.camera_to_world.column(2), position - camera.camera_to_world.translation);
 }

@@ -9,6 +9,10 @@ namespace cistern {
 /// the aperture. `t_min` and `t_max` are the clipping planes.
 Ray camera_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens);
 
+/// The point (s, t) of the full frame at which the centre of the lens sees a world-space point; empty behind the
+/// camera.
+std::optional<Vec2> project(const Camera& camera, Vec3 position);
+
 /// Depth along the view axis of a world-space point.
 float camera_depth(const Camera& camera, Vec3 position);
 

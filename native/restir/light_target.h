@@ -1,0 +1,27 @@
+#pragma once
+
+#include "resampling/reservoir.h"
+#include "transport/path_tracer.h"
+
+namespace cistern {
+
+// Light samples are points of their emitter's own unit square, (emitter, uv), and all contribution weights W are in
+// that measure: counting over emitters, area over the square. Every receiver shares it, so a sample moves from one to
+// another without a Jacobian, and area lights, spheres, suns and environment are one kind of sample. A light sampler
+// draws y = (emitter, uv) with density pmf(emitter); at receiver r the integrand is
+//   F_r(y) = f cos(wi) L(wi) / p(wi | emitter),  p per solid angle (LightSet::evaluate).
+// Reservoirs estimate its part light_sample_share (path_tracer.h); the path's own BSDF sample adds the rest. They never
+// see visibility, so MIS weights need no rays.
+using LightReservoir = Reservoir<LightSample>;
+
+/// Target p_hat of light reservoirs at a visible point: the unshadowed luminance that F brings it, by its Receiver.
+/// Positive wherever F can be.
+float light_target(const PathContext& context, const VisiblePoint& visible, const LightSample& sample);
+
+/// Whether something of the sample's light arrives.
+bool is_visible(const PathContext& context, const VisiblePoint& visible, const LightSample& sample);
+
+/// F for rough lobes times the throughput to the camera, with the true BSDF and shadow ray.
+Rgb reflected_light(const PathContext& context, const VisiblePoint& visible, const LightSample& sample);
+
+}  // namespace cistern

@@ -1,0 +1,136 @@
+#include "restir/reservoir_direct_light.h"
+
+#include <array>
+
+#include "base/rng.h"
+#include "base/warp.h"
+#include "resampling/resample.h"
+
+namespace cistern {
+namespace {
+
+/// Neighbours may differ by this much. [Bitterli 2020] §5: 25 degrees, 10 % of the distance.
+constexpr float kSmallestNormalCosine = 0.9063f;
+constexpr float kLargestDistanceRatio = 1.1f;
+
+/// Streams of random numbers of a pixel and frame; 0 is the path's.
+enum Stream : uint32_t { INITIAL = 1, TEMPORAL, SPATIAL };
+
+constexpr int kMaxNeighbours = 32;
+
+/// Steps of the two-dimensional Kronecker sequence of the plastic number.
+/// [Roberts 2018, The Unreasonable Effectiveness of Quasirandom Sequences]
+constexpr Vec2 kLatticeStep{0.7548776662f, 0.5698402910f};
+
+float fraction(float x) { return std::min(x - std::floor(x), kOneMinusEpsilon); }
+
+bool is_similar(const VisiblePoint& a, const VisiblePoint& b) {
+  if (dot(a.receiver.n, b.receiver.n) < kSmallestNormalCosine) return false;
+  return std::max(a.distance, b.distance) <= kLargestDistanceRatio * std::min(a.distance, b.distance);
+}
+
+}  // namespace
+
+/// Reservoirs to merge and where each comes from; the receiver is the first.
+struct ReservoirDirectLight::Candidates {
+  std::array<LightReservoir, kMaxNeighbours + 1> reservoirs;
+  std::array<const VisiblePoint*, kMaxNeighbours + 1> visible_points;
+  size_t count = 0;
+
+  void add(const VisiblePoint& visible, const LightReservoir& reservoir) {
+    visible_points[count] = &visible;
+    reservoirs[count++] = reservoir;
+  }
+};
+
+LightReservoir ReservoirDirectLight::initial_candidates(const VisiblePoint& visible, uint32_t pixel, uint32_t frame,
+                                                        uint64_t& non_finite) const {
+  Rng rng(seed_, pixel, frame, INITIAL);
+  ReservoirBuilder<LightSample> builder(non_finite);
+  const int M = reuse_.light_candidates;
+  const Vec2 u_start = rng.next_vec2();
+  for (int i = 0; i < M; ++i) {
+    // Spread over emitters by strata and over their squares by a lattice; each candidate by itself is uniform.
+    const double u_choice = (i + rng.next_double()) / M;
+    const Vec2 step = static_cast<float>(i) * kLatticeStep;
+    const Vec2 u_light{fraction(u_start.x + step.x), fraction(u_start.y + step.y)};
+    const float u_keep = rng.next_float();
+    const auto choice = context_.lights.choose(visible.receiver.position, visible.receiver.side, u_choice, u_light);
+    if (!choice) continue;
+    const float p_hat = light_target(context_, visible, choice->sample);
+    builder.add(choice->sample, p_hat / (double{choice->pmf} * M), p_hat, u_keep);
+  }
+  LightReservoir initial = builder.finish(1.0f);
+  if (reuse_.visibility_reuse && initial.W > 0.0f && !is_visible(context_, visible, initial.sample)) initial.W = 0.0f;
+  return initial;
+}
+
+LightReservoir ReservoirDirectLight::merge(const Candidates& candidates, Rng& rng, uint64_t& non_finite) const {
+  const MisWeight weights = mis_weight_for(reuse_.bias, static_cast<int>(candidates.count));
+  // A reservoir whose sample had to be visible can only have made what its own point sees.
+  const bool needs_visibility = reuse_.visibility_reuse && weights != MisWeight::CONSTANT;
+  const auto p_hat = [&](size_t i, const LightSample& sample) {
+    const VisiblePoint& visible = *candidates.visible_points[i];
+    const float target = light_target(context_, visible, sample);
+    return target > 0.0f && needs_visibility && !is_visible(context_, visible, sample) ? 0.0f : target;
+  };
+  const std::span reservoirs(candidates.reservoirs.data(), candidates.count);
+  return resample<LightSample>(reservoirs, p_hat, weights, rng, non_finite);
+}
+
+LightReservoir ReservoirDirectLight::reuse_in_time(const VisiblePoint& visible, const LightReservoir& current,
+                                                   const LightHistory& history, uint32_t pixel, uint32_t frame,
+                                                   uint64_t& non_finite) const {
+  const std::optional<uint32_t> before = reproject(visible, history, pixel);
+  if (!before) return current;
+  const VisiblePoint& previous = history.visible_points[*before];
+  if (!previous.exists || !is_similar(visible, previous)) return current;
+  Candidates candidates;
+  candidates.add(visible, current);
+  candidates.add(previous, cap_confidence(history.reservoirs[*before], reuse_.confidence_cap * current.c));
+  Rng rng(seed_, pixel, frame, TEMPORAL);
+  return merge(candidates, rng, non_finite);
+}
+
+LightReservoir ReservoirDirectLight::reuse_in_space(std::span<const VisiblePoint> visible_points,
+                                                    std::span<const LightReservoir> reservoirs, uint32_t pixel,
+                                                    uint32_t frame, int round, uint64_t& non_finite) const {
+  const VisiblePoint& visible = visible_points[pixel];
+  Rng rng(seed_, pixel, frame, SPATIAL + static_cast<uint32_t>(round));
+  Candidates candidates;
+  candidates.add(visible, reservoirs[pixel]);
+  for (int i = 0; i < reuse_.spatial_neighbours; ++i) {
+    const std::optional<uint32_t> other = neighbour(pixel, rng.next_vec2());
+    if (!other || !visible_points[*other].exists || !is_similar(visible, visible_points[*other])) continue;
+    candidates.add(visible_points[*other], reservoirs[*other]);
+  }
+  return candidates.count > 1 ? merge(candidates, rng, non_finite) : reservoirs[pixel];
+}
+
+std::optional<uint32_t> ReservoirDirectLight::neighbour(uint32_t pixel, Vec2 u) const {
+  const auto width = static_cast<uint32_t>(image_.width);
+  const Vec2 offset = square_to_disk(u) * reuse_.spatial_radius;
+  const int x = static_cast<int>(pixel % width) + static_cast<int>(std::lround(offset.x));
+  const int y = static_cast<int>(pixel / width) + static_cast<int>(std::lround(offset.y));
+  if (x < 0 || y < 0 || x >= image_.width || y >= image_.height) return std::nullopt;
+  const uint32_t other = static_cast<uint32_t>(y) * width + static_cast<uint32_t>(x);
+  return other == pixel ? std::nullopt : std::optional(other);
+}
+
+std::optional<uint32_t> ReservoirDirectLight::reproject(const VisiblePoint& visible, const LightHistory& history,
+                                                        uint32_t pixel) const {
+  if (history.visible_points.empty()) return std::nullopt;
+  if (visible.state.depth > 0) return pixel;  // what is seen in a mirror is not where its surface is
+  const std::optional<Vec2> film = project(history.camera, visible.receiver.position);
+  if (!film) return std::nullopt;
+  const auto x = static_cast<int>(std::floor(film->x * static_cast<float>(image_.full_width))) - image_.x;
+  const auto y = static_cast<int>(std::floor(film->y * static_cast<float>(image_.full_height))) - image_.y;
+  if (x < 0 || y < 0 || x >= image_.width || y >= image_.height) return std::nullopt;
+  return static_cast<uint32_t>(y * image_.width + x);
+}
+
+Rgb ReservoirDirectLight::shade(const VisiblePoint& visible, const LightReservoir& reservoir) const {
+  return reservoir.W > 0.0f ? reflected_light(context_, visible, reservoir.sample) * reservoir.W : Rgb();
+}
+
+}  // namespace cistern

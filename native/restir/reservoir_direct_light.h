@@ -1,0 +1,82 @@
+#pragma once
+
+#include <span>
+
+#include "resampling/mis_weight.h"
+#include "restir/light_target.h"
+
+namespace cistern {
+
+/// What the reservoir systems for direct light can be told.
+struct DirectReuse {
+  int light_candidates = 32;      // M, light samples per visible point and frame
+  bool temporal_reuse = true;     // from the frame before
+  float confidence_cap = 20.0f;   // of history, in units of a frame's own candidates
+  int spatial_neighbours = 5;     // k, per round; 0: none
+  float spatial_radius = 30.0f;   // pixels
+  int spatial_rounds = 1;         // [Bitterli 2020] §5: 1 unbiased, 2 biased
+  bool visibility_reuse = false;  // occluded initial samples are dropped before reuse
+  Bias bias = Bias::UNBIASED;
+};
+
+/// What a frame leaves to the next.
+struct LightHistory {
+  Camera camera;
+  std::vector<VisiblePoint> visible_points;  // by pixel; empty before the first frame
+  std::vector<LightReservoir> reservoirs;
+};
+
+/// ReSTIR DI.
+///
+/// [Bitterli 2020] B. Bitterli, C. Wyman, M. Pharr, P. Shirley, A. Lefohn, W. Jarosz: Spatiotemporal Reservoir
+/// Resampling for Real-Time Ray Tracing with Dynamic Direct Lighting. ACM Transactions on Graphics 39(4).
+///
+/// Each visible point draws M light samples, keeps one, merges it with what its surface kept a frame ago and with what
+/// its neighbours kept, and traces one shadow ray. With neither reuse it is plain RIS.
+///
+/// Departures: weights in the emitters' own coordinates (light_target.h) instead of solid angle; confidence 1 for all
+/// M candidates of a frame; UNBIASED weighs merges by pairwise MIS instead of 1/Z (Alg. 6), and with visibility_reuse
+/// its targets include visibility, which costs rays; FAST is Alg. 4. Neighbours that differ in normal or distance are
+/// left out by both. The path's BSDF sample is added in full instead of entering the reservoir: same weights, no
+/// selection noise.
+///
+/// All members are pure functions of their arguments and may run in any order. `non_finite` counts weights refused.
+class ReservoirDirectLight {
+ public:
+  /// Pixels are those of a width x height region at (x, y) of a full frame; `full_width` and `full_height` are its.
+  struct Image {
+    int x, y, width, height, full_width, full_height;
+  };
+  ReservoirDirectLight(const PathContext& context, const DirectReuse& reuse, const Image& image, uint64_t seed)
+      : context_(context), reuse_(reuse), image_(image), seed_(seed) {}
+
+  /// [Bitterli 2020] Alg. 3: RIS over M light samples, with visibility reuse (Alg. 5 l.6-8) where asked for.
+  LightReservoir initial_candidates(const VisiblePoint& visible, uint32_t pixel, uint32_t frame,
+                                    uint64_t& non_finite) const;
+
+  /// Alg. 5 l.10-12: merged with the history of the same surface point, if it was seen a frame ago.
+  LightReservoir reuse_in_time(const VisiblePoint& visible, const LightReservoir& current, const LightHistory& history,
+                               uint32_t pixel, uint32_t frame, uint64_t& non_finite) const;
+
+  /// Alg. 5 l.15-18: merged with k random neighbours within the radius. `visible_points` and `reservoirs` by pixel.
+  LightReservoir reuse_in_space(std::span<const VisiblePoint> visible_points,
+                                std::span<const LightReservoir> reservoirs, uint32_t pixel, uint32_t frame, int round,
+                                uint64_t& non_finite) const;
+
+  /// Alg. 5 l.21: radiance at the camera; traces the shadow ray.
+  Rgb shade(const VisiblePoint& visible, const LightReservoir& reservoir) const;
+
+ private:
+  struct Candidates;
+  LightReservoir merge(const Candidates& candidates, Rng& rng, uint64_t& non_finite) const;
+  /// Pixel that showed this surface point to the history's camera.
+  std::optional<uint32_t> reproject(const VisiblePoint& visible, const LightHistory& history, uint32_t pixel) const;
+  std::optional<uint32_t> neighbour(uint32_t pixel, Vec2 u) const;
+
+  const PathContext& context_;
+  DirectReuse reuse_;
+  Image image_;
+  uint64_t seed_;
+};
+
+}  // namespace cistern
