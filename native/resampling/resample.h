@@ -90,7 +90,7 @@ double contribution_factor(std::span<const Reservoir<S>> candidates, size_t chos
 /// before.
 ///
 /// Null candidates must be listed: they count in every weight. Which reservoirs are listed must not depend on their
-/// samples; to refuse a sample, let its target be zero for the pair of receivers concerned, both ways.
+/// samples. To refuse a sample of neighbour j, let target(j, .) be zero for it, in whichever reservoir it is found.
 ///
 /// Calls of `target`, with n of the k + 1 candidates not null: CONSTANT n; CONTRIBUTION n + k; PAIRWISE 2 n - 1 + k if
 /// the receiver's is not null, else 2 n; BALANCE n (k + 1). Candidates of zero confidence are never asked, and samples
