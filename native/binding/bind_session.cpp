@@ -33,6 +33,11 @@ std::function<void(Settings&, const py::handle&)> limit(T PathLimits::*field) {
   return [field](Settings& s, const py::handle& value) { s.limits.*field = value.cast<T>(); };
 }
 
+template <class T>
+std::function<void(Settings&, const py::handle&)> reuse(T DirectReuse::*field) {
+  return [field](Settings& s, const py::handle& value) { s.direct_reuse.*field = value.cast<T>(); };
+}
+
 using Setter = std::function<void(Settings&, const py::handle&)>;
 
 Setter set_passes() {
@@ -64,7 +69,9 @@ std::map<std::string, Setter> make_setters() {
       {"samples", member(&Settings::samples)},
       {"seed", member(&Settings::seed)},
       {"threads", member(&Settings::threads)},
-      {"direct", choice<DirectAnswer>("direct", &Settings::direct, {{"NEE", DirectAnswer::NEE}})},
+      {"direct", choice<DirectAnswer>(
+                     "direct", &Settings::direct,
+                     {{"NEE", DirectAnswer::NEE}, {"RIS", DirectAnswer::RIS}, {"RESTIR", DirectAnswer::RESTIR}})},
       {"secondary", choice<SecondaryAnswer>("secondary", &Settings::secondary, {{"NEE", SecondaryAnswer::NEE}})},
       {"indirect", choice<IndirectAnswer>("indirect", &Settings::indirect, {{"PATH", IndirectAnswer::PATH}})},
       {"light_sampling", member(&Settings::light_sampling)},
@@ -87,9 +94,28 @@ std::map<std::string, Setter> make_setters() {
   };
 }
 
+std::map<std::string, Setter> make_reuse_setters() {
+  return {
+      {"bias",
+       [](Settings& s, const py::handle& value) {
+         s.direct_reuse.bias =
+             enum_member<Bias>("bias", value.cast<std::string>(), {{"UNBIASED", Bias::UNBIASED}, {"FAST", Bias::FAST}});
+       }},
+      {"light_candidates", reuse(&DirectReuse::light_candidates)},
+      {"temporal_reuse", reuse(&DirectReuse::temporal_reuse)},
+      {"confidence_cap", reuse(&DirectReuse::confidence_cap)},
+      {"spatial_reuse", reuse(&DirectReuse::spatial_reuse)},
+      {"spatial_neighbours", reuse(&DirectReuse::spatial_neighbours)},
+      {"spatial_radius", reuse(&DirectReuse::spatial_radius)},
+      {"spatial_rounds", reuse(&DirectReuse::spatial_rounds)},
+      {"visibility_reuse", reuse(&DirectReuse::visibility_reuse)},
+  };
+}
+
 Settings make_settings(const py::kwargs& members) {
   Settings settings;
-  const std::map<std::string, Setter> setters = make_setters();
+  std::map<std::string, Setter> setters = make_setters();
+  setters.merge(make_reuse_setters());
   for (const auto& [key, value] : members) {
     const auto name = key.cast<std::string>();
     const auto found = setters.find(name);
@@ -170,6 +196,7 @@ void bind_session(py::module_& m) {
       .def_readonly("error", &Progress::error)
       .def_readonly("memory_bytes", &Progress::memory_bytes)
       .def_readonly("non_finite_samples", &Progress::non_finite_samples)
+      .def_readonly("non_finite_weights", &Progress::non_finite_weights)
       .def_readonly("version", &Progress::version);
   using NoGil = py::call_guard<py::gil_scoped_release>;
   py::class_<Session, std::unique_ptr<Session, SessionDeleter>>(m, "Session")

@@ -182,9 +182,19 @@ class Settings:
     samples: int  # >= 1
     seed: int
     threads: int  # 0: all
-    direct: str  # "NEE"
+    direct: str  # "NEE", "RIS", "RESTIR"
     secondary: str  # "NEE"
     indirect: str  # "PATH"
+    bias: str  # "UNBIASED", "FAST"
+    # Of reservoirs for direct light; numbers that are 0 become the chosen answer's own.
+    light_candidates: int  # M
+    temporal_reuse: bool
+    confidence_cap: float  # of history, in frames
+    spatial_reuse: bool
+    spatial_neighbours: int  # per round
+    spatial_radius: float  # pixels
+    spatial_rounds: int
+    visibility_reuse: bool
     light_sampling: LightSampling
     sequence: str  # "SOBOL" (Owen-scrambled), "RANDOM" (independent)
     pixel_filter: PixelFilter
@@ -200,7 +210,8 @@ class Settings:
     clamp_direct: float  # 0: off
     clamp_indirect: float
     time_limit: float  # seconds, 0: none
-    # Besides Combined: Direct, Indirect, Emission, Environment, Depth, Normal, Position, Denoising Albedo, Denoising Normal.
+    # Besides Combined: Direct, Indirect, Emission, Environment, Depth, Normal, Position, Denoising Albedo, Denoising
+    # Normal; and, of one frame: Cells, Cell Occupancy, Reservoir Confidence, Reservoir Weight.
     passes: Sequence[str]
 
 class Progress:
@@ -213,6 +224,7 @@ class Progress:
     error: str
     memory_bytes: int
     non_finite_samples: int
+    non_finite_weights: int  # of reservoirs; they counted as zero
     version: int  # changes whenever new pixels can be read
 
 class Session:

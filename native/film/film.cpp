@@ -19,6 +19,10 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Position", 3},
     {"Denoising Albedo", 3},
     {"Denoising Normal", 3},
+    {"Cells", 3},
+    {"Cell Occupancy", 1},
+    {"Reservoir Confidence", 1},
+    {"Reservoir Weight", 1},
 }};
 
 bool is_mean_over_hits(Pass pass) { return pass == Pass::DEPTH || pass == Pass::NORMAL || pass == Pass::POSITION; }
@@ -91,9 +95,17 @@ void Film::add_first_hit(uint32_t pixel, const PathRecord& record) {
   if (has(Pass::DEPTH)) *sum(Pass::DEPTH, pixel) += record.depth;
 }
 
+void Film::show(Pass pass, uint32_t pixel, Rgb value) {
+  if (!has(pass)) return;
+  float* shown = sum(pass, pixel);
+  shown[0] = value.r;
+  if (describe(pass).channels == 3) shown[1] = value.g, shown[2] = value.b;
+}
+
 std::vector<float> Film::resolve(Pass pass) const {
   const std::vector<float>& sums = sums_[static_cast<size_t>(pass)];
   if (sums.empty()) throw Error(std::string("pass '") + describe(pass).name + "'", "was not enabled for this render");
+  if (pass >= Pass::CELLS) return sums;
   const std::vector<uint32_t>& counts = is_mean_over_hits(pass) ? hits_ : samples_;
   const auto channels = static_cast<size_t>(describe(pass).channels);
   std::vector<float> mean(sums.size());

@@ -8,7 +8,8 @@
 
 namespace cistern {
 
-/// Light first, then what is known of the first surfaces (from DEPTH on).
+/// Light first, then what is known of the first surfaces (from DEPTH on), then looks inside (from CELLS on), which show
+/// one frame instead of a mean.
 enum class Pass : uint8_t {
   COMBINED,
   DIRECT,
@@ -20,6 +21,10 @@ enum class Pass : uint8_t {
   POSITION,
   DENOISING_ALBEDO,
   DENOISING_NORMAL,
+  CELLS,
+  CELL_OCCUPANCY,
+  RESERVOIR_CONFIDENCE,
+  RESERVOIR_WEIGHT,
   COUNT
 };
 
@@ -46,6 +51,8 @@ class Film {
   /// A record with a value that is not finite, or beyond 1e30, is counted instead of added; its pixel still counts the
   /// sample (as black).
   void add(uint32_t pixel, const PathRecord& record);
+  /// Sets a pixel of a pass that shows one frame; nothing if that pass is not kept.
+  void show(Pass pass, uint32_t pixel, Rgb value);
   /// Mean of the samples, row 0 at the bottom, channels interleaved. Depth, Normal and Position are means over the
   /// samples that hit something (Depth 1e10 where none did). Combined is premultiplied RGBA. Throws Error for a pass
   /// that is not kept.

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <atomic>
-#include <chrono>
-
 #include "render/settings.h"
+#include "render/tiles.h"
 
 namespace cistern {
 
@@ -14,17 +12,15 @@ struct FrameContext {
   const PixelFilter& filter;
 };
 
-/// When to leave a batch of frames early.
-struct StopCondition {
-  const std::atomic<bool>& cancelled;
-  std::chrono::steady_clock::time_point deadline;
+/// A pixel of the region by its number in the full frame: pictures of a part equal that part of the whole.
+uint32_t full_frame_pixel(const Settings& settings, int x, int y);
 
-  bool deadline_passed() const { return std::chrono::steady_clock::now() >= deadline; }
-};
+/// The camera ray of a pixel's sample in a frame; takes the filter and lens dimensions of its sampler.
+Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sampler);
 
-/// Adds frames [first_frame, first_frame + count) to the film, in parallel over tiles on the calling thread's TBB
-/// arena. The picture does not depend on the number of threads. Returns early, within milliseconds, once cancelled or
-/// past the deadline; pixels then have different sample counts, which the film knows. True if all frames were finished.
+/// Adds frames [first_frame, first_frame + count) of the reference path tracer to the film. The picture does not depend
+/// on the number of threads. Pixels may have different sample counts after an early return, which the film knows. True
+/// if all frames were finished.
 bool render_frames(const FrameContext& context, uint32_t first_frame, uint32_t count, Film& film,
                    const StopCondition& stop);
 

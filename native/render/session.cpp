@@ -20,7 +20,7 @@ constexpr double kBatchSeconds = 0.5;
 constexpr uint32_t kMaxBatch = 16;
 
 bool records_surfaces(const std::vector<Pass>& passes) {
-  return std::ranges::any_of(passes, [](Pass pass) { return pass >= Pass::DEPTH; });
+  return std::ranges::any_of(passes, [](Pass pass) { return pass >= Pass::DEPTH && pass < Pass::CELLS; });
 }
 
 double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
@@ -98,16 +98,20 @@ void Session::run() {
                               lights,
                               settings_.limits,
                               pixel_footprint(scene_->camera, settings_.width, settings_.height),
-                              records_surfaces(settings_.passes)};
+                              records_surfaces(settings_.passes),
+                              static_cast<float>(settings_.direct_reuse.light_candidates)};
+      const PixelFilter filter(settings_.pixel_filter, settings_.filter_width);
+      const FrameContext context{settings_, paths, filter};
+      std::optional<ReuseFrame> reuse;
+      if (settings_.direct != DirectAnswer::NEE) reuse.emplace(context);
       {
         std::lock_guard lock(mutex_);
-        progress_.memory_bytes =
-            memory_bytes(*scene_) + accel->memory_bytes() + lights.memory_bytes() + film_->memory_bytes();
+        progress_.memory_bytes = memory_bytes(*scene_) + accel->memory_bytes() + lights.memory_bytes() +
+                                 film_->memory_bytes() + (reuse ? reuse->memory_bytes() : 0);
         progress_.stage = "Rendering";
         rendering_since_ = Clock::now();
       }
-      const PixelFilter filter(settings_.pixel_filter, settings_.filter_width);
-      render({settings_, paths, filter});
+      render(context, reuse ? &*reuse : nullptr);
     });
     end(cancelled_ ? Status::CANCELLED : Status::DONE, "");
   } catch (const std::bad_alloc&) {
@@ -117,7 +121,8 @@ void Session::run() {
   }
 }
 
-void Session::render(const FrameContext& context) {
+/// `reuse` null: by the reference path tracer, whose frames come in batches.
+void Session::render(const FrameContext& context, ReuseFrame* reuse) {
   const auto frames = static_cast<uint32_t>(settings_.samples);
   // Every pixel gets at least one sample: the limit holds from the second frame on.
   StopCondition stop{cancelled_, Clock::time_point::max()};
@@ -126,7 +131,7 @@ void Session::render(const FrameContext& context) {
   for (uint32_t frame = 0; frame < frames && !cancelled_ && !stop.deadline_passed();) {
     batch = std::min(batch, frames - frame);
     const Clock::time_point batch_start = Clock::now();
-    if (!render_frames(context, frame, batch, *film_, stop)) break;
+    if (!(reuse ? reuse->render(frame, *film_, stop) : render_frames(context, frame, batch, *film_, stop))) break;
     const double batch_seconds = seconds_since(batch_start);
     frame += batch;
     if (settings_.time_limit > 0.0) stop.deadline = rendering_since_ + limit;
@@ -134,10 +139,11 @@ void Session::render(const FrameContext& context) {
     {
       std::lock_guard lock(mutex_);
       progress_.frames_done = static_cast<int>(frame);
+      if (reuse) progress_.non_finite_weights = reuse->non_finite_weights();
       publish_now = wants_pixels_ && frame < frames;
     }
     if (publish_now) publish();
-    if (batch_seconds * 2.0 < kBatchSeconds) batch = std::min(2 * batch, kMaxBatch);
+    if (!reuse && batch_seconds * 2.0 < kBatchSeconds) batch = std::min(2 * batch, kMaxBatch);
     if (batch_seconds > kBatchSeconds) batch = std::max(batch / 2, 1u);
   }
 }

@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "render/frame.h"
+#include "render/reuse_frame.h"
 
 namespace cistern {
 
@@ -23,7 +23,8 @@ struct Progress {
   std::string error;                // why it FAILED
   size_t memory_bytes = 0;          // scene, accel, lights, film: of the core alone
   uint64_t non_finite_samples = 0;
-  int version = 0;  // changes whenever `read` returns new pixels
+  uint64_t non_finite_weights = 0;  // of reservoirs; they counted as zero
+  int version = 0;                  // changes whenever `read` returns new pixels
 };
 
 /// One render of one scene on a native thread of its own, TBB inside. All members may be called from any thread and the
@@ -49,7 +50,7 @@ class Session {
 
  private:
   void run();
-  void render(const FrameContext& context);
+  void render(const FrameContext& context, ReuseFrame* reuse);
   void publish();
   void end(Status status, const std::string& error);
   Progress progress_locked() const;

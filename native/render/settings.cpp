@@ -37,6 +37,39 @@ void check_limits(const PathLimits& limits) {
   require("clamp_indirect", limits.clamp_indirect, 0.0f, 1e10f);
 }
 
+/// The parameters of each answer as its paper gives them.
+DirectReuse paper_parameters(DirectAnswer direct, Bias bias) {
+  DirectReuse p;
+  p.light_candidates = direct == DirectAnswer::RIS ? 8 : 32;
+  p.confidence_cap = 20.0f;
+  p.spatial_neighbours = 5;
+  p.spatial_radius = 30.0f;
+  p.spatial_rounds = bias == Bias::FAST ? 2 : 1;
+  return p;
+}
+
+void fill_direct_reuse(Settings& s) {
+  DirectReuse& reuse = s.direct_reuse;
+  const DirectReuse paper = paper_parameters(s.direct, reuse.bias);
+  const auto fill = [](auto& value, auto of_paper) {
+    if (value == 0) value = of_paper;
+  };
+  fill(reuse.light_candidates, paper.light_candidates);
+  fill(reuse.confidence_cap, paper.confidence_cap);
+  fill(reuse.spatial_neighbours, paper.spatial_neighbours);
+  fill(reuse.spatial_radius, paper.spatial_radius);
+  fill(reuse.spatial_rounds, paper.spatial_rounds);
+  if (s.direct == DirectAnswer::RIS) reuse.temporal_reuse = reuse.spatial_reuse = reuse.visibility_reuse = false;
+}
+
+void check_direct_reuse(const DirectReuse& reuse) {
+  require("light_candidates", reuse.light_candidates, 0, 1024);
+  require("confidence_cap", reuse.confidence_cap, 0.0f, 1e6f);
+  require("spatial_neighbours", reuse.spatial_neighbours, 0, kMaxSpatialNeighbours);
+  require("spatial_radius", reuse.spatial_radius, 0.0f, 1e4f);
+  require("spatial_rounds", reuse.spatial_rounds, 0, 16);
+}
+
 }  // namespace
 
 void check_settings(Settings& s) {
@@ -49,6 +82,8 @@ void check_settings(Settings& s) {
   require("filter_width", s.filter_width, 0.01f, 10.0f);
   require("time_limit", s.time_limit, 0.0, 1e9);
   check_limits(s.limits);
+  check_direct_reuse(s.direct_reuse);
+  fill_direct_reuse(s);
 }
 
 }  // namespace cistern

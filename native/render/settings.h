@@ -6,13 +6,18 @@
 #include "film/film.h"
 #include "film/pixel_filter.h"
 #include "lights/light_set.h"
+#include "restir/reservoir_direct_light.h"
 #include "transport/path_tracer.h"
 
 namespace cistern {
 
 /// How light is found: directly at the visible point, directly at later path vertices, and indirectly at the visible
-/// point. Only the reference answers exist so far.
-enum class DirectAnswer : uint8_t { NEE };
+/// point. NEE, NEE and PATH are the reference path tracer.
+enum class DirectAnswer : uint8_t {
+  NEE,
+  RIS,     // light candidates resampled at each point by itself
+  RESTIR,  // [Bitterli 2020]
+};
 enum class SecondaryAnswer : uint8_t { NEE };
 enum class IndirectAnswer : uint8_t { PATH };
 
@@ -30,6 +35,7 @@ struct Settings {
   DirectAnswer direct = DirectAnswer::NEE;
   SecondaryAnswer secondary = SecondaryAnswer::NEE;
   IndirectAnswer indirect = IndirectAnswer::PATH;
+  DirectReuse direct_reuse;  // numbers that are 0 become the chosen answer's own
   LightSampling light_sampling = LightSampling::TREE;
   SampleSequence sequence = SampleSequence::SOBOL;
   FilterKind pixel_filter = FilterKind::BLACKMAN_HARRIS;
@@ -39,7 +45,8 @@ struct Settings {
   std::vector<Pass> passes;  // besides Combined
 };
 
-/// Throws Error naming the first setting that is out of range, its value and the range. Fills an empty region.
+/// Throws Error naming the first setting that is out of range, its value and the range. Fills an empty region and the
+/// numbers of `direct_reuse` that are 0; reuse that the chosen answer does not have is switched off.
 void check_settings(Settings& settings);
 
 }  // namespace cistern

@@ -2,7 +2,6 @@
 
 #include <array>
 
-#include "base/rng.h"
 #include "base/warp.h"
 #include "resampling/resample.h"
 
@@ -15,8 +14,6 @@ constexpr float kLargestDistanceRatio = 1.1f;
 
 /// Streams of random numbers of a pixel and frame; 0 is the path's.
 enum Stream : uint32_t { INITIAL = 1, TEMPORAL, SPATIAL };
-
-constexpr int kMaxNeighbours = 32;
 
 /// Steps of the two-dimensional Kronecker sequence of the plastic number.
 /// [Roberts 2018, The Unreasonable Effectiveness of Quasirandom Sequences]
@@ -33,8 +30,8 @@ bool is_similar(const VisiblePoint& a, const VisiblePoint& b) {
 
 /// Reservoirs to merge and where each comes from; the receiver is the first.
 struct ReservoirDirectLight::Candidates {
-  std::array<LightReservoir, kMaxNeighbours + 1> reservoirs;
-  std::array<const VisiblePoint*, kMaxNeighbours + 1> visible_points;
+  std::array<LightReservoir, kMaxSpatialNeighbours + 1> reservoirs;
+  std::array<const VisiblePoint*, kMaxSpatialNeighbours + 1> visible_points;
   size_t count = 0;
 
   void add(const VisiblePoint& visible, const LightReservoir& reservoir) {
@@ -43,9 +40,16 @@ struct ReservoirDirectLight::Candidates {
   }
 };
 
+Rng ReservoirDirectLight::random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const {
+  const auto width = static_cast<uint32_t>(image_.width);
+  const uint32_t x = static_cast<uint32_t>(image_.x) + pixel % width,
+                 y = static_cast<uint32_t>(image_.y) + pixel / width;
+  return Rng(seed_, y * static_cast<uint32_t>(image_.full_width) + x, frame, stream);
+}
+
 LightReservoir ReservoirDirectLight::initial_candidates(const VisiblePoint& visible, uint32_t pixel, uint32_t frame,
                                                         uint64_t& non_finite) const {
-  Rng rng(seed_, pixel, frame, INITIAL);
+  Rng rng = random_numbers(pixel, frame, INITIAL);
   ReservoirBuilder<LightSample> builder(non_finite);
   const int M = reuse_.light_candidates;
   const Vec2 u_start = rng.next_vec2();
@@ -88,7 +92,7 @@ LightReservoir ReservoirDirectLight::reuse_in_time(const VisiblePoint& visible, 
   Candidates candidates;
   candidates.add(visible, current);
   candidates.add(previous, cap_confidence(history.reservoirs[*before], reuse_.confidence_cap * current.c));
-  Rng rng(seed_, pixel, frame, TEMPORAL);
+  Rng rng = random_numbers(pixel, frame, TEMPORAL);
   return merge(candidates, rng, non_finite);
 }
 
@@ -96,7 +100,7 @@ LightReservoir ReservoirDirectLight::reuse_in_space(std::span<const VisiblePoint
                                                     std::span<const LightReservoir> reservoirs, uint32_t pixel,
                                                     uint32_t frame, int round, uint64_t& non_finite) const {
   const VisiblePoint& visible = visible_points[pixel];
-  Rng rng(seed_, pixel, frame, SPATIAL + static_cast<uint32_t>(round));
+  Rng rng = random_numbers(pixel, frame, SPATIAL + static_cast<uint32_t>(round));
   Candidates candidates;
   candidates.add(visible, reservoirs[pixel]);
   for (int i = 0; i < reuse_.spatial_neighbours; ++i) {

@@ -2,19 +2,24 @@
 
 #include <span>
 
+#include "base/rng.h"
 #include "resampling/mis_weight.h"
 #include "restir/light_target.h"
 
 namespace cistern {
 
+/// Largest DirectReuse::spatial_neighbours.
+inline constexpr int kMaxSpatialNeighbours = 32;
+
 /// What the reservoir systems for direct light can be told.
 struct DirectReuse {
-  int light_candidates = 32;      // M, light samples per visible point and frame
+  int light_candidates = 0;       // M, light samples per visible point and frame
   bool temporal_reuse = true;     // from the frame before
-  float confidence_cap = 20.0f;   // of history, in units of a frame's own candidates
-  int spatial_neighbours = 5;     // k, per round; 0: none
-  float spatial_radius = 30.0f;   // pixels
-  int spatial_rounds = 1;         // [Bitterli 2020] §5: 1 unbiased, 2 biased
+  float confidence_cap = 0.0f;    // of history, in units of a frame's own candidates
+  bool spatial_reuse = true;      // from other pixels
+  int spatial_neighbours = 0;     // k, per round
+  float spatial_radius = 0.0f;    // pixels
+  int spatial_rounds = 0;         // [Bitterli 2020] §5: 1 unbiased, 2 biased
   bool visibility_reuse = false;  // occluded initial samples are dropped before reuse
   Bias bias = Bias::UNBIASED;
 };
@@ -68,6 +73,8 @@ class ReservoirDirectLight {
 
  private:
   struct Candidates;
+  /// Of a pixel by its place in the full frame: pictures of a part equal that part of the whole.
+  Rng random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const;
   LightReservoir merge(const Candidates& candidates, Rng& rng, uint64_t& non_finite) const;
   /// Pixel that showed this surface point to the history's camera.
   std::optional<uint32_t> reproject(const VisiblePoint& visible, const LightHistory& history, uint32_t pixel) const;

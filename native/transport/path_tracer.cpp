@@ -28,11 +28,6 @@ struct Throughput {
 
 enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
 
-Rgb clamped(Rgb contribution, float limit) {
-  const float mean = average(contribution);
-  return limit > 0.0f && mean > limit ? contribution * (limit / mean) : contribution;
-}
-
 /// One path on its way. The steps of `trace_path` in the order they happen.
 class Walk {
  public:
@@ -151,9 +146,9 @@ class Walk {
     const PathLimits& limits = context_.limits;
     Rgb& seen = source == SourceKind::ENVIRONMENT ? record_.environment : record_.emission;
     const Rgb seen_light = throughput_.smooth * radiance * weight.other;
-    seen += state_.depth == 0 ? seen_light : clamped(seen_light, limits.clamp_direct);
-    record_.direct += clamped(throughput_.direct * radiance * weight.direct, limits.clamp_direct);
-    record_.indirect += clamped(throughput_.indirect * radiance * weight.other, limits.clamp_indirect);
+    seen += state_.depth == 0 ? seen_light : clamp_contribution(seen_light, limits.clamp_direct);
+    record_.direct += clamp_contribution(throughput_.direct * radiance * weight.direct, limits.clamp_direct);
+    record_.indirect += clamp_contribution(throughput_.indirect * radiance * weight.other, limits.clamp_indirect);
   }
 
   void add_lamps(const std::optional<Hit>& hit) {
@@ -220,10 +215,11 @@ class Walk {
     const bool is_environment = choice->sample.emitter == context_.lights.environment_emitter();
     Rgb& seen = is_environment ? record_.environment : record_.emission;
     const PathLimits& limits = context_.limits;
-    seen += clamped(throughput_.smooth * f.smooth_cos * radiance, limits.clamp_direct);
-    if (!at_visible_point_) record_.direct += clamped(throughput_.smooth * f.rough_cos * radiance, limits.clamp_direct);
-    record_.indirect +=
-        clamped((throughput_.direct + throughput_.indirect) * f.total_cos() * radiance, limits.clamp_indirect);
+    seen += clamp_contribution(throughput_.smooth * f.smooth_cos * radiance, limits.clamp_direct);
+    if (!at_visible_point_)
+      record_.direct += clamp_contribution(throughput_.smooth * f.rough_cos * radiance, limits.clamp_direct);
+    record_.indirect += clamp_contribution((throughput_.direct + throughput_.indirect) * f.total_cos() * radiance,
+                                           limits.clamp_indirect);
   }
 
   // --- continuing ---------------------------------------------------------------------------------------------------
@@ -367,6 +363,11 @@ Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, const Inci
     ray.origin = offset_origin(point.position, point.ng, ray.direction);
   }
   return Rgb(0.0f);
+}
+
+Rgb clamp_contribution(Rgb contribution, float limit) {
+  const float mean = average(contribution);
+  return limit > 0.0f && mean > limit ? contribution * (limit / mean) : contribution;
 }
 
 float scatter_probability(const Bsdf& bsdf) {

@@ -74,6 +74,9 @@ PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& s
 /// given the emitter. 1 for light that no scattered ray meets is up to the caller.
 float light_sample_share(const PathContext& context, uint32_t emitter, float light_pdf, float bsdf_pdf);
 
+/// A contribution scaled down to a mean over channels of at most `limit`; 0 means no limit.
+Rgb clamp_contribution(Rgb contribution, float limit);
+
 /// Probability that a path scatters instead of passing straight through.
 float scatter_probability(const Bsdf& bsdf);
 
