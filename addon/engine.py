@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from . import core as core_loader
-from . import passes, report, settings
+from . import passes, report, settings, view_modes
 from .views import place_view_camera, view_names
 
 if TYPE_CHECKING:
@@ -46,6 +46,7 @@ class LayerRender:
         self.figures = figures
         self.layer_name = depsgraph.view_layer_eval.name
         self.passes = passes.enabled_passes(depsgraph.view_layer_eval)
+        self.view_mode = settings.view_mode(depsgraph.scene_eval, engine.is_preview)
         self.size = (engine.resolution_x, engine.resolution_y)
         self.region = settings.render_region(depsgraph.scene_eval.render, *self.size)
         self.keeps_export = depsgraph.scene_eval.render.use_persistent_data
@@ -132,6 +133,11 @@ class LayerRender:
             self.figures.warnings.append(
                 f"{progress.non_finite_samples} samples were not finite and count as black: please report the scene"
             )
+        if progress.non_finite_weights > 0:
+            self.figures.warnings.append(
+                f"{progress.non_finite_weights} weights of reused light were not finite and count as zero: please "
+                "report the scene"
+            )
 
     def warn_of_black_picture(self, session: Any) -> None:  # noqa: ANN401
         if not self.is_cancelled and not session.read("Combined")[..., :3].any():
@@ -141,7 +147,8 @@ class LayerRender:
             )
 
     def write(self, session: Any, result: bpy.types.RenderResult, view: str) -> None:  # noqa: ANN401
-        passes.write_passes(result.layers[0], view, self.passes, session.read)
+        read = view_modes.reader(self.view_mode, session.read)
+        passes.write_passes(result.layers[0], view, self.passes, read)
 
 
 class DisplayClock:

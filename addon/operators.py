@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import EnumProperty
 
-from . import properties
+from . import techniques
 
 
 class CISTERN_OT_choose_preset(bpy.types.Operator):  # noqa: N801  (Blender wants CATEGORY_OT_name)
@@ -13,10 +13,10 @@ class CISTERN_OT_choose_preset(bpy.types.Operator):  # noqa: N801  (Blender want
     bl_label = "Choose Preset"
     bl_options = {"REGISTER", "UNDO", "INTERNAL"}  # noqa: RUF012  (Blender's own form)
 
-    preset: EnumProperty(name="Preset", description="The preset to use", items=properties.PRESET_ITEMS)
+    preset: EnumProperty(name="Preset", description="The preset to use", items=techniques.PRESET_ITEMS)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        properties.choose_preset(context.scene.cistern, self.preset)
+        techniques.choose_preset(context.scene.cistern, self.preset)
         return {"FINISHED"}
 
 

@@ -39,6 +39,18 @@ PASSES = (
         "COLOR",
         lambda layer: layer.use_pass_environment,
     ),
+    RenderPass("Cells", "Cells", "RGB", "COLOR", lambda layer: layer.cistern.use_pass_cells),
+    RenderPass("Cell Occupancy", "Cell Occupancy", "X", "VALUE", lambda layer: layer.cistern.use_pass_cell_occupancy),
+    RenderPass(
+        "Reservoir Confidence",
+        "Reservoir Confidence",
+        "X",
+        "VALUE",
+        lambda layer: layer.cistern.use_pass_reservoir_confidence,
+    ),
+    RenderPass(
+        "Reservoir Weight", "Reservoir Weight", "X", "VALUE", lambda layer: layer.cistern.use_pass_reservoir_weight
+    ),
     RenderPass(
         "Denoising Normal",
         "Denoising Normal",
@@ -54,6 +66,10 @@ PASSES = (
         lambda layer: layer.cistern.use_pass_denoising_albedo,
     ),
 )
+
+
+# Those that show cells, by the core's names.
+CELL_PASSES = frozenset({"Cells", "Cell Occupancy"})
 
 
 def enabled_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:

@@ -6,65 +6,29 @@ No property has a callback: in the bpy module of Blender 4.2 one is enough to cr
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
+from . import view_modes
+from .reuse_properties import ReuseSettings
+from .techniques import (
+    BIAS_ITEMS,
+    DIRECT_ITEMS,
+    INDIRECT_ITEMS,
+    LIGHT_SAMPLER_ITEMS,
+    PRESET_ITEMS,
+    SECONDARY_ITEMS,
+)
+
 MAX_INT = 2**31 - 1
 MAX_SAMPLES = 2**24
 MAX_BOUNCES = 1024
 
-PRESET_ITEMS = (
-    ("FINAL", "Final", "Independent frames that average to the true picture"),
-    ("INTERACTIVE", "Interactive", "The best picture after a short time"),
-    ("CUSTOM", "Custom", "The techniques chosen below"),
-)
-NEXT_EVENT_ITEM = (
-    "NEE",
-    "Next Event",
-    "One light sample and one BSDF sample, weighted by multiple importance sampling",
-)
-DIRECT_ITEMS = (NEXT_EVENT_ITEM,)
-SECONDARY_ITEMS = (NEXT_EVENT_ITEM,)
-INDIRECT_ITEMS = (("PATH", "Path Tracing", "Each pixel uses only the light paths it traced itself"),)
-BIAS_ITEMS = (("UNBIASED", "Unbiased", "The expected picture is exactly the true one"),)
-LIGHT_SAMPLER_ITEMS = (
-    ("UNIFORM", "Uniform", "Every light is chosen equally often"),
-    ("POWER", "Power", "Lights are chosen in proportion to the power they send out"),
-    ("TREE", "Light Tree", "Lights are chosen by an estimate of what they send to the shaded point"),
-)
 FILTER_ITEMS = (
     ("BOX", "Box", "Every sample counts equally in the pixel it falls in"),
     ("GAUSSIAN", "Gaussian", "Gaussian pixel filter"),
     ("BLACKMAN_HARRIS", "Blackman-Harris", "Blackman-Harris pixel filter, the sharper of the smooth ones"),
 )
 
-TECHNIQUES = ("direct", "secondary", "indirect", "bias", "light_sampler")
 
-# What each preset chooses, in the order of TECHNIQUES.
-PRESETS = {
-    "FINAL": ("NEE", "NEE", "PATH", "UNBIASED", "TREE"),
-    "INTERACTIVE": ("NEE", "NEE", "PATH", "UNBIASED", "TREE"),
-}
-
-
-def techniques(settings: "CisternSceneSettings") -> dict[str, str]:
-    """The techniques in force: what the preset says, except where a technique was set by hand."""
-    preset = dict(zip(TECHNIQUES, PRESETS.get(settings.preset, ()), strict=False))
-    return {
-        name: getattr(settings, name) if settings.is_property_set(name) else preset.get(name, getattr(settings, name))
-        for name in TECHNIQUES
-    }
-
-
-def choose_preset(settings: "CisternSceneSettings", preset: str) -> None:
-    """Take over a preset whole; CUSTOM starts from the techniques in force."""
-    in_force = techniques(settings)
-    settings.preset = preset
-    for name in TECHNIQUES:
-        if preset == "CUSTOM":
-            setattr(settings, name, in_force[name])
-        else:
-            settings.property_unset(name)
-
-
-class CisternSceneSettings(bpy.types.PropertyGroup):
+class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
     """`scene.cistern`"""
 
     samples: IntProperty(
@@ -132,6 +96,15 @@ class CisternSceneSettings(bpy.types.PropertyGroup):
         description="How one of many lights is chosen for a light sample",
         items=LIGHT_SAMPLER_ITEMS,
         default="TREE",
+    )
+    view: EnumProperty(
+        name="View",
+        description=(
+            "What the picture itself shows: the render, a part of its light, or what reuse works with. Passes keep "
+            "their own values"
+        ),
+        items=view_modes.VIEW_ITEMS,
+        default="COMBINED",
     )
     max_bounces: IntProperty(
         name="Total",
@@ -228,6 +201,34 @@ class CisternViewLayerSettings(bpy.types.PropertyGroup):
         name="Indirect",
         description="Light that reaches the visible point by way of other surfaces, in scene-linear radiance",
         default=True,
+    )
+    use_pass_cells: BoolProperty(
+        name="Cells",
+        description=(
+            "A colour for each cell of reuse, each channel 0.1 to 1, black where there is none; from the first sample"
+        ),
+        default=False,
+    )
+    use_pass_cell_occupancy: BoolProperty(
+        name="Cell Occupancy",
+        description="Number of pixels whose visible point lies in the same cell; from the first sample",
+        default=False,
+    )
+    use_pass_reservoir_confidence: BoolProperty(
+        name="Reservoir Confidence",
+        description=(
+            "How many batches of light candidates the pixel's choice stands for: 1 without reuse, 0 where there is "
+            "none; from the first sample"
+        ),
+        default=False,
+    )
+    use_pass_reservoir_weight: BoolProperty(
+        name="Reservoir Weight",
+        description=(
+            "Weight of the pixel's light sample: about the reciprocal of the probability it was chosen with, 0 where "
+            "there is none; from the first sample"
+        ),
+        default=False,
     )
     use_pass_denoising_albedo: BoolProperty(
         name="Denoising Albedo",

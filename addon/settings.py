@@ -7,8 +7,9 @@ from typing import Any
 import bpy
 import numpy as np
 
-from . import properties
-from .passes import RenderPass
+from . import properties, view_modes
+from .passes import CELL_PASSES, RenderPass
+from .techniques import CELL_PARAMETERS, settings_in_force, used_parameters
 
 # Material, light and world icons are small and are drawn often.
 PREVIEW_SAMPLES = 32
@@ -54,6 +55,37 @@ def sample_count(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, is_pre
     return view_layer.samples or scene.cistern.samples
 
 
+def view_mode(scene: bpy.types.Scene, is_preview: bool) -> str:
+    """What Combined shows; icons always show the render."""
+    return "COMBINED" if is_preview else scene.cistern.view
+
+
+def technique_settings(scene: bpy.types.Scene, core: ModuleType, is_preview: bool) -> dict[str, Any]:
+    """The answers in force, and by the core's names the parameters that they use; icons, being small, reuse nothing."""
+    in_force: dict[str, Any] = dict(settings_in_force(scene.cistern))
+    if is_preview:
+        in_force["direct"] = "NEE"
+    arguments = {name: in_force[name] for name in ("direct", "secondary", "indirect")}
+    arguments["light_sampling"] = core.LightSampling[in_force["light_sampler"]]
+    parameters = used_parameters(in_force["direct"])
+    if parameters:
+        arguments["bias"] = in_force["bias"]
+    return arguments | {parameter.core_name: in_force[parameter.name] for parameter in parameters}
+
+
+def cell_settings(scene: bpy.types.Scene, direct: str, core_passes: list[str]) -> dict[str, Any]:
+    """Size and shape of the cells, by the core's names, where reuse works with cells or a pass shows them."""
+    if direct != "RESTIR_CACHE" and not CELL_PASSES & set(core_passes):
+        return {}
+    return {parameter.core_name: getattr(scene.cistern, parameter.name) for parameter in CELL_PARAMETERS}
+
+
+def pass_names(render_passes: list[RenderPass], view: str) -> list[str]:
+    """The core's passes to ask for besides Combined: those of the layer, and what the view shows."""
+    names = [render_pass.core_name for render_pass in render_passes if render_pass.core_name != "Combined"]
+    return list(dict.fromkeys(names + view_modes.core_passes(view)))
+
+
 def core_settings(
     core: ModuleType,
     depsgraph: bpy.types.Depsgraph,
@@ -65,7 +97,8 @@ def core_settings(
     """The keyword arguments of the core's `Settings`; `size` is the full frame's."""
     scene = depsgraph.scene_eval
     settings = scene.cistern
-    technique = properties.techniques(settings)
+    technique = technique_settings(scene, core, is_preview)
+    core_passes = pass_names(render_passes, view_mode(scene, is_preview))
     return {
         "width": size[0],
         "height": size[1],
@@ -73,10 +106,6 @@ def core_settings(
         "samples": sample_count(scene, depsgraph.view_layer_eval, is_preview),
         "seed": frame_seed(settings, scene.frame_current),
         "threads": scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
-        "direct": technique["direct"],
-        "secondary": technique["secondary"],
-        "indirect": technique["indirect"],
-        "light_sampling": core.LightSampling[technique["light_sampler"]],
         "pixel_filter": core.PixelFilter[settings.pixel_filter],
         "filter_width": settings.filter_width,
         "max_bounces": settings.max_bounces,
@@ -90,5 +119,7 @@ def core_settings(
         "clamp_direct": settings.clamp_direct,
         "clamp_indirect": settings.clamp_indirect,
         "time_limit": settings.time_limit,
-        "passes": [render_pass.core_name for render_pass in render_passes if render_pass.core_name != "Combined"],
+        "passes": core_passes,
+        **technique,
+        **cell_settings(scene, technique["direct"], core_passes),
     }

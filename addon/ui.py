@@ -5,9 +5,8 @@ import bpy
 from bpy.types import Context, Panel, UILayout
 from bpy_extras.node_utils import find_node_input
 
-from . import properties
-
-ENGINE = "CISTERN"
+from . import ui_sampling
+from .ui_base import ENGINE, CisternPanel, split_layout
 
 # Blender's general panels that would show settings of other engines, or of features that this engine does not have;
 # ours below take the place of those for lights and visibility.
@@ -39,69 +38,6 @@ INCLUDED_PANELS = frozenset(
 )
 
 GEOMETRY_TYPES = frozenset({"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"})
-
-
-class CisternPanel:
-    """What all our panels in the properties editor share."""
-
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE
-
-
-def split_layout(panel: Panel) -> UILayout:
-    """The panel's layout with names on the left."""
-    panel.layout.use_property_split = True
-    panel.layout.use_property_decorate = False
-    return panel.layout
-
-
-class CISTERN_RENDER_PT_sampling(CisternPanel, Panel):
-    bl_label = "Sampling"
-    bl_context = "render"
-
-    def draw(self, context: Context) -> None:
-        layout = split_layout(self)
-        settings = context.scene.cistern
-        row = layout.row(align=True)
-        for identifier, name, _description in properties.PRESET_ITEMS:
-            button = row.operator("cistern.choose_preset", text=name, depress=settings.preset == identifier)
-            button.preset = identifier
-        layout.prop(settings, "samples")
-        layout.prop(settings, "time_limit")
-
-
-class CISTERN_RENDER_PT_techniques(CisternPanel, Panel):
-    bl_label = "Techniques"
-    bl_context = "render"
-    bl_parent_id = "CISTERN_RENDER_PT_sampling"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012  (Blender's own form)
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE and context.scene.cistern.preset == "CUSTOM"
-
-    def draw(self, context: Context) -> None:
-        layout = split_layout(self)
-        settings = context.scene.cistern
-        for name in properties.TECHNIQUES:
-            layout.prop(settings, name)
-
-
-class CISTERN_RENDER_PT_sampling_advanced(CisternPanel, Panel):
-    bl_label = "Advanced"
-    bl_context = "render"
-    bl_parent_id = "CISTERN_RENDER_PT_sampling"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
-
-    def draw(self, context: Context) -> None:
-        settings = context.scene.cistern
-        row = split_layout(self).row(align=True)
-        row.prop(settings, "seed")
-        row.prop(settings, "use_animated_seed", text="", icon="TIME")
 
 
 class CISTERN_RENDER_PT_light_paths(CisternPanel, Panel):
@@ -176,6 +112,9 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
             column.prop(view_layer, f"use_pass_{name}", text=text)
         column.prop(view_layer.cistern, "use_pass_denoising_albedo")
         column.prop(view_layer.cistern, "use_pass_denoising_normal")
+        column = layout.column(heading="Reuse")
+        for name in ("cells", "cell_occupancy", "reservoir_confidence", "reservoir_weight"):
+            column.prop(view_layer.cistern, f"use_pass_{name}")
         column = layout.column(heading="Light")
         column.prop(view_layer.cistern, "use_pass_direct")
         column.prop(view_layer.cistern, "use_pass_indirect")
@@ -359,9 +298,7 @@ def shared_panels() -> list[type[Panel]]:
 
 
 CLASSES = (
-    CISTERN_RENDER_PT_sampling,
-    CISTERN_RENDER_PT_techniques,
-    CISTERN_RENDER_PT_sampling_advanced,
+    *ui_sampling.CLASSES,
     CISTERN_RENDER_PT_light_paths,
     CISTERN_RENDER_PT_clamping,
     CISTERN_RENDER_PT_film,

@@ -23,6 +23,10 @@ CONSTANTS = {
     "Depth": (12.5,),
     "Normal": (0.0, 0.0, 1.0),
     "Position": (-1.0, -2.0, -3.0),
+    "Cells": (0.125, 0.75, 0.5),
+    "Cell Occupancy": (64.0,),
+    "Reservoir Confidence": (16.0,),
+    "Reservoir Weight": (100.0,),
     "Denoising Albedo": (0.25, 0.5, 0.75),
     "Denoising Normal": (0.0, 1.0, 0.0),
 }
@@ -64,6 +68,7 @@ class FakeCore(ModuleType):
         self.Session = lambda settings: FakeSession(self, settings)
         self.failure = ""
         self.non_finite_samples = 0
+        self.non_finite_weights = 0
         self.settings = []
         self.cancelled_sessions = 0
 
@@ -99,6 +104,7 @@ class FakeSession:
             error=self.core.failure,
             memory_bytes=3_000_000,
             non_finite_samples=self.core.non_finite_samples,
+            non_finite_weights=self.core.non_finite_weights,
             version=self.frames_done,
         )
 

@@ -121,10 +121,11 @@ def test_printed_line_is_json_with_the_promised_keys(core, tmp_path, capfd):
     assert values["seconds"] >= values["sync_seconds"] >= 0.0
 
 
-def test_non_finite_samples_are_a_warning_with_their_number(core, tmp_path):
-    core.non_finite_samples = 17
+@pytest.mark.parametrize("what", ["samples", "weights"])
+def test_numbers_that_are_not_finite_are_a_warning_with_their_count(core, tmp_path, what):
+    setattr(core, f"non_finite_{what}", 17)
     _, [report] = render(fresh_scene(), tmp_path)
-    assert len(report.warnings) == 1 and "17 samples" in report.warnings[0]
+    assert len(report.warnings) == 1 and f"17 {what}" in report.warnings[0]
 
 
 def test_cancel_keeps_what_is_finished(core, tmp_path, monkeypatch):

@@ -8,7 +8,7 @@ import bpy
 import pytest
 
 import addon
-from addon import core, properties, report
+from addon import core, report, techniques
 from tests.blender.engine_fakes import fresh_scene
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -51,9 +51,9 @@ def test_sentences_for_a_core_that_cannot_be_loaded(tmp_path):
 def test_technique_set_by_a_script_wins_over_the_preset():
     settings = fresh_scene().cistern
     assert settings.preset == "FINAL"
-    assert properties.techniques(settings)["light_sampler"] == "TREE"
+    assert techniques.settings_in_force(settings)["light_sampler"] == "TREE"
     settings.light_sampler = "POWER"
-    assert properties.techniques(settings)["light_sampler"] == "POWER"
+    assert techniques.settings_in_force(settings)["light_sampler"] == "POWER"
 
 
 def test_preset_button_takes_over_a_preset_whole():
@@ -63,7 +63,7 @@ def test_preset_button_takes_over_a_preset_whole():
     assert (settings.preset, settings.light_sampler) == ("CUSTOM", "POWER")
     bpy.ops.cistern.choose_preset(preset="FINAL")
     assert settings.preset == "FINAL"
-    assert properties.techniques(settings)["light_sampler"] == "TREE"
+    assert techniques.settings_in_force(settings)["light_sampler"] == "TREE"
     bpy.ops.cistern.choose_preset(preset="CUSTOM")
     assert settings.light_sampler == "TREE"
 

@@ -18,8 +18,9 @@ def core(monkeypatch):
 def enable_all(view_layer):
     for name in ("z", "normal", "position", "emit", "environment"):
         setattr(view_layer, f"use_pass_{name}", True)
-    for name in ("direct", "indirect", "denoising_albedo", "denoising_normal"):
-        setattr(view_layer.cistern, f"use_pass_{name}", True)
+    for prop in view_layer.cistern.bl_rna.properties:
+        if prop.identifier.startswith("use_pass_"):
+            setattr(view_layer.cistern, prop.identifier, True)
 
 
 def blender_names():
@@ -70,8 +71,8 @@ def compositor_tree(scene):
     return scene.node_tree, scene.node_tree.nodes.new("CompositorNodeComposite")
 
 
-@pytest.mark.parametrize("core_name", ["Direct", "Emission", "Environment", "Denoising Albedo"])
-def test_pass_goes_through_the_compositor(core, tmp_path, core_name):
+def composite(core_name, folder):
+    """Channels of the picture that the compositor makes of one pass alone."""
     scene = fresh_scene()
     enable_all(scene.view_layers[0])
     tree, output = compositor_tree(scene)
@@ -82,11 +83,22 @@ def test_pass_goes_through_the_compositor(core, tmp_path, core_name):
     if hasattr(image, "media_type"):
         image.media_type = "IMAGE"
     image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
-    scene.render.filepath = str(tmp_path / "composite.exr")
+    scene.render.filepath = str(folder / "composite.exr")
     bpy.ops.render.render(write_still=True)
-    channels = read_channels(tmp_path / "composite.exr")
+    return read_channels(folder / "composite.exr")
+
+
+@pytest.mark.parametrize("core_name", ["Direct", "Emission", "Denoising Albedo", "Cells"])
+def test_pass_goes_through_the_compositor(core, tmp_path, core_name):
+    channels = composite(core_name, tmp_path)
     for channel, value in zip("RGB", CONSTANTS[core_name], strict=True):
         np.testing.assert_allclose(channels[channel], value, rtol=1e-6)
+
+
+@pytest.mark.parametrize("core_name", ["Cell Occupancy", "Reservoir Confidence", "Reservoir Weight"])
+def test_numbers_of_reuse_go_through_the_compositor(core, tmp_path, core_name):
+    channels = composite(core_name, tmp_path)
+    np.testing.assert_allclose(channels["R"], CONSTANTS[core_name][0], rtol=1e-6)
 
 
 def test_wrong_number_of_channels_is_refused():

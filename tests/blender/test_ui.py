@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from addon import ui
+from addon import techniques, ui, ui_sampling
 from tests.blender.engine_fakes import fresh_scene
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -78,6 +78,12 @@ class RecordingLayout:
         self.drawn.append(identifier)
         return SimpleNamespace()
 
+    def operator_menu_enum(self, identifier, name, **_options):
+        self.operator(identifier)
+
+    def label(self, text=""):
+        self.drawn.append(f"label {text}")
+
     def row(self, **_options):
         return RecordingLayout(self.drawn)
 
@@ -92,6 +98,7 @@ def draw(cls, **context):
 
 def test_render_and_view_layer_panels_draw_every_setting():
     scene = fresh_scene()
+    scene.cistern.preset, scene.cistern.direct = "CUSTOM", "RESTIR_CACHE"
     drawn = []
     for cls in ui.CLASSES:
         if cls.bl_context in {"render", "view_layer"}:
@@ -100,6 +107,43 @@ def test_render_and_view_layer_panels_draw_every_setting():
         names = {prop.identifier for prop in owner.bl_rna.properties} - {"name", "rna_type"}
         assert names - {"preset"} <= set(drawn)
     assert "cistern.choose_preset" in drawn
+
+
+@pytest.mark.parametrize("preset", [identifier for identifier, *_ in techniques.PRESET_ITEMS])
+def test_techniques_are_menus_under_custom_and_read_out_under_a_preset(preset):
+    scene = fresh_scene()
+    scene.cistern.preset = preset
+    drawn = draw(ui_sampling.CISTERN_RENDER_PT_techniques, scene=scene)
+    assert (set(techniques.TECHNIQUES) <= set(drawn)) == (preset == "CUSTOM")
+    in_force = techniques.settings_in_force(scene.cistern)
+    answer, sentence = ui_sampling.item_texts(techniques.DIRECT_ITEMS, in_force["direct"])
+    assert (f"label Direct Light: {answer}" in drawn) == (preset != "CUSTOM")
+    labels = " ".join(entry.removeprefix("label ") for entry in drawn)
+    assert sentence in labels
+
+
+@pytest.mark.parametrize(("direct", "count"), [("NEE", 0), ("RIS", 1), ("RESTIR", 8), ("RESTIR_CACHE", 11)])
+def test_advanced_shows_what_the_system_uses(direct, count):
+    scene = fresh_scene()
+    scene.cistern.direct = direct
+    panel = ui_sampling.CISTERN_RENDER_PT_techniques_advanced
+    assert panel.poll(SimpleNamespace(engine=ui.ENGINE, scene=scene)) == (count > 0)
+    names = [entry for entry in draw(panel, scene=scene) if not entry.startswith("label ")]
+    assert len(names) == count and set(names) <= {parameter.name for parameter in techniques.PARAMETERS}
+
+
+def test_advanced_says_what_zero_stands_for():
+    scene = fresh_scene()
+    panel = ui_sampling.CISTERN_RENDER_PT_techniques_advanced
+    scene.cistern.direct = "RESTIR"
+    assert draw(panel, scene=scene)[:2] == ["light_candidates", "label = 32"]
+    scene.cistern.light_candidates = 12
+    assert draw(panel, scene=scene)[1] != "label = 32"
+    assert "label = 1" in draw(panel, scene=scene)  # rounds
+    scene.cistern.bias = "FAST"
+    assert "label = 2" in draw(panel, scene=scene)
+    scene.cistern.direct = "RESTIR_CACHE"
+    assert {"label = 10", "label = 8", "label = 5", "label = 4", "label = 1024"} <= set(draw(panel, scene=scene))
 
 
 @pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])

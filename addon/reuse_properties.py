@@ -1,0 +1,157 @@
+"""The papers' parameters as properties of `scene.cistern`; 0 stands for the chosen system's own number.
+
+[Bitterli 2020] Spatiotemporal Reservoir Resampling for Real-Time Ray Tracing with Dynamic Direct Lighting.
+[Boissé 2021] World-Space Spatiotemporal Reservoir Reuse for Ray-Traced Global Illumination.
+[Zhang 2023] World-Space Spatiotemporal Path Resampling for Path Tracing.
+[Stefanescu 2025] Worldspace ReSTIR for Direct Illumination.
+"""
+
+from bpy.props import BoolProperty, FloatProperty, IntProperty
+
+# The largest values that the core takes.
+MAX_CANDIDATES = 1024
+MAX_NEIGHBOURS = 32
+MAX_ROUNDS = 16
+MAX_CACHED = 64
+
+
+class ReuseSettings:
+    """A part of `scene.cistern`."""
+
+    light_candidates: IntProperty(
+        name="Light Candidates",
+        description=(
+            "Light samples drawn at each visible point, of which one is kept (M). 0 means 8 with RIS and the cell "
+            "cache [Stefanescu 2025, §4.1], 32 with ReSTIR [Bitterli 2020, §5]"
+        ),
+        default=0,
+        min=0,
+        soft_max=64,
+        max=MAX_CANDIDATES,
+    )
+    use_temporal_reuse: BoolProperty(
+        name="Temporal Reuse",
+        description=(
+            "Carry the choice of each pixel over to its next sample [Bitterli 2020, §4]. The first samples gain; the "
+            "average of many gains nothing, because they are no longer independent: the preset Final does without"
+        ),
+        default=True,
+    )
+    confidence_cap: FloatProperty(
+        name="Confidence Cap",
+        description=(
+            "How many times the confidence of the new sample that of the previous ones may have. 0 means 20 with "
+            "ReSTIR [Bitterli 2020, §5], 10 with the cell cache [Stefanescu 2025, §4.1]"
+        ),
+        default=0.0,
+        min=0.0,
+        soft_max=100.0,
+        max=1e6,
+        precision=1,
+    )
+    use_spatial_reuse: BoolProperty(
+        name="Spatial Reuse",
+        description="Pass the choice of each pixel on to pixels nearby [Bitterli 2020, §4]",
+        default=True,
+    )
+    spatial_neighbours: IntProperty(
+        name="Neighbours",
+        description=(
+            "Pixels nearby that a pixel takes choices from, in each round. 0 means 5 with ReSTIR "
+            "[Bitterli 2020, §5], 8 with the cell cache [Stefanescu 2025, §4.1]"
+        ),
+        default=0,
+        min=0,
+        soft_max=16,
+        max=MAX_NEIGHBOURS,
+    )
+    spatial_radius: FloatProperty(
+        name="Radius",
+        description=(
+            "Largest distance of these pixels in pixels. 0 means 30 with ReSTIR [Bitterli 2020, §5], 5 with the "
+            "cell cache [Stefanescu 2025, §4.1]"
+        ),
+        default=0.0,
+        min=0.0,
+        soft_max=100.0,
+        max=10000.0,
+        subtype="PIXEL",
+    )
+    spatial_rounds: IntProperty(
+        name="Rounds",
+        description=(
+            "How often choices are passed on to neighbours in each sample. 0 means 2 with ReSTIR and fast weights, "
+            "otherwise 1 [Bitterli 2020, §5]"
+        ),
+        default=0,
+        min=0,
+        max=MAX_ROUNDS,
+    )
+    use_visibility_reuse: BoolProperty(
+        name="Visibility Reuse",
+        description=(
+            "Drop a pixel's own choice where it lies in shadow before passing it on [Bitterli 2020, §4]: one more "
+            "shadow ray for each pixel"
+        ),
+        default=False,
+    )
+    cache_reservoirs: IntProperty(
+        name="Cached Samples",
+        description=(
+            "Prepared light samples that a visible point takes from its cell (X). 0 means 4 [Stefanescu 2025, §4.2]"
+        ),
+        default=0,
+        min=0,
+        soft_max=16,
+        max=MAX_CACHED,
+    )
+    cache_candidates: IntProperty(
+        name="Cache Candidates",
+        description=(
+            "Pairs of a surface point and a light sample, of which one is kept for each prepared sample. "
+            "0 means 1024 [Stefanescu 2025, §4.2]"
+        ),
+        default=0,
+        min=0,
+        soft_max=4096,
+        max=2**20,
+    )
+    cache_refresh: IntProperty(
+        name="Cache Refresh",
+        description=(
+            "Prepared samples of each cell that are drawn anew for every sample of the picture, in turn, so that the "
+            "errors of a cell average out. 0 means 1; as published, with fast weights, they stay as they are"
+        ),
+        default=0,
+        min=0,
+        max=MAX_CACHED,
+    )
+    cell_pixels: FloatProperty(
+        name="Cell Size",
+        description=(
+            "Edge of a cell as it looks on the picture, in pixels; farther cells are larger [Boissé 2021, Alg. 4]. "
+            "0 means 10"
+        ),
+        default=0.0,
+        min=0.0,
+        soft_max=200.0,
+        max=10000.0,
+        subtype="PIXEL",
+    )
+    min_cell_size: FloatProperty(
+        name="Smallest Cell",
+        description="Edge of the smallest cells as a share of the scene's diagonal. 0 means 0.01 [Zhang 2023, §5.3]",
+        default=0.0,
+        min=0.0,
+        max=1.0,
+        precision=4,
+        step=0.1,
+    )
+    use_normal_cells: BoolProperty(
+        name="Cells by Normal",
+        description=(
+            "Divide cells by the direction their surfaces face [Zhang 2023, §4.2]; without, by position alone. Passes "
+            "and views of cells show the difference"
+        ),
+        default=True,
+    )

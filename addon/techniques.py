@@ -1,0 +1,163 @@
+"""The three questions and their answers, the papers' parameters, and the presets that choose among them.
+
+Everything here works on names and values: `properties` makes Blender's properties of it, `ui` the panels.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .properties import CisternSceneSettings
+
+Value = str | int | float | bool
+
+NEXT_EVENT_ITEM = ("NEE", "Next Event", "One light sample and one BSDF sample at every point, nothing is reused")
+DIRECT_ITEMS = (
+    NEXT_EVENT_ITEM,
+    (
+        "RIS",
+        "RIS",
+        "The best of several light samples, chosen by what they would send to the point without shadows [Talbot 2005]",
+    ),
+    (
+        "RESTIR",
+        "ReSTIR",
+        "As RIS, and pixels pass their choices on to their neighbours and to the next sample [Bitterli 2020]",
+    ),
+    (
+        "RESTIR_CACHE",
+        "ReSTIR with Cell Cache",
+        "As ReSTIR, and cells of the scene offer light samples prepared before the first sample [Stefanescu 2025]",
+    ),
+)
+SECONDARY_ITEMS = (NEXT_EVENT_ITEM,)
+INDIRECT_ITEMS = (("PATH", "Path Tracing", "Each pixel uses only the light paths it traced itself"),)
+BIAS_ITEMS = (
+    ("UNBIASED", "Unbiased", "The expected picture is exactly the true one"),
+    ("FAST", "Fast", "Cheaper weights as first published: edges and shadows come out too dark, and cells may show"),
+)
+LIGHT_SAMPLER_ITEMS = (
+    ("UNIFORM", "Uniform", "Every light is chosen equally often"),
+    ("POWER", "Power", "Lights are chosen in proportion to the power they send out"),
+    ("TREE", "Light Tree", "Lights are chosen by an estimate of what they send to the shaded point"),
+)
+
+TECHNIQUES = ("direct", "secondary", "indirect", "bias", "light_sampler")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number or switch of the papers. For each answer to `direct` that uses it, `defaults` has what it is there: what
+    0 stands for in the case of numbers."""
+
+    name: str  # in `scene.cistern`
+    defaults: dict[str, Value]
+
+    @property
+    def core_name(self) -> str:
+        return CORE_NAMES.get(self.name, self.name.removeprefix("use_"))
+
+    @property
+    def is_switch(self) -> bool:
+        return self.name.startswith("use_")
+
+
+# Where the core's name is another one.
+CORE_NAMES = {"cache_reservoirs": "cache_merged"}
+
+ON = dict.fromkeys(("RESTIR", "RESTIR_CACHE"), True)
+OFF = dict.fromkeys(("RESTIR", "RESTIR_CACHE"), False)
+
+PARAMETERS = (
+    Parameter("light_candidates", {"RIS": 8, "RESTIR": 32, "RESTIR_CACHE": 8}),
+    Parameter("use_temporal_reuse", ON),
+    Parameter("confidence_cap", {"RESTIR": 20, "RESTIR_CACHE": 10}),
+    Parameter("use_spatial_reuse", ON),
+    Parameter("spatial_neighbours", {"RESTIR": 5, "RESTIR_CACHE": 8}),
+    Parameter("spatial_radius", {"RESTIR": 30.0, "RESTIR_CACHE": 5.0}),
+    Parameter("spatial_rounds", {"RESTIR": 1, "RESTIR_CACHE": 1}),
+    Parameter("use_visibility_reuse", OFF),
+    Parameter("cache_reservoirs", {"RESTIR_CACHE": 4}),
+    Parameter("cache_candidates", {"RESTIR_CACHE": 1024}),
+    Parameter("cache_refresh", {"RESTIR_CACHE": 1}),
+)
+# Of every answer: passes and views show cells whether or not reuse works with them.
+CELL_PARAMETERS = (
+    Parameter("cell_pixels", {}),
+    Parameter("min_cell_size", {}),
+    Parameter("use_normal_cells", {}),
+)
+SETTINGS = (*TECHNIQUES, *(parameter.name for parameter in PARAMETERS))
+
+PRESET_ITEMS = (
+    ("FINAL", "Final", "Independent samples that average to the true picture"),
+    ("INTERACTIVE", "Interactive", "The best picture after a short time"),
+    ("RIS", "RIS [Talbot 2005]", "Resampled importance sampling: the best of 8 light samples, nothing is reused"),
+    ("RESTIR_DI", "ReSTIR DI [Bitterli 2020]", "Reuse between pixels and samples, with the unbiased weights"),
+    (
+        "RESTIR_DI_FAST",
+        "ReSTIR DI, Biased [Bitterli 2020]",
+        "Reuse between pixels and samples, with the cheap weights, visibility reuse and two rounds of neighbours",
+    ),
+    ("CELL_CACHE", "Cell Cache [Stefanescu 2025]", "ReSTIR with a cell cache of light samples, as published: biased"),
+    ("CELL_CACHE_UNBIASED", "Cell Cache, Unbiased", "ReSTIR with a cell cache of light samples, with unbiased weights"),
+    ("CUSTOM", "Custom", "The techniques chosen below"),
+)
+
+_FINAL = {
+    "direct": "NEE",
+    "secondary": "NEE",
+    "indirect": "PATH",
+    "bias": "UNBIASED",
+    "light_sampler": "TREE",
+    "use_temporal_reuse": False,  # or the samples would not be independent
+}
+_INTERACTIVE = _FINAL | {"use_temporal_reuse": True}
+_REUSING = _INTERACTIVE | {"light_sampler": "POWER"}
+
+# What each preset chooses; what it does not name keeps its default.
+PRESETS: dict[str, dict[str, Value]] = {
+    "FINAL": _FINAL,
+    "INTERACTIVE": _INTERACTIVE,
+    "RIS": _FINAL | {"direct": "RIS", "light_sampler": "POWER"},
+    "RESTIR_DI": _REUSING | {"direct": "RESTIR"},
+    "RESTIR_DI_FAST": _REUSING | {"direct": "RESTIR", "bias": "FAST", "use_visibility_reuse": True},
+    "CELL_CACHE": _REUSING
+    | {"direct": "RESTIR_CACHE", "bias": "FAST", "light_sampler": "UNIFORM", "use_visibility_reuse": True},
+    "CELL_CACHE_UNBIASED": _REUSING | {"direct": "RESTIR_CACHE"},
+}
+
+
+def settings_in_force(settings: "CisternSceneSettings") -> dict[str, Value]:
+    """The techniques and parameters in force: what the preset says, except where one was set by hand."""
+    preset = PRESETS.get(settings.preset, {})
+    return {
+        name: getattr(settings, name) if settings.is_property_set(name) else preset.get(name, getattr(settings, name))
+        for name in SETTINGS
+    }
+
+
+def choose_preset(settings: "CisternSceneSettings", preset: str) -> None:
+    """Take over a preset whole; CUSTOM starts from the techniques and parameters in force."""
+    in_force = settings_in_force(settings)
+    settings.preset = preset
+    for name in SETTINGS:
+        if preset == "CUSTOM":
+            setattr(settings, name, in_force[name])
+        else:
+            settings.property_unset(name)
+
+
+def effective_value(parameter: Parameter, in_force: dict[str, Value]) -> Value:
+    """What the core will use: the number in force, or for 0 the default of the system that is."""
+    value = in_force[parameter.name]
+    if parameter.is_switch or value:
+        return value
+    if parameter.name == "spatial_rounds" and in_force["direct"] == "RESTIR" and in_force["bias"] == "FAST":
+        return 2
+    return parameter.defaults[str(in_force["direct"])]
+
+
+def used_parameters(direct: str) -> list[Parameter]:
+    """Those that this answer to the first question looks at."""
+    return [parameter for parameter in PARAMETERS if direct in parameter.defaults]

@@ -1,0 +1,146 @@
+"""The panels about sampling: presets, the three questions, the papers' parameters, cells and views."""
+# ruff: noqa: N801  (Blender wants CATEGORY_PT_name)
+
+import textwrap
+
+from bpy.types import Context, Panel, UILayout
+
+from . import techniques, view_modes
+from .ui_base import ENGINE, CisternPanel, split_layout
+
+# The techniques in the order they are drawn: property, title where the preset has decided, answers.
+QUESTIONS = (
+    ("direct", "Direct Light", techniques.DIRECT_ITEMS),
+    ("secondary", "Secondary Light", techniques.SECONDARY_ITEMS),
+    ("indirect", "Indirect Light", techniques.INDIRECT_ITEMS),
+    ("bias", "Bias", techniques.BIAS_ITEMS),
+    ("light_sampler", "Light Sampler", techniques.LIGHT_SAMPLER_ITEMS),
+)
+SENTENCES = frozenset({"direct", "secondary", "indirect", "bias"})  # are followed by a sentence on the answer
+LINE_CHARACTERS = 52  # of a sentence, in a properties editor of usual width
+
+
+def item_texts(items: tuple[tuple[str, str, str], ...], identifier: str) -> tuple[str, str]:
+    """Name and description of one of a menu's items."""
+    return next((name, description) for key, name, description in items if key == identifier)
+
+
+def draw_sentence(layout: UILayout, sentence: str) -> None:
+    """In grey, over as many lines as it takes: Blender does not break lines itself."""
+    column = layout.column(align=True)
+    column.active = False
+    for line in textwrap.wrap(sentence, LINE_CHARACTERS):
+        column.label(text=line)
+
+
+def value_text(value: techniques.Value) -> str:
+    return ("on" if value else "off") if isinstance(value, bool) else f"{value:g}"
+
+
+class CISTERN_RENDER_PT_sampling(CisternPanel, Panel):
+    bl_label = "Sampling"
+    bl_context = "render"
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        settings = context.scene.cistern
+        name, sentence = item_texts(techniques.PRESET_ITEMS, settings.preset)
+        layout.operator_menu_enum("cistern.choose_preset", "preset", text=name, icon="PRESET")
+        draw_sentence(layout, sentence)
+        layout.prop(settings, "samples")
+        layout.prop(settings, "time_limit")
+
+
+class CISTERN_RENDER_PT_techniques(CisternPanel, Panel):
+    bl_label = "Techniques"
+    bl_context = "render"
+    bl_parent_id = "CISTERN_RENDER_PT_sampling"
+
+    def draw(self, context: Context) -> None:
+        """Menus under the preset Custom, else the preset's answers."""
+        layout = split_layout(self)
+        settings = context.scene.cistern
+        in_force = techniques.settings_in_force(settings)
+        is_custom = settings.preset == "CUSTOM"
+        for name, title, items in QUESTIONS:
+            answer, sentence = item_texts(items, in_force[name])
+            if is_custom:
+                layout.prop(settings, name)
+            else:
+                layout.label(text=f"{title}: {answer}")
+            if name in SENTENCES:
+                draw_sentence(layout, sentence)
+        if not is_custom:
+            layout.operator("cistern.choose_preset", text="Choose These Myself").preset = "CUSTOM"
+
+
+class CISTERN_RENDER_PT_techniques_advanced(CisternPanel, Panel):
+    bl_label = "Advanced"
+    bl_context = "render"
+    bl_parent_id = "CISTERN_RENDER_PT_techniques"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        if context.engine != ENGINE:
+            return False
+        return bool(techniques.used_parameters(techniques.settings_in_force(context.scene.cistern)["direct"]))
+
+    def draw(self, context: Context) -> None:
+        """The parameters of the chosen system; beside a 0, what it stands for."""
+        layout = split_layout(self)
+        settings = context.scene.cistern
+        in_force = techniques.settings_in_force(settings)
+        for parameter in techniques.used_parameters(in_force["direct"]):
+            row = layout.row(align=True)
+            row.prop(settings, parameter.name)
+            shown = techniques.effective_value(parameter, in_force)
+            if shown != getattr(settings, parameter.name):
+                row.label(text=f"= {value_text(shown)}")
+
+
+class CISTERN_RENDER_PT_cells(CisternPanel, Panel):
+    bl_label = "Cells"
+    bl_context = "render"
+    bl_parent_id = "CISTERN_RENDER_PT_techniques"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        for parameter in techniques.CELL_PARAMETERS:
+            layout.prop(context.scene.cistern, parameter.name)
+
+
+class CISTERN_RENDER_PT_seed(CisternPanel, Panel):
+    bl_label = "Noise Pattern"
+    bl_context = "render"
+    bl_parent_id = "CISTERN_RENDER_PT_sampling"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        settings = context.scene.cistern
+        row = split_layout(self).row(align=True)
+        row.prop(settings, "seed")
+        row.prop(settings, "use_animated_seed", text="", icon="TIME")
+
+
+class CISTERN_RENDER_PT_view(CisternPanel, Panel):
+    bl_label = "View"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        settings = context.scene.cistern
+        layout.prop(settings, "view")
+        draw_sentence(layout, item_texts(view_modes.VIEW_ITEMS, settings.view)[1])
+
+
+CLASSES = (
+    CISTERN_RENDER_PT_sampling,
+    CISTERN_RENDER_PT_techniques,
+    CISTERN_RENDER_PT_techniques_advanced,
+    CISTERN_RENDER_PT_cells,
+    CISTERN_RENDER_PT_seed,
+    CISTERN_RENDER_PT_view,
+)

@@ -1,0 +1,82 @@
+"""What the picture itself shows in place of the render: a pass as it is, or numbers through a colour scale."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Picture = NDArray[np.float32]
+Reader = Callable[[str], Picture]
+
+VIEW_ITEMS = (
+    ("COMBINED", "Combined", "The render"),
+    ("DIRECT", "Direct", "Light reflected once at the visible point"),
+    ("INDIRECT", "Indirect", "Light that took more turns"),
+    ("CELLS", "Cells", "A colour for each cell of reuse"),
+    ("CELL_OCCUPANCY", "Cell Occupancy", "Pixels in the same cell: dark blue 1, green 64, white 4096 and more"),
+    (
+        "RESERVOIR_CONFIDENCE",
+        "Reservoir Confidence",
+        "Batches of candidates behind a pixel's choice: dark blue 1, green 16, white 256 and more",
+    ),
+    (
+        "RESERVOIR_WEIGHT",
+        "Reservoir Weight",
+        "Weight of a pixel's light sample: dark blue 0.1 and less, green 100, white 100,000 and more",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class LogScale:
+    """Maps numbers to colours by their logarithm: `low` and below to the first colour, `high` and above to the last.
+    Zero, which means that there is nothing, is black."""
+
+    low: float
+    high: float
+
+
+# View -> the core's pass, and the scale of its numbers (None: it has colours).
+SOURCES: dict[str, tuple[str, LogScale | None]] = {
+    "DIRECT": ("Direct", None),
+    "INDIRECT": ("Indirect", None),
+    "CELLS": ("Cells", None),
+    "CELL_OCCUPANCY": ("Cell Occupancy", LogScale(1.0, 4096.0)),
+    "RESERVOIR_CONFIDENCE": ("Reservoir Confidence", LogScale(1.0, 256.0)),
+    "RESERVOIR_WEIGHT": ("Reservoir Weight", LogScale(0.1, 1e5)),
+}
+
+# Dark blue, blue, green, yellow, white in equal steps: brighter at each. Scene-linear Rec. 709.
+RAMP = np.array([(0.01, 0.01, 0.12), (0.0, 0.10, 0.45), (0.02, 0.35, 0.12), (0.85, 0.60, 0.04), (1.0, 1.0, 1.0)])
+
+
+def core_passes(view: str) -> list[str]:
+    """The passes of the core that a view needs besides Combined."""
+    return [SOURCES[view][0]] if view in SOURCES else []
+
+
+def ramp_colors(numbers: Picture, scale: LogScale) -> Picture:
+    """(height, width, 1) -> (height, width, 3)."""
+    known = np.isfinite(numbers[..., 0]) & (numbers[..., 0] > 0.0)
+    logs = np.log(np.where(known, numbers[..., 0], scale.low) / scale.low) / np.log(scale.high / scale.low)
+    steps = np.linspace(0.0, 1.0, len(RAMP))
+    colors = np.stack([np.interp(logs, steps, channel) for channel in RAMP.T], axis=-1)
+    return (colors * known[..., None]).astype(np.float32)
+
+
+def reader(view: str, read: Reader) -> Reader:
+    """`read` with Combined as the view shows it: opaque where it shows cells and numbers."""
+    if view not in SOURCES:
+        return read
+    source, scale = SOURCES[view]
+
+    def read_view(name: str) -> Picture:
+        if name != "Combined":
+            return read(name)
+        shown = read(source)
+        is_light = view in ("DIRECT", "INDIRECT")
+        alpha = read("Combined")[..., 3:] if is_light else np.ones_like(shown[..., :1])
+        return np.concatenate([shown if scale is None else ramp_colors(shown, scale), alpha], axis=-1)
+
+    return read_view

@@ -1,0 +1,123 @@
+"""Techniques, presets and the papers' parameters on their way to the core."""
+
+import ast
+
+import bpy
+import pytest
+
+from addon import techniques
+from tests.blender.engine_fakes import fresh_scene, install, render
+from tests.blender.fake_core import STUB
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+
+@pytest.fixture
+def core(monkeypatch):
+    return install(monkeypatch)
+
+
+def rendered_settings(core, scene, folder):
+    render(scene, folder)
+    return vars(core.settings[-1])
+
+
+def test_reference_is_the_default_and_asks_for_no_reuse(core, tmp_path):
+    settings = rendered_settings(core, fresh_scene(), tmp_path)
+    assert (settings["direct"], settings["secondary"], settings["indirect"]) == ("NEE", "NEE", "PATH")
+    assert not {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings)
+
+
+@pytest.mark.parametrize("direct", ["RIS", "RESTIR", "RESTIR_CACHE"])
+def test_parameters_of_the_system_reach_the_core(core, tmp_path, direct):
+    scene = fresh_scene()
+    scene.cistern.direct, scene.cistern.bias, scene.cistern.use_temporal_reuse = direct, "FAST", True
+    scene.cistern.light_candidates, scene.cistern.spatial_radius = 17, 2.5
+    settings = rendered_settings(core, scene, tmp_path)
+    assert (settings["direct"], settings["bias"], settings["light_candidates"]) == (direct, "FAST", 17)
+    given = {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings)
+    assert given == {parameter.core_name for parameter in techniques.used_parameters(direct)}
+    if direct != "RIS":
+        assert (settings["spatial_radius"], settings["temporal_reuse"], settings["confidence_cap"]) == (2.5, True, 0)
+
+
+@pytest.mark.parametrize("shown", ["use_pass_cells", "use_pass_cell_occupancy", "view"])
+def test_cells_reach_the_core_whatever_the_system(core, tmp_path, shown):
+    scene = fresh_scene()
+    assert "cell_pixels" not in rendered_settings(core, scene, tmp_path)
+    if shown == "view":
+        scene.cistern.view = "CELLS"
+    else:
+        setattr(scene.view_layers[0].cistern, shown, True)
+    scene.cistern.cell_pixels, scene.cistern.min_cell_size, scene.cistern.use_normal_cells = 40.0, 0.25, False
+    settings = rendered_settings(core, scene, tmp_path)
+    assert (settings["cell_pixels"], settings["min_cell_size"], settings["normal_cells"]) == (40.0, 0.25, False)
+
+
+def test_all_names_are_in_the_contract_of_the_core(core, tmp_path):
+    classes = (node for node in ast.parse(STUB.read_text()).body if isinstance(node, ast.ClassDef))
+    members = next(node for node in classes if node.name == "Settings").body
+    contract = {node.target.id for node in members if isinstance(node, ast.AnnAssign)}
+    scene = fresh_scene()
+    scene.cistern.direct = "RESTIR_CACHE"
+    assert set(rendered_settings(core, scene, tmp_path)) <= contract
+
+
+def test_final_does_without_history_and_the_papers_presets_do_not(core, tmp_path):
+    scene = fresh_scene()
+    scene.cistern.direct = "RESTIR"
+    assert rendered_settings(core, scene, tmp_path)["temporal_reuse"] is False
+    bpy.ops.cistern.choose_preset(preset="RESTIR_DI")
+    assert rendered_settings(core, scene, tmp_path)["temporal_reuse"] is True
+
+
+@pytest.mark.parametrize(
+    ("preset", "direct", "bias", "sampler"),
+    [
+        ("FINAL", "NEE", "UNBIASED", "TREE"),
+        ("INTERACTIVE", "NEE", "UNBIASED", "TREE"),
+        ("RIS", "RIS", "UNBIASED", "POWER"),
+        ("RESTIR_DI", "RESTIR", "UNBIASED", "POWER"),
+        ("RESTIR_DI_FAST", "RESTIR", "FAST", "POWER"),
+        ("CELL_CACHE", "RESTIR_CACHE", "FAST", "UNIFORM"),
+        ("CELL_CACHE_UNBIASED", "RESTIR_CACHE", "UNBIASED", "POWER"),
+    ],
+)
+def test_presets_by_paper(core, tmp_path, preset, direct, bias, sampler):
+    scene = fresh_scene()
+    bpy.ops.cistern.choose_preset(preset=preset)
+    settings = rendered_settings(core, scene, tmp_path)
+    assert (settings["direct"], settings.get("bias", "UNBIASED"), settings["light_sampling"].name) == (
+        direct,
+        bias,
+        sampler,
+    )
+
+
+def test_custom_starts_from_the_preset_and_a_preset_forgets_it():
+    settings = fresh_scene().cistern
+    bpy.ops.cistern.choose_preset(preset="CELL_CACHE")
+    before = techniques.settings_in_force(settings)
+    bpy.ops.cistern.choose_preset(preset="CUSTOM")
+    assert techniques.settings_in_force(settings) == before
+    settings.light_candidates = 3
+    bpy.ops.cistern.choose_preset(preset="FINAL")
+    assert techniques.settings_in_force(settings)["light_candidates"] == 0
+
+
+def test_values_outside_the_range_are_held_at_its_ends():
+    settings = fresh_scene().cistern
+    for name in [parameter.name for parameter in (*techniques.PARAMETERS, *techniques.CELL_PARAMETERS)]:
+        prop = settings.bl_rna.properties[name]
+        if prop.type == "BOOLEAN":
+            continue
+        setattr(settings, name, -1)
+        assert getattr(settings, name) == 0
+        setattr(settings, name, 2**24)
+        assert getattr(settings, name) == prop.hard_max
+
+
+@pytest.mark.parametrize("name", ["direct", "bias", "view", "preset"])
+def test_unknown_answers_are_refused(name):
+    with pytest.raises(TypeError, match="MAGIC"):
+        setattr(fresh_scene().cistern, name, "MAGIC")
