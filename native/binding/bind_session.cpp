@@ -38,6 +38,11 @@ std::function<void(Settings&, const py::handle&)> reuse(T DirectReuse::*field) {
   return [field](Settings& s, const py::handle& value) { s.direct_reuse.*field = value.cast<T>(); };
 }
 
+template <class T>
+std::function<void(Settings&, const py::handle&)> grid(T GridSettings::*field) {
+  return [field](Settings& s, const py::handle& value) { s.grid.*field = value.cast<T>(); };
+}
+
 using Setter = std::function<void(Settings&, const py::handle&)>;
 
 Setter set_passes() {
@@ -109,6 +114,9 @@ std::map<std::string, Setter> make_reuse_setters() {
       {"spatial_radius", reuse(&DirectReuse::spatial_radius)},
       {"spatial_rounds", reuse(&DirectReuse::spatial_rounds)},
       {"visibility_reuse", reuse(&DirectReuse::visibility_reuse)},
+      {"cell_pixels", grid(&GridSettings::cell_pixels)},
+      {"min_cell_size", grid(&GridSettings::min_cell_size)},
+      {"normal_cells", grid(&GridSettings::use_normals)},
   };
 }
 

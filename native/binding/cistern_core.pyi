@@ -195,6 +195,10 @@ class Settings:
     spatial_radius: float  # pixels
     spatial_rounds: int
     visibility_reuse: bool
+    # Of the cells of the world-space grid; 0 for the default.
+    cell_pixels: float  # edge of a cell as seen in the picture, in pixels
+    min_cell_size: float  # smallest edge, as a share of the diagonal of the scene's box
+    normal_cells: bool  # whether cells are divided by the direction of the surface
     light_sampling: LightSampling
     sequence: str  # "SOBOL" (Owen-scrambled), "RANDOM" (independent)
     pixel_filter: PixelFilter

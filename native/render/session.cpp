@@ -6,6 +6,7 @@
 #include <new>
 
 #include "base/check.h"
+#include "render/cell_views.h"
 #include "scene/scene_memory.h"
 #include "transport/camera_ray.h"
 
@@ -111,6 +112,7 @@ void Session::run() {
         progress_.stage = "Rendering";
         rendering_since_ = Clock::now();
       }
+      if (!show_cells(context, *film_, {cancelled_, Clock::time_point::max()})) return;
       render(context, reuse ? &*reuse : nullptr);
     });
     end(cancelled_ ? Status::CANCELLED : Status::DONE, "");

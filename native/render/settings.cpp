@@ -83,6 +83,10 @@ void check_settings(Settings& s) {
   require("time_limit", s.time_limit, 0.0, 1e9);
   check_limits(s.limits);
   check_direct_reuse(s.direct_reuse);
+  if (s.grid.min_cell_size == 0.0f) s.grid.min_cell_size = kDefaultMinCellShare;
+  if (s.grid.cell_pixels == 0.0f) s.grid.cell_pixels = GridSettings().cell_pixels;
+  require("min_cell_size", s.grid.min_cell_size, 1e-6f, 1.0f);
+  require("cell_pixels", s.grid.cell_pixels, 1.0f, 1e5f);
   fill_direct_reuse(s);
 }
 

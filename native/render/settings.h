@@ -5,6 +5,7 @@
 
 #include "film/film.h"
 #include "film/pixel_filter.h"
+#include "grid/cell_key.h"
 #include "lights/light_set.h"
 #include "restir/reservoir_direct_light.h"
 #include "transport/path_tracer.h"
@@ -26,6 +27,9 @@ struct Region {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
+/// As in [Zhang and Wang 2023, §5.3], of the diagonal.
+inline constexpr float kDefaultMinCellShare = 0.01f;
+
 struct Settings {
   int width = 1920, height = 1080;  // of the full frame
   Region region;
@@ -36,6 +40,8 @@ struct Settings {
   SecondaryAnswer secondary = SecondaryAnswer::NEE;
   IndirectAnswer indirect = IndirectAnswer::PATH;
   DirectReuse direct_reuse;  // numbers that are 0 become the chosen answer's own
+  /// Cells of the world-space grid; `min_cell_size` is here a share of the diagonal of the scene's box.
+  GridSettings grid{.min_cell_size = kDefaultMinCellShare};
   LightSampling light_sampling = LightSampling::TREE;
   SampleSequence sequence = SampleSequence::SOBOL;
   FilterKind pixel_filter = FilterKind::BLACKMAN_HARRIS;

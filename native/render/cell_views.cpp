@@ -1,0 +1,49 @@
+#include "render/cell_views.h"
+
+#include "grid/hash_grid.h"
+#include "transport/camera_ray.h"
+
+namespace cistern {
+namespace {
+
+GridLayout view_layout(const FrameContext& context) {
+  GridSettings grid = context.settings.grid;
+  grid.randomised = false;
+  const Bounds3 bounds = context.paths.accel.bounds();
+  const float share = grid.min_cell_size;  // of the scene's diagonal
+  grid.min_cell_size = default_min_cell_size(bounds.lower, bounds.upper) * (share / kDefaultMinCellShare);
+  const PixelFootprint pixel = context.paths.pixel;
+  const GridCamera camera{context.paths.scene.camera.camera_to_world.translation, pixel.angle, pixel.size};
+  return make_grid_layout(grid, camera, context.settings.seed, 0);
+}
+
+}  // namespace
+
+bool show_cells(const FrameContext& context, Film& film, const StopCondition& stop) {
+  if (!film.has(Pass::CELLS) && !film.has(Pass::CELL_OCCUPANCY)) return true;
+  const Settings& s = context.settings;
+  const GridLayout layout = view_layout(context);
+  std::vector<CellKey> keys(static_cast<size_t>(film.width()) * static_cast<size_t>(film.height()), kNoCell);
+  const auto pixel_of = [&](int x, int y) { return static_cast<uint32_t>(y * film.width() + x); };
+  const auto find_key = [&](int x, int y, PathScratch& scratch) {
+    PathSampler sampler(s.seed, full_frame_pixel(s, x, y), 0, s.sequence);
+    const Ray ray = sample_camera_ray(context, x, y, sampler);
+    VisiblePoint visible;
+    trace_path(context.paths, ray, sampler, scratch, &visible);
+    if (visible.exists) keys[pixel_of(x, y)] = cell_key(layout, visible.receiver.position, visible.receiver.n);
+  };
+  const auto nothing = [](const PathScratch&) {};
+  if (!for_each_pixel<PathScratch>(film.width(), film.height(), stop, find_key, nothing)) return false;
+  HashGrid grid;
+  if (film.has(Pass::CELL_OCCUPANCY)) grid.build(keys);
+  return for_each_pixel<PathScratch>(
+      film.width(), film.height(), stop,
+      [&](int x, int y, PathScratch&) {
+        const CellKey key = keys[pixel_of(x, y)];
+        film.show(Pass::CELLS, pixel_of(x, y), cell_color(key));
+        film.show(Pass::CELL_OCCUPANCY, pixel_of(x, y), Rgb(static_cast<float>(grid.find(key).size())));
+      },
+      nothing);
+}
+
+}  // namespace cistern

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "grid/cell_key.h"
+#include "render/frame.h"
+
+namespace cistern {
+
+/// Fills the passes Cells (a colour per cell) and Cell Occupancy (how many of the picture's visible points share the
+/// cell) of a film that keeps one of them, from the visible points of frame 0: the grid without its random offset, so
+/// that cells look alike from frame to frame. Pixels without a visible point stay black. False if stopped early.
+bool show_cells(const FrameContext& context, Film& film, const StopCondition& stop);
+
+}  // namespace cistern
