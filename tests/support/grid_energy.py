@@ -1,0 +1,89 @@
+"""How much of a picture's error follows the cells of a grid in the scene: a number for a visible grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+MIN_PIXELS = 8
+"""Smaller cells tell little about their mean."""
+
+NORMAL_BINS_PER_FACE = 3
+"""Along both sides of each face of a cube of directions: bins 30 degrees wide, one of them about the axis."""
+
+
+@dataclass(frozen=True)
+class GridEnergy:
+    """`aligned`: mean square of the error's cell means, over what independent pixels would give (1: no structure).
+    `displaced`: the same for cells of the same size that lie elsewhere, mean and standard deviation over displacements:
+    what blotches of no relation to the cells give. `amplitude`: root mean square of that part of the error which is
+    constant in each cell, less what independent pixels would give, in the unit of the error."""
+
+    aligned: float
+    displaced: float
+    displaced_deviation: float
+    amplitude: float
+
+    @property
+    def ratio(self) -> float:
+        """1 where errors do not know of the cells."""
+        return self.aligned / self.displaced
+
+    @property
+    def z(self) -> float:
+        """Standard deviations of the displaced grids by which the true one stands out."""
+        return (self.aligned - self.displaced) / self.displaced_deviation
+
+
+def normal_bins(normals: NDArray) -> NDArray:
+    """Bin of each direction of (n, 3)."""
+    face = np.abs(normals).argmax(axis=1)
+    row = np.arange(len(normals))
+    longest = normals[row, face]
+    sides = np.stack([normals[row, (face + 1) % 3], normals[row, (face + 2) % 3]], 1) / np.abs(longest)[:, None]
+    places = np.clip((np.arctan(sides) / np.pi * 2.0 + 0.5) * NORMAL_BINS_PER_FACE, 0, NORMAL_BINS_PER_FACE - 1)
+    u, v = places.astype(np.int64).T
+    return ((2 * face + (longest > 0)) * NORMAL_BINS_PER_FACE + u) * NORMAL_BINS_PER_FACE + v
+
+
+def cell_labels(positions: NDArray, normals: NDArray, origin: NDArray, edges: NDArray) -> NDArray:
+    """Number of each point's cell, counting up from 0 without gaps."""
+    cells = np.floor((positions - origin) / edges).astype(np.int64)
+    keys = np.concatenate([cells, normal_bins(normals)[:, None]], axis=1)
+    return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+
+
+def between_and_within(errors: NDArray, labels: NDArray) -> tuple[float, float, float]:
+    """Of (pixels, channels): mean square between cells, mean square within, both equal in the mean for independent
+    pixels of mean zero; and the amplitude of the part that is constant in each cell."""
+    counts = np.bincount(labels)
+    large = counts >= MIN_PIXELS
+    kept = large[labels]
+    errors, labels = errors[kept], labels[kept]
+    counts = counts[large]
+    if len(counts) == 0:
+        raise ValueError(f"no cell has {MIN_PIXELS} pixels")
+    compact = np.cumsum(large) - 1
+    sums = np.stack([np.bincount(compact[labels], channel) for channel in errors.T], 1)
+    means = sums / counts[:, None]
+    between = float((counts[:, None] * means**2).sum() / means.size)
+    residual = errors - means[compact[labels]]
+    within = float((residual**2).sum() / (errors.shape[1] * (len(errors) - len(counts))))
+    amplitude = max(between - within, 0.0) * len(counts) / len(errors)
+    return between, within, float(np.sqrt(amplitude))
+
+
+def grid_energy(
+    errors: NDArray, positions: NDArray, normals: NDArray, origin: NDArray, edges: NDArray, displacements: int = 24
+) -> GridEnergy:
+    """Of (pixels, channels) errors at (pixels, 3) surface points, for the grid of cells with corner `origin`."""
+    random = np.random.default_rng(7)
+    between, within, amplitude = between_and_within(errors, cell_labels(positions, normals, origin, edges))
+    displaced = []
+    for _ in range(displacements):
+        moved = origin + random.uniform(0.2, 0.8, 3) * edges
+        b, w, _ = between_and_within(errors, cell_labels(positions, normals, moved, edges))
+        displaced.append(b / w)
+    return GridEnergy(between / within, float(np.mean(displaced)), float(np.std(displaced, ddof=1)), amplitude)
