@@ -28,8 +28,9 @@ bool show_cells(const FrameContext& context, Film& film, const StopCondition& st
   const auto find_key = [&](int x, int y, PathScratch& scratch) {
     PathSampler sampler(s.seed, full_frame_pixel(s, x, y), 0, s.sequence);
     const Ray ray = sample_camera_ray(context, x, y, sampler);
-    VisiblePoint visible;
-    trace_path(context.paths, ray, sampler, scratch, &visible);
+    PathCapture capture;
+    trace_path(context.paths, ray, sampler, scratch, &capture);
+    const VisiblePoint& visible = capture.visible;
     if (visible.exists) keys[pixel_of(x, y)] = cell_key(layout, visible.receiver.position, visible.receiver.n);
   };
   const auto nothing = [](const PathScratch&) {};

@@ -4,6 +4,7 @@ namespace cistern {
 
 struct ReuseFrame::Scratch {
   PathScratch path;
+  PathCapture capture;
   uint64_t non_finite_weights = 0;
 };
 
@@ -58,8 +59,9 @@ bool ReuseFrame::find_visible_points(uint32_t frame, const StopCondition& stop) 
   return for_pixels(stop, [&](int x, int y, uint32_t pixel, Scratch& scratch) {
     PathSampler sampler(s.seed, full_frame_pixel(s, x, y), frame, s.sequence);
     const Ray ray = sample_camera_ray(context_, x, y, sampler);
-    VisiblePoint& visible = visible_points_[pixel];
-    records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path, &visible);
+    scratch.capture.direct_candidates = static_cast<float>(s.direct_reuse.light_candidates);
+    records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path, &scratch.capture);
+    const VisiblePoint& visible = visible_points_[pixel] = scratch.capture.visible;
     reservoirs_[pixel] = visible.exists ? direct_.initial_candidates(visible, pixel, frame, scratch.non_finite_weights)
                                         : LightReservoir{};
   });

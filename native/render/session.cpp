@@ -99,8 +99,7 @@ void Session::run() {
                               lights,
                               settings_.limits,
                               pixel_footprint(scene_->camera, settings_.width, settings_.height),
-                              records_surfaces(settings_.passes),
-                              static_cast<float>(settings_.direct_reuse.light_candidates)};
+                              records_surfaces(settings_.passes)};
       const PixelFilter filter(settings_.pixel_filter, settings_.filter_width);
       const FrameContext context{settings_, paths, filter};
       std::optional<ReuseFrame> reuse;

@@ -6,20 +6,21 @@ namespace cistern {
 namespace {
 
 /// light_sample_share, or all for light that scattered rays never meet.
-float share_of_light_samples(const PathContext& context, const LightSample& sample, const IncidentLight& light,
-                             float bsdf_pdf) {
+float share_of_light_samples(const PathContext& context, float candidates, const LightSample& sample,
+                             const IncidentLight& light, float bsdf_pdf) {
   if (light.is_delta || !light.use_mis) return 1.0f;
-  return light_sample_share(context, sample.emitter, light.pdf, bsdf_pdf);
+  return light_sample_share(context, candidates, sample.emitter, light.pdf, bsdf_pdf);
 }
 
 }  // namespace
 
-float light_target(const PathContext& context, const VisiblePoint& visible, const LightSample& sample) {
+float light_target(const PathContext& context, float candidates, const VisiblePoint& visible,
+                   const LightSample& sample) {
   const auto light = context.lights.evaluate(sample, visible.receiver.position, visible.scattered);
   if (!light) return 0.0f;
   const Response response = respond(visible.receiver, light->wi);
   const float reflected = luminance(response.f_cos * light->radiance);
-  return reflected / light->pdf * share_of_light_samples(context, sample, *light, response.pdf);
+  return reflected / light->pdf * share_of_light_samples(context, candidates, sample, *light, response.pdf);
 }
 
 bool is_visible(const PathContext& context, const VisiblePoint& visible, const LightSample& sample) {
@@ -29,13 +30,14 @@ bool is_visible(const PathContext& context, const VisiblePoint& visible, const L
   return !is_black(transmittance(context, visible.receiver.position, visible.ng, *light, visible.state));
 }
 
-Rgb reflected_light(const PathContext& context, const VisiblePoint& visible, const LightSample& sample) {
+Rgb reflected_light(const PathContext& context, float candidates, const VisiblePoint& visible,
+                    const LightSample& sample) {
   const auto light = context.lights.evaluate(sample, visible.receiver.position, visible.scattered);
   if (!light) return {};
   const Bsdf bsdf = evaluate_material(context.scene, surface_point(visible), visible.state);
   const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
   if (is_black(f.rough_cos)) return {};
-  const float share = share_of_light_samples(context, sample, *light, f.pdf * scatter_probability(bsdf));
+  const float share = share_of_light_samples(context, candidates, sample, *light, f.pdf * scatter_probability(bsdf));
   Rgb radiance = visible.throughput * f.rough_cos * light->radiance * (share / light->pdf);
   if (light->casts_shadow && !is_black(radiance))
     radiance *= transmittance(context, visible.receiver.position, visible.ng, *light, visible.state);

@@ -15,13 +15,15 @@ namespace cistern {
 using LightReservoir = Reservoir<LightSample>;
 
 /// Target p_hat of light reservoirs at a visible point: the unshadowed luminance that F brings it, by its Receiver.
-/// Positive wherever F can be.
-float light_target(const PathContext& context, const VisiblePoint& visible, const LightSample& sample);
+/// Positive wherever F can be. `candidates` as in light_sample_share, here and below.
+float light_target(const PathContext& context, float candidates, const VisiblePoint& visible,
+                   const LightSample& sample);
 
 /// Whether something of the sample's light arrives.
 bool is_visible(const PathContext& context, const VisiblePoint& visible, const LightSample& sample);
 
 /// F for rough lobes times the throughput to the camera, with the true BSDF and shadow ray.
-Rgb reflected_light(const PathContext& context, const VisiblePoint& visible, const LightSample& sample);
+Rgb reflected_light(const PathContext& context, float candidates, const VisiblePoint& visible,
+                    const LightSample& sample);
 
 }  // namespace cistern

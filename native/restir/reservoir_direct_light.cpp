@@ -61,7 +61,7 @@ LightReservoir ReservoirDirectLight::initial_candidates(const VisiblePoint& visi
     const float u_keep = rng.next_float();
     const auto choice = context_.lights.choose(visible.receiver.position, visible.receiver.side, u_choice, u_light);
     if (!choice) continue;
-    const float p_hat = light_target(context_, visible, choice->sample);
+    const float p_hat = light_target(context_, candidate_count(), visible, choice->sample);
     builder.add(choice->sample, p_hat / (double{choice->pmf} * M), p_hat, u_keep);
   }
   LightReservoir initial = builder.finish(1.0f);
@@ -75,7 +75,7 @@ LightReservoir ReservoirDirectLight::merge(const Candidates& candidates, Rng& rn
   const bool needs_visibility = reuse_.visibility_reuse && weights != MisWeight::CONSTANT;
   const auto p_hat = [&](size_t i, const LightSample& sample) {
     const VisiblePoint& visible = *candidates.visible_points[i];
-    const float target = light_target(context_, visible, sample);
+    const float target = light_target(context_, candidate_count(), visible, sample);
     return target > 0.0f && needs_visibility && !is_visible(context_, visible, sample) ? 0.0f : target;
   };
   const std::span reservoirs(candidates.reservoirs.data(), candidates.count);
@@ -134,7 +134,8 @@ std::optional<uint32_t> ReservoirDirectLight::reproject(const VisiblePoint& visi
 }
 
 Rgb ReservoirDirectLight::shade(const VisiblePoint& visible, const LightReservoir& reservoir) const {
-  return reservoir.W > 0.0f ? reflected_light(context_, visible, reservoir.sample) * reservoir.W : Rgb();
+  return reservoir.W > 0.0f ? reflected_light(context_, candidate_count(), visible, reservoir.sample) * reservoir.W
+                            : Rgb();
 }
 
 }  // namespace cistern

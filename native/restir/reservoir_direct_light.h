@@ -72,6 +72,7 @@ class ReservoirDirectLight {
   Rgb shade(const VisiblePoint& visible, const LightReservoir& reservoir) const;
 
  private:
+  float candidate_count() const { return static_cast<float>(reuse_.light_candidates); }
   struct Candidates;
   /// Of a pixel by its place in the full frame: pictures of a part equal that part of the whole.
   Rng random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const;

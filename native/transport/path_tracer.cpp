@@ -1,5 +1,7 @@
 #include "transport/path_tracer.h"
 
+#include <utility>
+
 #include "base/warp.h"
 #include "shading/material.h"
 #include "transport/camera_ray.h"
@@ -7,22 +9,30 @@
 namespace cistern {
 namespace {
 
-/// Shadow rays end this much before the light, relative to their length: a few roundings.
-constexpr float kShadowEpsilon = 1e-6f;
 /// Surfaces more transparent than this do not count as the first one seen: Cycles' default pass_alpha_threshold.
 constexpr float kMostTransparency = 0.5f;
 
 /// Throughput of a path split by what the light it finds will be called: `smooth` while no vertex was rough enough to
 /// reconnect (the light is seen: Emission, Environment), `direct` after exactly one scattering there, `indirect` later.
+///
+/// What rough lobes of a captured sample point reflect is left out of these and only counted in `captured`; instead
+/// `continuation` carries the throughput from each sample point on, zero before it is reached.
 struct Throughput {
-  Rgb smooth{1.0f}, direct, indirect;
+  Rgb smooth{1.0f}, direct, indirect, captured;
+  std::array<Rgb, kMaxPathLinks> continuation;
 
-  Rgb total() const { return smooth + direct + indirect; }
-  void scale(Rgb s) { smooth *= s, direct *= s, indirect *= s; }
-  void scatter(Rgb rough_weight, Rgb smooth_weight) {
-    indirect = (direct + indirect) * (rough_weight + smooth_weight);
+  Rgb total() const { return smooth + direct + indirect + captured; }
+  void scale(Rgb s) {
+    smooth *= s, direct *= s, indirect *= s, captured *= s;
+    for (Rgb& c : continuation) c *= s;
+  }
+  void scatter(Rgb rough_weight, Rgb smooth_weight, bool captures_rough) {
+    const Rgb weight = rough_weight + smooth_weight, reflected = direct + indirect;
+    captured = captured * weight + (captures_rough ? reflected * rough_weight : Rgb());
+    indirect = reflected * (captures_rough ? smooth_weight : weight);
     direct = smooth * rough_weight;
     smooth = smooth * smooth_weight;
+    for (Rgb& c : continuation) c *= weight;
   }
 };
 
@@ -31,15 +41,15 @@ enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
 /// One path on its way. The steps of `trace_path` in the order they happen.
 class Walk {
  public:
-  Walk(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch, VisiblePoint* visible)
+  Walk(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch, PathCapture* capture)
       : context_(context),
         ray_(ray),
         sampler_(sampler),
         scratch_(scratch),
-        visible_(visible),
+        capture_(capture),
         vertex_origin_(ray.origin) {
     features_done_ = !context.record_surfaces;
-    if (visible) visible->exists = false;
+    if (capture) capture->clear();
   }
 
   PathRecord run() {
@@ -71,12 +81,20 @@ class Walk {
     if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
     record_features(bsdf);
-    at_visible_point_ = false;
-    if (!last_segment_ && bsdf.scatters()) {
-      if (is_visible_point(bsdf)) set_visible_point(point, bsdf);
-      add_direct_light(point, bsdf);
+    vertex_ = {};
+    const bool is_vertex = !last_segment_ && bsdf.scatters();
+    float p_scatter = scatter_probability(bsdf);
+    if (is_vertex && open_link_ && p_scatter < 1.0f) {
+      // A sample point either reflects or is passed: decided before its light is gathered.
+      if (sampler_.next_float() >= p_scatter) return pass_through(point, bsdf, 1.0f - p_scatter);
+      scale_by_chance(Rgb(1.0f), p_scatter);
+      p_scatter = 1.0f;
     }
-    return continue_path(point, bsdf);
+    if (is_vertex) {
+      if (capture_) capture_vertex(point, bsdf);
+      add_direct_light(point, bsdf, p_scatter);
+    }
+    return continue_path(point, bsdf, p_scatter);
   }
 
   void hold_out(float fraction) {
@@ -113,42 +131,89 @@ class Walk {
     return false;
   }
 
-  // --- the visible point ----------------------------------------------------------------------------------------
+  // --- what is left to others -------------------------------------------------------------------------------------
 
-  bool is_visible_point(const Bsdf& bsdf) const {
-    return visible_ && !visible_->exists && !is_black(throughput_.smooth) && has_rough_lobe(bsdf);
+  /// What the current vertex is to others.
+  struct VertexUse {
+    float light_candidates = 0.0f;       // above 0: direct light by its rough lobes is left to the caller
+    std::optional<int> sample_point_of;  // index of a link
+    std::optional<int> starts;           // index of the link that leaves it
+  };
+
+  VisiblePoint captured_point(const SurfacePoint& point, const Bsdf& bsdf) const {
+    VisiblePoint captured = make_visible_point(point, bsdf);
+    captured.state = state_;
+    captured.scattered = scattered_state(bsdf);
+    captured.throughput = throughput_.smooth;
+    captured.distance = path_length_;
+    return captured;
   }
 
-  void set_visible_point(const SurfacePoint& point, const Bsdf& bsdf) {
-    *visible_ = make_visible_point(point, bsdf);
-    visible_->state = state_;
-    visible_->scattered = scattered_state(bsdf);
-    visible_->throughput = throughput_.smooth;
-    visible_->distance = path_length_;
-    at_visible_point_ = true;
+  void capture_vertex(const SurfacePoint& point, const Bsdf& bsdf) {
+    const std::optional<int> link = std::exchange(open_link_, std::nullopt);
+    if (!has_rough_lobe(bsdf)) return;
+    const bool is_visible_point = !capture_->visible.exists && !is_black(throughput_.smooth);
+    const bool gives_light = capture_->visible.exists && capture_->secondary_candidates > 0.0f;
+    if (!is_visible_point && !gives_light && !link) return;
+    const VisiblePoint captured = captured_point(point, bsdf);
+    if (is_visible_point) {
+      capture_->visible = captured;
+      vertex_.light_candidates = capture_->direct_candidates;
+      if (capture_->link_count > 0) start_link(0, captured);
+    }
+    if (link) capture_sample_point(*link, captured);
+    if (gives_light) capture_light_vertex(captured);
+  }
+
+  void start_link(int link, const VisiblePoint& from) {
+    capture_->links[static_cast<size_t>(link)].from = from;
+    vertex_.starts = link;
+  }
+
+  void capture_sample_point(int index, const VisiblePoint& captured) {
+    PathLink& link = capture_->links[static_cast<size_t>(index)];
+    const float cosine = std::abs(dot(captured.ng, captured.receiver.wo));
+    const float pdf_area = link_probability_ * cosine / sqr(state_.ray_length);
+    if (!(pdf_area > 0.0f)) return;
+    link.W = 1.0f / pdf_area;
+    link.to = {captured, {}, {}, kVisibleToAll};
+    vertex_.sample_point_of = index;
+    if (index + 1 < capture_->link_count) start_link(index + 1, captured);
+  }
+
+  void capture_light_vertex(const VisiblePoint& captured) {
+    vertex_.light_candidates = capture_->secondary_candidates;
+    LightVertex vertex{
+        captured, throughput_.smooth, {}, throughput_.continuation, vertex_.sample_point_of.value_or(-1)};
+    if (vertex_.sample_point_of != 0) vertex.to_indirect = throughput_.direct + throughput_.indirect;
+    capture_->vertices.push_back(vertex);
+  }
+
+  /// Light at the current vertex, or met after leaving it, as the continuations of the captured sample points.
+  void add_to_continuations(Rgb radiance) {
+    for (size_t i = 0; capture_ && i < kMaxPathLinks; ++i)
+      capture_->links[i].to.continuation.radiance += throughput_.continuation[i] * radiance;
   }
 
   // --- light found by the path itself ---------------------------------------------------------------------------
 
-  /// Weights of this path against next-event estimation for an emitter that has `pdf` (per solid angle, given the
-  /// emitter). Light that the visible point reflects has one of its own, against the light samples of the caller.
-  struct EmitterWeight {
-    float direct = 1.0f, other = 1.0f;
-  };
-  EmitterWeight emitter_weight(std::optional<uint32_t> emitter, float pdf) const {
-    if (!emitter || !mis_receiver_) return {};
+  /// Weight of this path against light samples of an emitter that has `pdf` (per solid angle, given the emitter).
+  float emitter_weight(std::optional<uint32_t> emitter, float pdf) const {
+    if (!emitter || !mis_receiver_) return 1.0f;
+    if (mis_candidates_ > 0.0f)
+      return 1.0f - light_sample_share(context_, mis_candidates_, *emitter, pdf, scatter_pdf_);
     const float pmf = context_.lights.pmf(*emitter, mis_receiver_->position, mis_receiver_->normal);
-    const float other = power_heuristic(scatter_pdf_, pmf * pdf);
-    return {left_visible_point_ ? 1.0f - light_sample_share(context_, *emitter, pdf, scatter_pdf_) : other, other};
+    return power_heuristic(scatter_pdf_, pmf * pdf);
   }
 
-  void add(Rgb radiance, EmitterWeight weight, SourceKind source) {
+  void add(Rgb radiance, SourceKind source) {
     const PathLimits& limits = context_.limits;
     Rgb& seen = source == SourceKind::ENVIRONMENT ? record_.environment : record_.emission;
-    const Rgb seen_light = throughput_.smooth * radiance * weight.other;
+    const Rgb seen_light = throughput_.smooth * radiance;
     seen += state_.depth == 0 ? seen_light : clamp_contribution(seen_light, limits.clamp_direct);
-    record_.direct += clamp_contribution(throughput_.direct * radiance * weight.direct, limits.clamp_direct);
-    record_.indirect += clamp_contribution(throughput_.indirect * radiance * weight.other, limits.clamp_indirect);
+    record_.direct += clamp_contribution(throughput_.direct * radiance, limits.clamp_direct);
+    record_.indirect += clamp_contribution(throughput_.indirect * radiance, limits.clamp_indirect);
+    add_to_continuations(radiance);
   }
 
   void add_lamps(const std::optional<Hit>& hit) {
@@ -161,14 +226,14 @@ class Walk {
     for (const LampHit& lamp : scratch_.lamp_hits) {
       const bool is_clipped = lamp.distance >= clip && std::isfinite(lamp.distance);
       if (!is_clipped && state_.depth - 1 <= lamp.max_bounces)
-        add(lamp.radiance, emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
+        add(lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
     }
   }
 
   void add_surface_emission(const SurfacePoint& point, Rgb emission) {
     const std::optional<uint32_t> emitter = context_.lights.emitter_of(point.instance, point.triangle);
     const float pdf = emitter && mis_receiver_ ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
-    add(emission, emitter_weight(emitter, pdf), SourceKind::SURFACE);
+    add(emission * emitter_weight(emitter, pdf), SourceKind::SURFACE);
   }
 
   void add_environment() {
@@ -182,7 +247,7 @@ class Walk {
     if (!features_done_ && state_.depth > 0) record_.albedo = throughput_.smooth * min(radiance, Rgb(1.0f));
     const std::optional<uint32_t> emitter = context_.lights.environment_emitter();
     const float pdf = emitter && mis_receiver_ ? context_.lights.environment_pdf(ray_.direction) : 0.0f;
-    add(radiance, emitter_weight(emitter, pdf), SourceKind::ENVIRONMENT);
+    add(radiance * emitter_weight(emitter, pdf), SourceKind::ENVIRONMENT);
   }
 
   // --- next-event estimation --------------------------------------------------------------------------------------
@@ -196,8 +261,9 @@ class Walk {
     return next;
   }
 
-  void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf) {
-    if (at_visible_point_ && !has_smooth_lobe(bsdf)) return;  // all of it is the caller's
+  void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
+    const bool leaves_rough = vertex_.light_candidates > 0.0f;
+    if (leaves_rough && !has_smooth_lobe(bsdf)) return;
     const double u_choice = sampler_.next_double();
     const Vec2 u_light = sampler_.light_position(state_.depth);
     const auto choice = context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light);
@@ -205,37 +271,64 @@ class Walk {
     const auto light = context_.lights.evaluate(choice->sample, point.position, scattered_state(bsdf));
     if (!light) return;
     const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
-    if (is_black(f.total_cos())) return;
+    const bool keeps_light = vertex_.sample_point_of && !leaves_rough;  // others may reflect what this path does not
+    if (is_black(f.total_cos()) && !keeps_light) return;
     const float pdf = choice->pmf * light->pdf;
-    const bool needs_mis = !light->is_delta && light->use_mis;
-    const float weight = needs_mis ? power_heuristic(pdf, f.pdf * scatter_probability(bsdf)) : 1.0f;
+    float weight = 1.0f;
+    if (!light->is_delta && light->use_mis) {
+      const float bsdf_pdf = f.pdf * p_scatter;
+      weight = leaves_rough ? light_sample_share(context_, vertex_.light_candidates, choice->sample.emitter, light->pdf,
+                                                 bsdf_pdf)
+                            : power_heuristic(pdf, bsdf_pdf);
+    }
     Rgb radiance = light->radiance * (weight / pdf);
     if (light->casts_shadow) radiance *= transmittance(context_, point.position, point.ng, *light, state_);
     if (is_black(radiance)) return;
+    if (keeps_light) keep_incident_light(*light, radiance);
     const bool is_environment = choice->sample.emitter == context_.lights.environment_emitter();
-    Rgb& seen = is_environment ? record_.environment : record_.emission;
+    add_reflected_light(leaves_rough ? Rgb() : f.rough_cos, f.smooth_cos, radiance,
+                        is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
+  }
+
+  void keep_incident_light(const IncidentLight& light, Rgb radiance) {
+    PathSample& sample = capture_->links[static_cast<size_t>(*vertex_.sample_point_of)].to;
+    sample.light = {light.wi, radiance};
+    sample.light_visibility = light.visibility;
+  }
+
+  /// Adds what the current vertex reflects of a light sample.
+  void add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, SourceKind source) {
+    Rgb& seen = source == SourceKind::ENVIRONMENT ? record_.environment : record_.emission;
     const PathLimits& limits = context_.limits;
-    seen += clamp_contribution(throughput_.smooth * f.smooth_cos * radiance, limits.clamp_direct);
-    if (!at_visible_point_)
-      record_.direct += clamp_contribution(throughput_.smooth * f.rough_cos * radiance, limits.clamp_direct);
-    record_.indirect += clamp_contribution((throughput_.direct + throughput_.indirect) * f.total_cos() * radiance,
+    const Rgb total_cos = rough_cos + smooth_cos;
+    const bool is_captured = vertex_.sample_point_of == 0;
+    seen += clamp_contribution(throughput_.smooth * smooth_cos * radiance, limits.clamp_direct);
+    record_.direct += clamp_contribution(throughput_.smooth * rough_cos * radiance, limits.clamp_direct);
+    const Rgb indirect_cos = is_captured ? smooth_cos : total_cos;
+    record_.indirect += clamp_contribution((throughput_.direct + throughput_.indirect) * indirect_cos * radiance,
                                            limits.clamp_indirect);
+    add_to_continuations(total_cos * radiance);
   }
 
   // --- continuing ---------------------------------------------------------------------------------------------------
 
-  bool continue_path(const SurfacePoint& point, const Bsdf& bsdf) {
-    const float p_scatter = scatter_probability(bsdf);
+  bool continue_path(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
     if (p_scatter < 1.0f && sampler_.next_float() >= p_scatter) return pass_through(point, bsdf, 1.0f - p_scatter);
     if (last_segment_ || !bsdf.scatters()) return false;
     return scatter(point, bsdf, p_scatter);
+  }
+
+  /// After an event that the path took with `probability`.
+  void scale_by_chance(Rgb weight, float probability) {
+    throughput_.scale(weight * (1.0f / probability));
+    link_probability_ *= probability;
   }
 
   bool pass_through(const SurfacePoint& point, const Bsdf& bsdf, float probability) {
     const int most_surfaces = context_.limits.max_transparent_bounces;
     if (state_.transparent_depth >= most_surfaces) return false;
     last_segment_ |= ++state_.transparent_depth == most_surfaces;
-    throughput_.scale(bsdf.transparency * (1.0f / probability));
+    scale_by_chance(bsdf.transparency, probability);
     ray_.t_max -= state_.ray_length - travelled_;  // clipping stays measured from the last vertex
     ray_.t_min = 0.0f;
     travelled_ = state_.ray_length;
@@ -247,9 +340,10 @@ class Walk {
     const float u_lobe = sampler_.next_float();
     const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u_lobe, sampler_.bsdf_direction(state_.depth));
     if (!sample) return false;
-    throughput_.scatter(sample->rough_weight * (1.0f / p_scatter), sample->smooth_weight * (1.0f / p_scatter));
+    throughput_.scatter(sample->rough_weight * (1.0f / p_scatter), sample->smooth_weight * (1.0f / p_scatter),
+                        vertex_.sample_point_of == 0);
     if (is_black(throughput_.total())) return false;
-    left_visible_point_ = at_visible_point_;
+    if (capture_) leave_captured_vertex(*sample, p_scatter);
     count_bounce(*sample);
     sees_film_ &= context_.limits.film_transparent_glass && sample->is_clear;
     if (sample->is_delta) {
@@ -257,11 +351,24 @@ class Walk {
     } else {
       mis_receiver_ = Receiver{point.position, light_side(point, bsdf)};
       scatter_pdf_ = sample->pdf * p_scatter;
+      mis_candidates_ = vertex_.light_candidates;
     }
     ray_ = Ray{offset_origin(point.position, point.ng, sample->wi), sample->wi};
     vertex_origin_ = ray_.origin;
     travelled_ = 0.0f;
     return survives_roulette();
+  }
+
+  void leave_captured_vertex(const BsdfSample& sample, float p_scatter) {
+    const float pdf = sample.pdf * p_scatter;
+    const bool by_rough_lobes = !is_black(sample.rough_weight);
+    if (vertex_.sample_point_of && by_rough_lobes) {
+      const auto link = static_cast<size_t>(*vertex_.sample_point_of);
+      capture_->links[link].to.continuation.wi = sample.wi;
+      throughput_.continuation[link] = Rgb(1.0f / pdf);
+    }
+    open_link_ = by_rough_lobes ? vertex_.starts : std::nullopt;
+    link_probability_ = pdf;
   }
 
   static void count_scattering(PathState& state, ScatterKind kind) {
@@ -297,7 +404,7 @@ class Walk {
     const float p = std::min(1.0f, max_component(throughput_.total()));
     if (p >= 1.0f) return true;
     if (sampler_.next_float() >= p) return false;
-    throughput_.scale(Rgb(1.0f / p));
+    scale_by_chance(Rgb(1.0f), p);
     return true;
   }
 
@@ -309,14 +416,17 @@ class Walk {
   Ray ray_;
   PathSampler& sampler_;
   PathScratch& scratch_;
-  VisiblePoint* visible_;  // null: nobody shares the direct light
-  bool at_visible_point_ = false, left_visible_point_ = false;
+  PathCapture* capture_;  // null: nothing is left to others
+  VertexUse vertex_;
+  std::optional<int> open_link_;   // its sample point is the next vertex
+  float link_probability_ = 0.0f;  // of the open link's direction (per solid angle), and of reaching the sample point
   PathState state_;
   PathRecord record_;
   Throughput throughput_;
   std::optional<Receiver>
-      mis_receiver_;          // last vertex that next-event estimation could have lit; none after a delta lobe
-  float scatter_pdf_ = 0.0f;  // of the current direction, per solid angle
+      mis_receiver_;             // last vertex that next-event estimation could have lit; none after a delta lobe
+  float scatter_pdf_ = 0.0f;     // of the current direction, per solid angle
+  float mis_candidates_ = 0.0f;  // VertexUse::light_candidates of that vertex
   float path_length_ = 0.0f;
   Vec3 vertex_origin_;         // where the ray left the last vertex: transparent surfaces are no vertices
   float travelled_ = 0.0f;     // from there to the ray's origin
@@ -325,45 +435,7 @@ class Walk {
   bool sees_film_ = true;  // the film may be transparent for this ray: from the camera, or through clear glass
 };
 
-/// Both ends are moved off their surfaces, and the ray joins the moved ends: one end alone would let light at grazing
-/// angles occlude itself.
-Ray shadow_ray(Vec3 position, Vec3 ng, const IncidentLight& light) {
-  const Vec3 origin = offset_origin(position, ng, light.wi);
-  if (!std::isfinite(light.distance)) return {origin, light.wi};
-  Vec3 target = position + light.wi * light.distance;
-  if (light.normal != Vec3{}) target = offset_origin(target, light.normal, -light.wi);
-  const Vec3 segment = target - origin;
-  const float distance = length(segment);
-  return {origin, segment / distance, 0.0f, distance * (1.0f - kShadowEpsilon)};
-}
-
 }  // namespace
-
-Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, const IncidentLight& light,
-                  const PathState& path) {
-  Ray ray = shadow_ray(position, ng, light);
-  if (context.accel.occluded(ray)) return Rgb(0.0f);
-  Rgb passed(1.0f);
-  if (!context.accel.has_transparent_surfaces()) return passed;
-  PathState shadow_state = path;
-  shadow_state.ray_kind = kVisibleToShadow;
-  ++shadow_state.depth;  // as a ray scattered towards the light
-  float travelled = 0.0f;
-  const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
-  for (int i = 0; i <= most_surfaces; ++i) {
-    const std::optional<Hit> hit = context.accel.intersect_transparent(ray);
-    if (!hit) return passed;
-    const SurfacePoint point = make_surface_point(context.scene, ray, *hit);
-    travelled += hit->t;
-    shadow_state.ray_length = travelled;
-    passed *= evaluate_transparency(context.scene, point, shadow_state);
-    if (is_black(passed)) return passed;
-    ++shadow_state.transparent_depth;
-    ray.t_max -= hit->t;
-    ray.origin = offset_origin(point.position, point.ng, ray.direction);
-  }
-  return Rgb(0.0f);
-}
 
 Rgb clamp_contribution(Rgb contribution, float limit) {
   const float mean = average(contribution);
@@ -375,14 +447,15 @@ float scatter_probability(const Bsdf& bsdf) {
   return straight > 0.0f ? bsdf.total_sample_weight / (bsdf.total_sample_weight + straight) : 1.0f;
 }
 
-float light_sample_share(const PathContext& context, uint32_t emitter, float light_pdf, float bsdf_pdf) {
-  const float light = context.light_candidates * context.lights.receiver_free_pmf(emitter) * light_pdf;
+float light_sample_share(const PathContext& context, float candidates, uint32_t emitter, float light_pdf,
+                         float bsdf_pdf) {
+  const float light = candidates * context.lights.receiver_free_pmf(emitter) * light_pdf;
   return light > 0.0f ? light / (light + bsdf_pdf) : 0.0f;
 }
 
 PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
-                      VisiblePoint* visible) {
-  return Walk(context, ray, sampler, scratch, visible).run();
+                      PathCapture* capture) {
+  return Walk(context, ray, sampler, scratch, capture).run();
 }
 
 }  // namespace cistern

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "transport/visible_points.h"
+
+namespace cistern {
+
+/// Light that arrives from one direction, over the density with which it was found: what a surface makes of it is
+/// f cos(theta) times `radiance`. Black: nothing.
+struct IncidentRadiance {
+  Vec3 wi;
+  Rgb radiance;
+};
+
+/// What a path found beyond its sample point, kept as it arrived there: so the radiance that the sample point's rough
+/// lobes send can be evaluated towards any receiver. What the sample point itself emits is direct light and not here.
+struct PathSample {
+  VisiblePoint point;  // the sample point; its wo looks at the vertex that found it
+  IncidentRadiance light, continuation;
+  uint8_t light_visibility = kVisibleToAll;  // RayVisibility bits of `light`
+};
+
+/// A rough vertex of a path and the sample point that its BSDF sample found. `W` is one over the density of the
+/// sample point per surface area, roulette and passing through transparent surfaces counted in: 0 where there is none.
+/// Transmittance on the way is not in W.
+struct PathLink {
+  VisiblePoint from;
+  PathSample to;
+  float W = 0.0f;
+};
+
+inline constexpr int kMaxPathLinks = 2;
+
+/// A vertex beyond the visible point whose direct light by rough lobes is left to the caller, and what that light
+/// (f cos L / p) must be multiplied by for each sum it belongs to. At the sample point of a link the light is that
+/// link's `light` instead of its continuation.
+struct LightVertex {
+  VisiblePoint point;
+  Rgb to_direct, to_indirect;
+  std::array<Rgb, kMaxPathLinks> to_continuation;
+  int sample_point_of = -1;  // index of a link
+};
+
+/// What a path leaves to be estimated by others; see trace_path.
+struct PathCapture {
+  // Asked for.
+  float direct_candidates = 0.0f;     // light samples taken at the visible point by the caller; 0: none, the path does
+  float secondary_candidates = 0.0f;  // the same at all later rough vertices
+  int link_count = 0;                 // 1: indirect light of the visible point is left; 2: the next vertex's copied too
+
+  // Captured.
+  VisiblePoint visible;
+  std::array<PathLink, kMaxPathLinks> links;
+  std::vector<LightVertex> vertices;
+
+  void clear() {
+    visible.exists = false;
+    for (PathLink& link : links) link.W = 0.0f;
+    vertices.clear();
+  }
+};
+
+}  // namespace cistern

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "accel/accel.h"
+#include "lights/light_set.h"
+#include "transport/camera_ray.h"
+
+namespace cistern {
+
+/// Limits of a path as Blender users know them: a limit of n allows n scatterings after the first one of its kind is
+/// lit, so 0 is direct light only. Transparent surfaces: a path passes n, and of
+/// what it meets after the last only sees the emission; its shadow rays pass as many as the path has left.
+struct PathLimits {
+  int max_bounces = 12;
+  int max_diffuse_bounces = 12;
+  int max_glossy_bounces = 12;
+  int max_transmission_bounces = 12;
+  int max_transparent_bounces = 8;
+  int min_bounces = 0;        // Russian roulette starts after these
+  float clamp_direct = 0.0f;  // largest mean radiance of one contribution, 0: off
+  float clamp_indirect = 0.0f;
+  bool film_transparent = false;  // the camera sees through to nothing instead of the environment
+  bool film_transparent_glass = false;
+};
+
+/// What a path needs besides its own random numbers; all of it immutable while rendering.
+struct PathContext {
+  const Scene& scene;
+  const Accel& accel;
+  const LightSet& lights;
+  PathLimits limits;
+  PixelFootprint pixel;
+  /// Whether PathRecord's members about the first surfaces are wanted.
+  bool record_surfaces = true;
+};
+
+}  // namespace cistern

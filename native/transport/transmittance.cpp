@@ -1,0 +1,51 @@
+#include "transport/transmittance.h"
+
+#include "shading/material.h"
+
+namespace cistern {
+namespace {
+
+/// Shadow rays end this much before the light, relative to their length: a few roundings.
+constexpr float kShadowEpsilon = 1e-6f;
+
+/// Both ends are moved off their surfaces, and the ray joins the moved ends: one end alone would let light at grazing
+/// angles occlude itself.
+Ray shadow_ray(Vec3 position, Vec3 ng, const IncidentLight& light) {
+  const Vec3 origin = offset_origin(position, ng, light.wi);
+  if (!std::isfinite(light.distance)) return {origin, light.wi};
+  Vec3 target = position + light.wi * light.distance;
+  if (light.normal != Vec3{}) target = offset_origin(target, light.normal, -light.wi);
+  const Vec3 segment = target - origin;
+  const float distance = length(segment);
+  return {origin, segment / distance, 0.0f, distance * (1.0f - kShadowEpsilon)};
+}
+
+}  // namespace
+
+Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, const IncidentLight& light,
+                  const PathState& path) {
+  Ray ray = shadow_ray(position, ng, light);
+  if (context.accel.occluded(ray)) return Rgb(0.0f);
+  Rgb passed(1.0f);
+  if (!context.accel.has_transparent_surfaces()) return passed;
+  PathState shadow_state = path;
+  shadow_state.ray_kind = kVisibleToShadow;
+  ++shadow_state.depth;  // as a ray scattered towards the light
+  float travelled = 0.0f;
+  const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
+  for (int i = 0; i <= most_surfaces; ++i) {
+    const std::optional<Hit> hit = context.accel.intersect_transparent(ray);
+    if (!hit) return passed;
+    const SurfacePoint point = make_surface_point(context.scene, ray, *hit);
+    travelled += hit->t;
+    shadow_state.ray_length = travelled;
+    passed *= evaluate_transparency(context.scene, point, shadow_state);
+    if (is_black(passed)) return passed;
+    ++shadow_state.transparent_depth;
+    ray.t_max -= hit->t;
+    ray.origin = offset_origin(point.position, point.ng, ray.direction);
+  }
+  return Rgb(0.0f);
+}
+
+}  // namespace cistern
