@@ -8,9 +8,8 @@
 namespace cistern {
 namespace {
 
-/// Neighbours may differ by this much. [Bitterli 2020] §5: 25 degrees, 10 % of the distance.
-constexpr float kSmallestNormalCosine = 0.9063f;
-constexpr float kLargestDistanceRatio = 1.1f;
+/// How much neighbours may differ: 25 degrees, 10 % of the distance. [Bitterli 2020] §5
+constexpr Similarity kSimilarity{0.9063f, 1.1f};
 
 /// Streams of random numbers of a pixel and frame; 0 is the path's.
 enum Stream : uint32_t { INITIAL = 1, TEMPORAL, SPATIAL };
@@ -20,11 +19,6 @@ enum Stream : uint32_t { INITIAL = 1, TEMPORAL, SPATIAL };
 constexpr Vec2 kLatticeStep{0.7548776662f, 0.5698402910f};
 
 float fraction(float x) { return std::min(x - std::floor(x), kOneMinusEpsilon); }
-
-bool is_similar(const VisiblePoint& a, const VisiblePoint& b) {
-  if (dot(a.receiver.n, b.receiver.n) < kSmallestNormalCosine) return false;
-  return std::max(a.distance, b.distance) <= kLargestDistanceRatio * std::min(a.distance, b.distance);
-}
 
 }  // namespace
 
@@ -40,16 +34,9 @@ struct ReservoirDirectLight::Candidates {
   }
 };
 
-Rng ReservoirDirectLight::random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const {
-  const auto width = static_cast<uint32_t>(image_.width);
-  const uint32_t x = static_cast<uint32_t>(image_.x) + pixel % width,
-                 y = static_cast<uint32_t>(image_.y) + pixel / width;
-  return Rng(seed_, y * static_cast<uint32_t>(image_.full_width) + x, frame, stream);
-}
-
 LightReservoir ReservoirDirectLight::initial_candidates(const VisiblePoint& visible, uint32_t pixel, uint32_t frame,
                                                         uint64_t& non_finite) const {
-  Rng rng = random_numbers(pixel, frame, INITIAL);
+  Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, INITIAL);
   ReservoirBuilder<LightSample> builder(non_finite);
   const int M = reuse_.light_candidates;
   const Vec2 u_start = rng.next_vec2();
@@ -85,14 +72,15 @@ LightReservoir ReservoirDirectLight::merge(const Candidates& candidates, Rng& rn
 LightReservoir ReservoirDirectLight::reuse_in_time(const VisiblePoint& visible, const LightReservoir& current,
                                                    const LightHistory& history, uint32_t pixel, uint32_t frame,
                                                    uint64_t& non_finite) const {
-  const std::optional<uint32_t> before = reproject(visible, history, pixel);
+  if (history.visible_points.empty()) return current;
+  const std::optional<uint32_t> before = reproject(image_, history.camera, visible, pixel);
   if (!before) return current;
   const VisiblePoint& previous = history.visible_points[*before];
-  if (!previous.exists || !is_similar(visible, previous)) return current;
+  if (!previous.exists || !is_similar(visible, previous, kSimilarity)) return current;
   Candidates candidates;
   candidates.add(visible, current);
   candidates.add(previous, cap_confidence(history.reservoirs[*before], reuse_.confidence_cap * current.c));
-  Rng rng = random_numbers(pixel, frame, TEMPORAL);
+  Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, TEMPORAL);
   return merge(candidates, rng, non_finite);
 }
 
@@ -100,37 +88,16 @@ LightReservoir ReservoirDirectLight::reuse_in_space(std::span<const VisiblePoint
                                                     std::span<const LightReservoir> reservoirs, uint32_t pixel,
                                                     uint32_t frame, int round, uint64_t& non_finite) const {
   const VisiblePoint& visible = visible_points[pixel];
-  Rng rng = random_numbers(pixel, frame, SPATIAL + static_cast<uint32_t>(round));
+  Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, SPATIAL + static_cast<uint32_t>(round));
   Candidates candidates;
   candidates.add(visible, reservoirs[pixel]);
   for (int i = 0; i < reuse_.spatial_neighbours; ++i) {
-    const std::optional<uint32_t> other = neighbour(pixel, rng.next_vec2());
-    if (!other || !visible_points[*other].exists || !is_similar(visible, visible_points[*other])) continue;
+    const std::optional<uint32_t> other =
+        displaced_pixel(image_, pixel, square_to_disk(rng.next_vec2()) * reuse_.spatial_radius);
+    if (!other || !visible_points[*other].exists || !is_similar(visible, visible_points[*other], kSimilarity)) continue;
     candidates.add(visible_points[*other], reservoirs[*other]);
   }
   return candidates.count > 1 ? merge(candidates, rng, non_finite) : reservoirs[pixel];
-}
-
-std::optional<uint32_t> ReservoirDirectLight::neighbour(uint32_t pixel, Vec2 u) const {
-  const auto width = static_cast<uint32_t>(image_.width);
-  const Vec2 offset = square_to_disk(u) * reuse_.spatial_radius;
-  const int x = static_cast<int>(pixel % width) + static_cast<int>(std::lround(offset.x));
-  const int y = static_cast<int>(pixel / width) + static_cast<int>(std::lround(offset.y));
-  if (x < 0 || y < 0 || x >= image_.width || y >= image_.height) return std::nullopt;
-  const uint32_t other = static_cast<uint32_t>(y) * width + static_cast<uint32_t>(x);
-  return other == pixel ? std::nullopt : std::optional(other);
-}
-
-std::optional<uint32_t> ReservoirDirectLight::reproject(const VisiblePoint& visible, const LightHistory& history,
-                                                        uint32_t pixel) const {
-  if (history.visible_points.empty()) return std::nullopt;
-  if (visible.state.depth > 0) return pixel;  // what is seen in a mirror is not where its surface is
-  const std::optional<Vec2> film = project(history.camera, visible.receiver.position);
-  if (!film) return std::nullopt;
-  const auto x = static_cast<int>(std::floor(film->x * static_cast<float>(image_.full_width))) - image_.x;
-  const auto y = static_cast<int>(std::floor(film->y * static_cast<float>(image_.full_height))) - image_.y;
-  if (x < 0 || y < 0 || x >= image_.width || y >= image_.height) return std::nullopt;
-  return static_cast<uint32_t>(y * image_.width + x);
 }
 
 Rgb ReservoirDirectLight::shade(const VisiblePoint& visible, const LightReservoir& reservoir) const {

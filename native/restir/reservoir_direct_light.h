@@ -2,9 +2,9 @@
 
 #include <span>
 
-#include "base/rng.h"
 #include "resampling/mis_weight.h"
 #include "restir/light_target.h"
+#include "restir/pixel_reuse.h"
 
 namespace cistern {
 
@@ -48,10 +48,7 @@ struct LightHistory {
 /// All members are pure functions of their arguments and may run in any order. `non_finite` counts weights refused.
 class ReservoirDirectLight {
  public:
-  /// Pixels are those of a width x height region at (x, y) of a full frame; `full_width` and `full_height` are its.
-  struct Image {
-    int x, y, width, height, full_width, full_height;
-  };
+  using Image = ImageRegion;
   ReservoirDirectLight(const PathContext& context, const DirectReuse& reuse, const Image& image, uint64_t seed)
       : context_(context), reuse_(reuse), image_(image), seed_(seed) {}
 
@@ -74,12 +71,7 @@ class ReservoirDirectLight {
  private:
   float candidate_count() const { return static_cast<float>(reuse_.light_candidates); }
   struct Candidates;
-  /// Of a pixel by its place in the full frame: pictures of a part equal that part of the whole.
-  Rng random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const;
   LightReservoir merge(const Candidates& candidates, Rng& rng, uint64_t& non_finite) const;
-  /// Pixel that showed this surface point to the history's camera.
-  std::optional<uint32_t> reproject(const VisiblePoint& visible, const LightHistory& history, uint32_t pixel) const;
-  std::optional<uint32_t> neighbour(uint32_t pixel, Vec2 u) const;
 
   const PathContext& context_;
   DirectReuse reuse_;
