@@ -37,8 +37,17 @@ def matt(name: str, colour: Colour) -> bpy.types.Material:
 
 
 def glow(name: str, colour: Colour, strength: float) -> bpy.types.Material:
-    """Emits `colour` x `strength` W/(m2 sr) and reflects nothing."""
-    return surface(name, "ShaderNodeEmission", Color=(*colour, 1.0), Strength=strength)
+    """Emits `colour` x `strength` W/(m2 sr) from its front and reflects nothing: the panes of a lantern would else
+    waste half their samples on its inside."""
+    material = surface(name, "ShaderNodeEmission", Color=(*colour, 1.0))
+    tree = material.node_tree
+    emission = next(node for node in tree.nodes if node.type == "EMISSION")
+    geometry, front = tree.nodes.new("ShaderNodeNewGeometry"), tree.nodes.new("ShaderNodeMath")
+    front.operation = "MULTIPLY_ADD"
+    front.inputs[1].default_value, front.inputs[2].default_value = -strength, strength
+    tree.links.new(geometry.outputs["Backfacing"], front.inputs[0])
+    tree.links.new(front.outputs[0], emission.inputs["Strength"])
+    return material
 
 
 def place(scene: bpy.types.Scene, name: str, what: bpy.types.ID, at: Place, turn: float = 0.0) -> bpy.types.Object:
