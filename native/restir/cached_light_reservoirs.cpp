@@ -1,0 +1,117 @@
+#include "restir/cached_light_reservoirs.h"
+
+#include <array>
+
+#include "base/parallel.h"
+#include "grid/stride_selection.h"
+#include "resampling/resample.h"
+
+namespace cistern {
+namespace {
+
+constexpr size_t kPixelBlock = 4096;
+constexpr uint32_t kCellStream = 0x63656c6c, kMergeStream = 0x6d657267;
+constexpr size_t kMaxMerged = 32;
+
+DirectReuse without_visibility(DirectReuse reuse) {
+  reuse.visibility_reuse = false;
+  return reuse;
+}
+
+bool is_same(const LightSample& a, const LightSample& b) {
+  return a.emitter == b.emitter && a.uv.x == b.uv.x && a.uv.y == b.uv.y;
+}
+
+/// Brings the target of a cell, which is for white paint, to the scale of a receiver's.
+float albedo_of(const Receiver& receiver) {
+  return luminance(receiver.diffuse) + luminance(receiver.glossy) + receiver.transmission;
+}
+
+}  // namespace
+
+CachedLightReservoirs::CachedLightReservoirs(const PathContext& context, const DirectReuse& reuse,
+                                             const LightCacheSettings& settings, const Image& image, uint64_t seed,
+                                             std::shared_ptr<const LightCacheCells> cells)
+    : context_(context),
+      reuse_(reuse),
+      settings_(settings),
+      image_(image),
+      seed_(seed),
+      own_(context, without_visibility(reuse), image, seed),
+      cache_(context, settings, static_cast<float>(reuse.light_candidates), reuse.bias, seed, std::move(cells)) {}
+
+Rng CachedLightReservoirs::random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const {
+  const auto width = static_cast<uint32_t>(image_.width);
+  const uint32_t x = static_cast<uint32_t>(image_.x) + pixel % width,
+                 y = static_cast<uint32_t>(image_.y) + pixel / width;
+  return Rng(seed_, y * static_cast<uint32_t>(image_.full_width) + x, frame, stream);
+}
+
+/// UNBIASED: the cell of a place up to half a cell away in the tangent plane, where there is one.
+LightCacheKey CachedLightReservoirs::choose_cell(const VisiblePoint& visible, uint32_t pixel, uint32_t frame) const {
+  const LightCacheCells& cells = cache_.cells();
+  if (!visible.exists) return kNoLightCacheKey;
+  const Vec3 position = visible.receiver.position;
+  if (reuse_.bias == Bias::UNBIASED) {
+    Rng rng = random_numbers(pixel, frame, kCellStream);
+    const Vec2 xy = rng.next_vec2();
+    Vec3 offset = cells.cell_size() * Vec3{xy.x - 0.5f, xy.y - 0.5f, rng.next_float() - 0.5f};
+    offset = offset - visible.ng * dot(visible.ng, offset);
+    const LightCacheKey beside = cells.key_of(position + offset, visible.ng);
+    if (beside != kNoLightCacheKey) return beside;
+  }
+  return cells.key_of(position, visible.ng);
+}
+
+bool CachedLightReservoirs::prepare(std::span<const VisiblePoint> visible_points, uint32_t frame,
+                                    const WorkMonitor& monitor) {
+  keys_.resize(visible_points.size());
+  parallel_blocks(visible_points.size(), kPixelBlock, [&](size_t, size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) keys_[i] = choose_cell(visible_points[i], static_cast<uint32_t>(i), frame);
+  });
+  return cache_.prepare(keys_, frame, monitor);
+}
+
+LightReservoir CachedLightReservoirs::initial_candidates(const VisiblePoint& visible, uint32_t pixel, uint32_t frame,
+                                                         uint64_t& non_finite) const {
+  LightReservoir reservoir = own_.initial_candidates(visible, pixel, frame, non_finite);
+  if (const std::optional<uint32_t> cell = cache_.find(keys_[pixel])) {
+    Rng rng = random_numbers(pixel, frame, kMergeStream);
+    reservoir = merge(visible, reservoir, *cell, rng, non_finite);
+  }
+  if (reuse_.visibility_reuse && reservoir.W > 0.0f && !is_visible(context_, visible, reservoir.sample))
+    reservoir.W = 0.0f;
+  return reservoir;
+}
+
+/// [Stefanescu 2025] §3.2.
+LightReservoir CachedLightReservoirs::merge(const VisiblePoint& visible, const LightReservoir& own, uint32_t cell,
+                                            Rng& rng, uint64_t& non_finite) const {
+  const std::span<const CachedReservoir> cached = cache_.reservoirs(cell);
+  const bool is_fast = reuse_.bias == Bias::FAST;
+  const auto light_candidates = static_cast<float>(reuse_.light_candidates);
+  const float confidence = is_fast ? static_cast<float>(settings_.candidates) / light_candidates : 1.0f;
+  std::array<LightReservoir, kMaxMerged + 1> candidates;
+  std::array<float, kMaxMerged + 1> cell_targets;  // of the candidates' samples
+  candidates[0] = own;
+  cell_targets[0] = is_fast || own.W == 0.0f ? 0.0f : cache_.target(cell, own.sample);
+  const auto most = static_cast<uint32_t>(std::min(static_cast<size_t>(settings_.merged), kMaxMerged));
+  const StrideSelection chosen = select_by_stride(static_cast<uint32_t>(cached.size()), most, rng.next_double());
+  for (uint32_t i = 0; i < chosen.count; ++i) {
+    const CachedReservoir& reservoir = cached[chosen[i]];
+    candidates[i + 1] = {reservoir.sample, reservoir.W, confidence};
+    cell_targets[i + 1] = reservoir.p_hat;
+  }
+  const std::span all(candidates.data(), chosen.count + 1);
+  const float albedo = albedo_of(visible.receiver);
+  const auto target = [&](size_t i, const LightSample& sample) {
+    if (i == 0) return light_target(context_, light_candidates, visible, sample);
+    // All cached reservoirs are of one cell: its target is known for every sample there is.
+    size_t known = 0;
+    while (known + 1 < all.size() && !is_same(all[known].sample, sample)) ++known;
+    return albedo * cell_targets[known];
+  };
+  return resample<LightSample>(all, target, is_fast ? MisWeight::CONSTANT : MisWeight::BALANCE, rng, non_finite);
+}
+
+}  // namespace cistern
