@@ -30,18 +30,25 @@ bool is_visible(const PathContext& context, const VisiblePoint& visible, const L
   return !is_black(transmittance(context, visible.receiver.position, visible.ng, *light, visible.state));
 }
 
-Rgb reflected_light(const PathContext& context, float candidates, const VisiblePoint& visible,
-                    const LightSample& sample) {
+std::optional<ArrivingLight> arriving_light(const PathContext& context, float candidates, const VisiblePoint& visible,
+                                            const LightSample& sample) {
   const auto light = context.lights.evaluate(sample, visible.receiver.position, visible.scattered);
-  if (!light) return {};
+  if (!light) return std::nullopt;
   const Bsdf bsdf = evaluate_material(context.scene, surface_point(visible), visible.state);
   const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
-  if (is_black(f.rough_cos)) return {};
+  if (is_black(f.rough_cos)) return std::nullopt;
   const float share = share_of_light_samples(context, candidates, sample, *light, f.pdf * scatter_probability(bsdf));
-  Rgb radiance = visible.throughput * f.rough_cos * light->radiance * (share / light->pdf);
-  if (light->casts_shadow && !is_black(radiance))
+  Rgb radiance = light->radiance * (share / light->pdf);
+  if (light->casts_shadow)
     radiance *= transmittance(context, visible.receiver.position, visible.ng, *light, visible.state);
-  return radiance;
+  if (is_black(radiance)) return std::nullopt;
+  return ArrivingLight{light->wi, f.rough_cos, radiance, light->visibility};
+}
+
+Rgb reflected_light(const PathContext& context, float candidates, const VisiblePoint& visible,
+                    const LightSample& sample) {
+  const auto light = arriving_light(context, candidates, visible, sample);
+  return light ? visible.throughput * light->f_cos * light->radiance : Rgb();
 }
 
 }  // namespace cistern

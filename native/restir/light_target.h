@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "resampling/reservoir.h"
 #include "transport/path_tracer.h"
 
@@ -22,7 +24,17 @@ float light_target(const PathContext& context, float candidates, const VisiblePo
 /// Whether something of the sample's light arrives.
 bool is_visible(const PathContext& context, const VisiblePoint& visible, const LightSample& sample);
 
-/// F for rough lobes times the throughput to the camera, with the true BSDF and shadow ray.
+/// The sample's light as it arrives: F is `f_cos` (rough lobes, true BSDF) times `radiance`, which holds the share of
+/// light samples, the density and the shadow ray. Empty where nothing arrives.
+struct ArrivingLight {
+  Vec3 wi;
+  Rgb f_cos, radiance;
+  uint8_t visibility = kVisibleToAll;  // RayVisibility bits
+};
+std::optional<ArrivingLight> arriving_light(const PathContext& context, float candidates, const VisiblePoint& visible,
+                                            const LightSample& sample);
+
+/// F times the throughput to the camera.
 Rgb reflected_light(const PathContext& context, float candidates, const VisiblePoint& visible,
                     const LightSample& sample);
 

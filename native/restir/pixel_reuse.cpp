@@ -1,5 +1,7 @@
 #include "restir/pixel_reuse.h"
 
+#include <array>
+
 #include "transport/camera_ray.h"
 
 namespace cistern {
@@ -31,6 +33,13 @@ std::optional<uint32_t> reproject(const ImageRegion& region, const Camera& camer
                          row < static_cast<float>(region.height);
   if (!is_inside) return std::nullopt;
   return static_cast<uint32_t>(row) * static_cast<uint32_t>(region.width) + static_cast<uint32_t>(column);
+}
+
+bool is_reusable(const VisiblePoint& a, const VisiblePoint& b, const Similarity& limits) {
+  const auto bounces = [](const PathState& s) {
+    return std::array{s.depth, s.diffuse_depth, s.glossy_depth, s.transmission_depth, s.transparent_depth};
+  };
+  return a.exists && b.exists && bounces(a.state) == bounces(b.state) && is_similar(a, b, limits);
 }
 
 bool is_similar(const VisiblePoint& a, const VisiblePoint& b, const Similarity& limits) {

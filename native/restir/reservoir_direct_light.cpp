@@ -4,6 +4,7 @@
 
 #include "base/warp.h"
 #include "resampling/resample.h"
+#include "restir/initial_light.h"
 
 namespace cistern {
 namespace {
@@ -13,12 +14,6 @@ constexpr Similarity kSimilarity{0.9063f, 1.1f};
 
 /// Streams of random numbers of a pixel and frame; 0 is the path's.
 enum Stream : uint32_t { INITIAL = 1, TEMPORAL, SPATIAL };
-
-/// Steps of the two-dimensional Kronecker sequence of the plastic number.
-/// [Roberts 2018, The Unreasonable Effectiveness of Quasirandom Sequences]
-constexpr Vec2 kLatticeStep{0.7548776662f, 0.5698402910f};
-
-float fraction(float x) { return std::min(x - std::floor(x), kOneMinusEpsilon); }
 
 }  // namespace
 
@@ -37,21 +32,7 @@ struct ReservoirDirectLight::Candidates {
 LightReservoir ReservoirDirectLight::initial_candidates(const VisiblePoint& visible, uint32_t pixel, uint32_t frame,
                                                         uint64_t& non_finite) const {
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, INITIAL);
-  ReservoirBuilder<LightSample> builder(non_finite);
-  const int M = reuse_.light_candidates;
-  const Vec2 u_start = rng.next_vec2();
-  for (int i = 0; i < M; ++i) {
-    // Spread over emitters by strata and over their squares by a lattice; each candidate by itself is uniform.
-    const double u_choice = (i + rng.next_double()) / M;
-    const Vec2 step = static_cast<float>(i) * kLatticeStep;
-    const Vec2 u_light{fraction(u_start.x + step.x), fraction(u_start.y + step.y)};
-    const float u_keep = rng.next_float();
-    const auto choice = context_.lights.choose(visible.receiver.position, visible.receiver.side, u_choice, u_light);
-    if (!choice) continue;
-    const float p_hat = light_target(context_, candidate_count(), visible, choice->sample);
-    builder.add(choice->sample, p_hat / (double{choice->pmf} * M), p_hat, u_keep);
-  }
-  LightReservoir initial = builder.finish(1.0f);
+  LightReservoir initial = resample_light_candidates(context_, visible, reuse_.light_candidates, rng, non_finite);
   if (reuse_.visibility_reuse && initial.W > 0.0f && !is_visible(context_, visible, initial.sample)) initial.W = 0.0f;
   return initial;
 }

@@ -12,6 +12,7 @@ namespace cistern {
 struct IncidentRadiance {
   Vec3 wi;
   Rgb radiance;
+  Rgb f_cos;  // of the sample point's rough lobes, towards the vertex that found it
 };
 
 /// What a path found beyond its sample point, kept as it arrived there: so the radiance that the sample point's rough
@@ -20,6 +21,9 @@ struct PathSample {
   VisiblePoint point;  // the sample point; its wo looks at the vertex that found it
   IncidentRadiance light, continuation;
   uint8_t light_visibility = kVisibleToAll;  // RayVisibility bits of `light`
+
+  /// Radiance sent to the vertex that found the sample point.
+  Rgb radiance_as_found() const { return light.f_cos * light.radiance + continuation.f_cos * continuation.radiance; }
 };
 
 /// A rough vertex of a path and the sample point that its BSDF sample found. `W` is one over the density of the

@@ -284,15 +284,15 @@ class Walk {
     Rgb radiance = light->radiance * (weight / pdf);
     if (light->casts_shadow) radiance *= transmittance(context_, point.position, point.ng, *light, state_);
     if (is_black(radiance)) return;
-    if (keeps_light) keep_incident_light(*light, radiance);
+    if (keeps_light) keep_incident_light(*light, radiance, f.rough_cos);
     const bool is_environment = choice->sample.emitter == context_.lights.environment_emitter();
     add_reflected_light(leaves_rough ? Rgb() : f.rough_cos, f.smooth_cos, radiance,
                         is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
   }
 
-  void keep_incident_light(const IncidentLight& light, Rgb radiance) {
+  void keep_incident_light(const IncidentLight& light, Rgb radiance, Rgb f_cos) {
     PathSample& sample = capture_->links[static_cast<size_t>(*vertex_.sample_point_of)].to;
-    sample.light = {light.wi, radiance};
+    sample.light = {light.wi, radiance, f_cos};
     sample.light_visibility = light.visibility;
   }
 
@@ -364,7 +364,7 @@ class Walk {
     const bool by_rough_lobes = !is_black(sample.rough_weight);
     if (vertex_.sample_point_of && by_rough_lobes) {
       const auto link = static_cast<size_t>(*vertex_.sample_point_of);
-      capture_->links[link].to.continuation.wi = sample.wi;
+      capture_->links[link].to.continuation = {sample.wi, {}, sample.rough_weight * sample.pdf};
       throughput_.continuation[link] = Rgb(1.0f / pdf);
     }
     open_link_ = by_rough_lobes ? vertex_.starts : std::nullopt;

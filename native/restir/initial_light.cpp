@@ -1,0 +1,32 @@
+#include "restir/initial_light.h"
+
+namespace cistern {
+namespace {
+
+/// Steps of the two-dimensional Kronecker sequence of the plastic number.
+/// [Roberts 2018, The Unreasonable Effectiveness of Quasirandom Sequences]
+constexpr Vec2 kLatticeStep{0.7548776662f, 0.5698402910f};
+
+float fraction(float x) { return std::min(x - std::floor(x), kOneMinusEpsilon); }
+
+}  // namespace
+
+LightReservoir resample_light_candidates(const PathContext& context, const VisiblePoint& visible, int count, Rng& rng,
+                                         uint64_t& non_finite) {
+  ReservoirBuilder<LightSample> builder(non_finite);
+  const Receiver& receiver = visible.receiver;
+  const Vec2 u_start = rng.next_vec2();
+  for (int i = 0; i < count; ++i) {
+    const double u_choice = (i + rng.next_double()) / count;
+    const Vec2 step = static_cast<float>(i) * kLatticeStep;
+    const Vec2 u_light{fraction(u_start.x + step.x), fraction(u_start.y + step.y)};
+    const float u_keep = rng.next_float();
+    const auto choice = context.lights.choose(receiver.position, receiver.side, u_choice, u_light);
+    if (!choice) continue;
+    const float p_hat = light_target(context, static_cast<float>(count), visible, choice->sample);
+    builder.add(choice->sample, p_hat / (double{choice->pmf} * count), p_hat, u_keep);
+  }
+  return builder.finish(1.0f);
+}
+
+}  // namespace cistern

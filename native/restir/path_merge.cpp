@@ -1,0 +1,25 @@
+#include "restir/path_merge.h"
+
+#include "resampling/resample.h"
+
+namespace cistern {
+
+PathReference PathCandidates::merge(const PathContext& context, const PathMergeRules& rules, Rng& rng,
+                                    uint64_t& non_finite) const {
+  const MisWeight weights = mis_weight_for(rules.bias, static_cast<int>(count_));
+  const bool needs_visibility = weights != MisWeight::CONSTANT;
+  const auto p_hat = [&](size_t i, const PathSample* sample) {
+    const float target = path_target(*points_[i], *sample, rules.target, rules.reflection);
+    if (!(target > 0.0f) || !needs_visibility) return target;
+    return is_black(path_transmittance(context, *points_[i], *sample)) ? 0.0f : target;
+  };
+  return resample<const PathSample*>({reservoirs_.data(), count_}, p_hat, weights, rng, non_finite);
+}
+
+PathReservoir copy_of(const PathReference& reference) {
+  PathReservoir reservoir{{}, reference.W, reference.c};
+  if (reference.sample) reservoir.sample = *reference.sample;
+  return reservoir;
+}
+
+}  // namespace cistern

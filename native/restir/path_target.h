@@ -1,0 +1,36 @@
+#pragma once
+
+#include "resampling/reservoir.h"
+#include "transport/path_tracer.h"
+
+namespace cistern {
+
+// A path sample is a point that sends radiance: its contribution weight W is per surface area at the sample point, and
+// targets and integrands include |cos| / d^2 there. So it moves between receivers without a Jacobian. (In solid angle
+// the weight would have to be *multiplied* by [Ouyang 2021] Eq. 11; their Alg. 4 l.11 divides the target by it.)
+// With F_r(y) = f_r cos(wi) L(y -> r) |cos_y| / d^2 T(r, y), E[W F_r(y)] is the light that rough lobes at r reflect
+// from rough lobes elsewhere, for every r. Light that y emits itself is direct light. A sample point is one side of a
+// surface: it sends nothing to the other.
+using PathReservoir = Reservoir<PathSample>;
+/// For merges: path samples are large, and stay where they are.
+using PathReference = Reservoir<const PathSample*>;
+
+/// Whether the light a sample point sends is evaluated anew towards each receiver, from the light it received; or taken
+/// as it was when found, as if the sample point were Lambertian (the papers).
+enum class Reflection : uint8_t { EVALUATED, AS_FOUND };
+
+/// What targets of path samples are proportional to, [Ouyang 2021] Eqs. 9 and 10, luminance of: F_r without
+/// transmittance; or of the radiance sent alone, noisier for the receiver and of more use to others.
+enum class PathTarget : uint8_t { REFLECTED, RADIANCE };
+
+/// Target of a path sample at a visible point, by the Receivers of both ends; zero across a surface.
+float path_target(const VisiblePoint& visible, const PathSample& sample, PathTarget target, Reflection reflection);
+
+/// Transmittance between a point and a sample point.
+Rgb path_transmittance(const PathContext& context, const VisiblePoint& visible, const PathSample& sample);
+
+/// F_r with the true BSDFs, times the throughput to the camera.
+Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, const PathSample& sample,
+                   Reflection reflection);
+
+}  // namespace cistern

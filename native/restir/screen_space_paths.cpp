@@ -1,0 +1,72 @@
+#include "restir/screen_space_paths.h"
+
+#include "base/warp.h"
+
+namespace cistern {
+namespace {
+
+/// [Ouyang 2021] §4.2: 25 degrees, 5 % of the depth.
+constexpr Similarity kSimilarity{0.9063f, 1.05f};
+
+enum Stream : uint32_t { TEMPORAL = 0x100, SPATIAL };
+
+}  // namespace
+
+std::optional<uint32_t> ScreenSpacePaths::previous_pixel(const VisiblePoint& visible, const PathFrame& previous,
+                                                         uint32_t pixel) const {
+  if (previous.visible_points.empty()) return std::nullopt;
+  const std::optional<uint32_t> before = reproject(image_, previous.camera, visible, pixel);
+  if (!before || !is_reusable(visible, previous.visible_points[*before], kSimilarity)) return std::nullopt;
+  return before;
+}
+
+PathReservoir ScreenSpacePaths::reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial,
+                                              const PathFrame& previous, uint32_t pixel, uint32_t frame,
+                                              uint64_t& non_finite) const {
+  if (!reuse_.temporal_reuse) return initial;
+  const std::optional<uint32_t> before = previous_pixel(visible, previous, pixel);
+  if (!before) return initial;
+  PathCandidates candidates;
+  candidates.add(visible, initial, 1.0f);
+  candidates.add(previous.visible_points[*before], previous.temporal[*before], reuse_.temporal_cap);
+  Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, TEMPORAL);
+  return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));
+}
+
+PathReservoir ScreenSpacePaths::reuse_in_space(const PathFrame& current, const PathFrame& previous, uint32_t pixel,
+                                               uint32_t frame, uint64_t& non_finite) const {
+  const VisiblePoint& visible = current.visible_points[pixel];
+  if (!reuse_.spatial_reuse) return current.temporal[pixel];
+  Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, SPATIAL);
+  PathCandidates candidates;
+  candidates.add(visible, current.temporal[pixel], INFINITY);
+  float history = 0.0f;
+  if (reuse_.temporal_reuse) {
+    const std::optional<uint32_t> before = previous_pixel(visible, previous, pixel);
+    if (before) {
+      const PathReservoir& spatial = previous.spatial[*before];
+      candidates.add(previous.visible_points[*before], spatial, reuse_.spatial_cap);
+      history = spatial.c;
+    }
+  }
+  const bool is_starved = history < 0.5f * reuse_.spatial_cap;
+  const int neighbours = is_starved ? reuse_.starved_neighbours : reuse_.neighbours;
+  float radius = reuse_.largest_radius * static_cast<float>(std::max(image_.full_width, image_.full_height));
+  for (int i = 0; i < neighbours && !candidates.is_full(); ++i) {
+    const auto other = displaced_pixel(image_, pixel, square_to_disk(rng.next_vec2()) * radius);
+    if (other && is_reusable(visible, current.visible_points[*other], kSimilarity)) {
+      candidates.add(current.visible_points[*other], current.temporal[*other], INFINITY);
+    } else {
+      radius = std::max(0.5f * radius, reuse_.smallest_radius);  // §4.4: nearer after a miss
+    }
+  }
+  if (candidates.count() == 1) return current.temporal[pixel];
+  return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));
+}
+
+Rgb ScreenSpacePaths::shade(const VisiblePoint& visible, const PathReservoir& reservoir) const {
+  if (!(reservoir.W > 0.0f)) return {};
+  return reflected_path(context_, visible, reservoir.sample, reuse_.rules.reflection) * reservoir.W;
+}
+
+}  // namespace cistern

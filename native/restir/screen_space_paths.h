@@ -1,0 +1,75 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "restir/path_merge.h"
+#include "restir/pixel_reuse.h"
+
+namespace cistern {
+
+/// What ReSTIR GI can be told. Numbers are those of [Ouyang 2021] §4 and §6.
+struct ScreenPathReuse {
+  PathMergeRules rules;
+  bool temporal_reuse = true;
+  bool spatial_reuse = true;
+  float temporal_cap = 30.0f;    // of the temporal reservoir's history, in frames
+  float spatial_cap = 500.0f;    // of the spatial reservoir's
+  int neighbours = 3;            // merged per frame
+  int starved_neighbours = 9;    // where the spatial reservoir has less than half of its cap
+  float largest_radius = 0.1f;   // where neighbours are looked for, of the picture's larger side
+  float smallest_radius = 3.0f;  // pixels
+};
+
+/// The path reservoirs of a frame, by pixel.
+struct PathFrame {
+  Camera camera;
+  std::vector<VisiblePoint> visible_points;  // empty: there is no such frame
+  std::vector<PathReservoir> temporal, spatial;
+};
+
+/// ReSTIR GI.
+///
+/// [Ouyang 2021] Y. Ouyang, S. Liu, M. Kettunen, M. Pharr, J. Pantaleoni: ReSTIR GI: Path Resampling for Real-Time Path
+/// Tracing. Computer Graphics Forum 40(8).
+///
+/// Each visible point finds one sample point. A temporal reservoir merges it with the history of the same surface
+/// point; a spatial reservoir, with a history of its own, takes in the temporal reservoirs of neighbours. What it holds
+/// is shaded, with a ray to it.
+///
+/// Departures: weights per area at the sample point (path_target.h), so no Jacobian: Alg. 4 l.11 prints it upside down.
+/// Sample points keep what they received, so glossy ones are evaluated towards each receiver (FAST: AS_FOUND, as
+/// printed). UNBIASED merges by the balance heuristic and pairwise MIS with a visibility ray in each target instead of
+/// 1/Z (Alg. 4 l.15-19, where Q is also intersected instead of united); FAST is 1/M. Paths that see nothing are merged
+/// as null samples.
+///
+/// Members are pure functions of their arguments.
+class ScreenSpacePaths {
+ public:
+  ScreenSpacePaths(const PathContext& context, const ScreenPathReuse& reuse, const ImageRegion& image, uint64_t seed)
+      : context_(context), reuse_(reuse), image_(image), seed_(seed) {}
+
+  /// Alg. 2: a reservoir of confidence 1 from what the path found.
+  static PathReservoir initial_sample(const PathLink& link) { return {link.to, link.W, 1.0f}; }
+
+  /// Alg. 3.
+  PathReservoir reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial, const PathFrame& previous,
+                              uint32_t pixel, uint32_t frame, uint64_t& non_finite) const;
+
+  /// Alg. 4, from the temporal reservoirs of `current`.
+  PathReservoir reuse_in_space(const PathFrame& current, const PathFrame& previous, uint32_t pixel, uint32_t frame,
+                               uint64_t& non_finite) const;
+
+  /// Eq. 6: radiance at the camera; traces the ray to the sample point.
+  Rgb shade(const VisiblePoint& visible, const PathReservoir& reservoir) const;
+
+ private:
+  std::optional<uint32_t> previous_pixel(const VisiblePoint& visible, const PathFrame& previous, uint32_t pixel) const;
+
+  const PathContext& context_;
+  ScreenPathReuse reuse_;
+  ImageRegion image_;
+  uint64_t seed_;
+};
+
+}  // namespace cistern

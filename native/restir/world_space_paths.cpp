@@ -1,0 +1,64 @@
+#include "restir/world_space_paths.h"
+
+#include "grid/stride_selection.h"
+
+namespace cistern {
+namespace {
+
+/// The history of a pixel: 25 degrees, 5 % of the depth, as in [Ouyang 2021].
+constexpr Similarity kHistorySimilarity{0.9063f, 1.05f};
+/// [Zhang and Wang 2023] §4.3: 15 degrees.
+constexpr float kSmallestNormalCosine = 0.9659f;
+
+enum Stream : uint32_t { TEMPORAL = 0x200, CELLS, INSERTION };
+
+}  // namespace
+
+PathReservoir WorldSpacePaths::reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial,
+                                             const PathCells& previous, uint32_t pixel, uint32_t frame,
+                                             uint64_t& non_finite) const {
+  if (!reuse_.temporal_reuse || previous.points.empty()) return initial;
+  const std::optional<uint32_t> before = reproject(image_, previous.camera, visible, pixel);
+  if (!before || !is_reusable(visible, previous.points[2 * size_t{*before}], kHistorySimilarity)) return initial;
+  PathCandidates candidates;
+  candidates.add(visible, initial, 1.0f);
+  candidates.add(previous.points[2 * size_t{*before}], previous.reservoirs[2 * size_t{*before}], reuse_.temporal_cap);
+  Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, TEMPORAL);
+  return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));
+}
+
+CellKey WorldSpacePaths::key(const GridLayout& layout, const VisiblePoint& point, uint32_t pixel, uint32_t frame,
+                             bool is_deep) const {
+  if (!point.exists) return kNoCell;
+  Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, is_deep ? INSERTION + 1 : INSERTION);
+  const Vec3 n = point.receiver.n;
+  return cell_key(layout, jitter_in_tangent_plane(layout, point.receiver.position, n, rng.next_vec2()), n);
+}
+
+PathReservoir WorldSpacePaths::reuse_in_cells(const VisiblePoint& visible, const PathReservoir& temporal,
+                                              const PathCells& previous, uint32_t pixel, uint32_t frame,
+                                              uint64_t& non_finite) const {
+  if (!reuse_.spatial_reuse || previous.points.empty()) return temporal;
+  Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, CELLS);
+  const Vec3 n = visible.receiver.n;
+  const Vec3 place = jitter_in_tangent_plane(previous.layout, visible.receiver.position, n, rng.next_vec2());
+  const std::span<const uint32_t> cell = previous.cells.find(cell_key(previous.layout, place, n));
+  const auto drawn =
+      select_by_stride(static_cast<uint32_t>(cell.size()), static_cast<uint32_t>(reuse_.max_count), rng.next_double());
+  PathCandidates candidates;
+  candidates.add(visible, temporal, INFINITY);
+  for (uint32_t i = 0; i < drawn.count && !candidates.is_full(); ++i) {
+    const VisiblePoint& other = previous.points[cell[drawn[i]]];
+    if (dot(other.receiver.n, n) < kSmallestNormalCosine) continue;
+    candidates.add(other, previous.reservoirs[cell[drawn[i]]], reuse_.temporal_cap);
+  }
+  if (candidates.count() == 1) return temporal;
+  return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));
+}
+
+Rgb WorldSpacePaths::shade(const VisiblePoint& visible, const PathReservoir& reservoir) const {
+  if (!(reservoir.W > 0.0f)) return {};
+  return reflected_path(context_, visible, reservoir.sample, reuse_.rules.reflection) * reservoir.W;
+}
+
+}  // namespace cistern
