@@ -133,7 +133,7 @@ DEFAULTS = dict(pixel_filter=core.PixelFilter.BOX, filter_width=1.0, max_bounces
 
 
 def render(scene: core.Scene, size: int = 16, samples: int = 16, **settings) -> dict[str, np.ndarray]:
-    """All passes of a finished render; raises when it failed or produced non-finite samples."""
+    """All passes of a finished render; raises when it failed or met samples or weights that are not finite."""
     passes = settings.pop("passes", ["Direct", "Indirect", "Emission", "Environment"])
     members = DEFAULTS | dict(width=size, height=size, samples=samples, passes=passes) | settings
     session = core.Session(core.Settings(**members))
@@ -141,6 +141,7 @@ def render(scene: core.Scene, size: int = 16, samples: int = 16, **settings) -> 
     progress = session.wait(600.0)
     assert progress.status is core.Status.DONE, progress.error
     assert progress.non_finite_samples == 0
+    assert progress.non_finite_weights == 0
     return {name: session.read(name) for name in session.pass_names()}
 
 
