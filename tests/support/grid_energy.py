@@ -18,8 +18,8 @@ NORMAL_BINS_PER_FACE = 3
 class GridEnergy:
     """`aligned`: mean square of the error's cell means, over what independent pixels would give (1: no structure).
     `displaced`: the same for cells of the same size that lie elsewhere, mean and standard deviation over displacements:
-    what blotches of no relation to the cells give. `amplitude`: root mean square of that part of the error which is
-    constant in each cell, less what independent pixels would give, in the unit of the error."""
+    what blotches of no relation to the cells give. `amplitude`: root mean square, in the unit of the error, of what the
+    true cells have beyond the displaced ones."""
 
     aligned: float
     displaced: float
@@ -57,7 +57,7 @@ def cell_labels(positions: NDArray, normals: NDArray, origin: NDArray, edges: ND
 
 def between_and_within(errors: NDArray, labels: NDArray) -> tuple[float, float, float]:
     """Of (pixels, channels): mean square between cells, mean square within, both equal in the mean for independent
-    pixels of mean zero; and the amplitude of the part that is constant in each cell."""
+    pixels of mean zero; and pixels per cell, times which a step of each cell adds its variance to the first."""
     counts = np.bincount(labels)
     large = counts >= MIN_PIXELS
     kept = large[labels]
@@ -71,8 +71,7 @@ def between_and_within(errors: NDArray, labels: NDArray) -> tuple[float, float, 
     between = float((counts[:, None] * means**2).sum() / means.size)
     residual = errors - means[compact[labels]]
     within = float((residual**2).sum() / (errors.shape[1] * (len(errors) - len(counts))))
-    amplitude = max(between - within, 0.0) * len(counts) / len(errors)
-    return between, within, float(np.sqrt(amplitude))
+    return between, within, len(errors) / len(counts)
 
 
 def grid_energy(
@@ -80,10 +79,12 @@ def grid_energy(
 ) -> GridEnergy:
     """Of (pixels, channels) errors at (pixels, 3) surface points, for the grid of cells with corner `origin`."""
     random = np.random.default_rng(7)
-    between, within, amplitude = between_and_within(errors, cell_labels(positions, normals, origin, edges))
+    between, within, pixels_per_cell = between_and_within(errors, cell_labels(positions, normals, origin, edges))
     displaced = []
     for _ in range(displacements):
         moved = origin + random.uniform(0.2, 0.8, 3) * edges
         b, w, _ = between_and_within(errors, cell_labels(positions, normals, moved, edges))
         displaced.append(b / w)
-    return GridEnergy(between / within, float(np.mean(displaced)), float(np.std(displaced, ddof=1)), amplitude)
+    elsewhere = float(np.mean(displaced))
+    amplitude = float(np.sqrt(max(between - within * elsewhere, 0.0) / pixels_per_cell))
+    return GridEnergy(between / within, elsewhere, float(np.std(displaced, ddof=1)), amplitude)
