@@ -43,7 +43,7 @@ LightChoice::LightChoice(std::span<const EmitterEstimate> emitters, LightSamplin
   tree_ = LightTree(bounds);
 }
 
-std::optional<LightChoice::Result> LightChoice::choose(Vec3 position, Vec3 n, double u) const {
+std::optional<LightChoice::Result> LightChoice::choose(const Vec3& position, const Vec3& n, double u) const {
   if (count_ == 0) return std::nullopt;
   if (sampling_ == LightSampling::TREE)
     return choose_by_tree(position, n, std::min(static_cast<float>(u), kOneMinusEpsilon));
@@ -55,7 +55,7 @@ std::optional<LightChoice::Result> LightChoice::choose(Vec3 position, Vec3 n, do
   return Result{std::min(emitter, count_ - 1), 1.0f / static_cast<float>(count_)};
 }
 
-float LightChoice::pmf(uint32_t emitter, Vec3 position, Vec3 n) const {
+float LightChoice::pmf(uint32_t emitter, const Vec3& position, const Vec3& n) const {
   if (sampling_ == LightSampling::TREE) return pmf_by_tree(emitter, position, n);
   if (sampling_ == LightSampling::POWER && !power_.is_empty()) return power_.pmf(emitter);
   return 1.0f / static_cast<float>(count_);
@@ -67,7 +67,7 @@ float LightChoice::receiver_free_pmf(uint32_t emitter) const {
   return 1.0f / static_cast<float>(count_);
 }
 
-float LightChoice::estimate(const Distant& distant, Vec3 n) {
+float LightChoice::estimate(const Distant& distant, const Vec3& n) {
   if (distant.direction == Vec3{} || n == Vec3{}) return distant.irradiance;
   const float cosine = dot(distant.direction, n);
   const float cos_half = distant.cos_half_angle;
@@ -76,19 +76,19 @@ float LightChoice::estimate(const Distant& distant, Vec3 n) {
   return best < -kCosineSlack ? 0.0f : distant.irradiance * std::max(best, kCosineSlack);
 }
 
-float LightChoice::distant_estimate(Vec3 n) const {
+float LightChoice::distant_estimate(const Vec3& n) const {
   float total = 0.0f;
   for (const Distant& distant : distant_) total += estimate(distant, n);
   return total;
 }
 
-float LightChoice::distant_share(float distant, Vec3 position, Vec3 n) const {
+float LightChoice::distant_share(float distant, const Vec3& position, const Vec3& n) const {
   if (distant == 0.0f) return 0.0f;
   const float finite = tree_.irradiance_estimate(position, n);
   return finite == 0.0f ? 1.0f : std::clamp(distant / (distant + finite), kSmallestShare, 1.0f - kSmallestShare);
 }
 
-LightChoice::Result LightChoice::choose_distant(Vec3 n, float total, float u) const {
+LightChoice::Result LightChoice::choose_distant(const Vec3& n, float total, float u) const {
   float target = u * total;
   Result result{};
   for (const Distant& distant : distant_) {
@@ -101,7 +101,7 @@ LightChoice::Result LightChoice::choose_distant(Vec3 n, float total, float u) co
   return result;
 }
 
-std::optional<LightChoice::Result> LightChoice::choose_by_tree(Vec3 position, Vec3 n, float u) const {
+std::optional<LightChoice::Result> LightChoice::choose_by_tree(const Vec3& position, const Vec3& n, float u) const {
   const float distant = distant_estimate(n);
   const float share = distant_share(distant, position, n);
   if (u < share) {
@@ -113,7 +113,7 @@ std::optional<LightChoice::Result> LightChoice::choose_by_tree(Vec3 position, Ve
   return Result{finite_[choice->emitter], (1.0f - share) * choice->pmf};
 }
 
-float LightChoice::pmf_by_tree(uint32_t emitter, Vec3 position, Vec3 n) const {
+float LightChoice::pmf_by_tree(uint32_t emitter, const Vec3& position, const Vec3& n) const {
   const float distant = distant_estimate(n);
   const float share = distant_share(distant, position, n);
   const uint32_t leaf = leaf_of_[emitter];

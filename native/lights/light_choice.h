@@ -30,8 +30,8 @@ class LightChoice {
     uint32_t emitter;
     float pmf;
   };
-  std::optional<Result> choose(Vec3 position, Vec3 n, double u) const;
-  float pmf(uint32_t emitter, Vec3 position, Vec3 n) const;
+  std::optional<Result> choose(const Vec3& position, const Vec3& n, double u) const;
+  float pmf(uint32_t emitter, const Vec3& position, const Vec3& n) const;
   /// See LightSet::receiver_free_pmf.
   float receiver_free_pmf(uint32_t emitter) const;
   size_t memory_bytes() const;
@@ -44,12 +44,12 @@ class LightChoice {
     float irradiance;
   };
   /// Irradiance a distant emitter may cause; zero only where it cannot.
-  static float estimate(const Distant& distant, Vec3 n);
-  float distant_estimate(Vec3 n) const;
-  float distant_share(float distant, Vec3 position, Vec3 n) const;
-  Result choose_distant(Vec3 n, float total, float u) const;
-  std::optional<Result> choose_by_tree(Vec3 position, Vec3 n, float u) const;
-  float pmf_by_tree(uint32_t emitter, Vec3 position, Vec3 n) const;
+  static float estimate(const Distant& distant, const Vec3& n);
+  float distant_estimate(const Vec3& n) const;
+  float distant_share(float distant, const Vec3& position, const Vec3& n) const;
+  Result choose_distant(const Vec3& n, float total, float u) const;
+  std::optional<Result> choose_by_tree(const Vec3& position, const Vec3& n, float u) const;
+  float pmf_by_tree(uint32_t emitter, const Vec3& position, const Vec3& n) const;
 
   LightSampling sampling_ = LightSampling::UNIFORM;
   uint32_t count_ = 0;

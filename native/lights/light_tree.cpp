@@ -69,29 +69,30 @@ int find_lane(const Importances& weights, float target) {
   return lane;
 }
 
-Importances importances(const Node& node, Vec3 position, Vec3 n) {
+Importances importances(const Node& node, const Vec3& position, const Vec3& n) {
   const Lanes dx = _mm256_load_ps(node.center_x) - all(position.x);
   const Lanes dy = _mm256_load_ps(node.center_y) - all(position.y);
   const Lanes dz = _mm256_load_ps(node.center_z) - all(position.z);
   const Lanes d2 = _mm256_max_ps(dx * dx + dy * dy + dz * dz, all(kSmallestDistance2));
   const Lanes inverse_d = all(1.0f) / _mm256_sqrt_ps(d2);
-  const Lanes signed_r2 = _mm256_load_ps(node.radius2);
+  const Lanes signed_radius = _mm256_load_ps(node.radius);
   const Lanes sign_bit = all(-0.0f);
-  const Lanes r2 = _mm256_andnot_ps(sign_bit, signed_r2);
+  const Lanes radius = _mm256_andnot_ps(sign_bit, signed_radius), r2 = radius * radius;
 
   // Half angle under which the receiver sees the bounding sphere; pi from inside.
   const Lanes is_inside = at_least(r2, d2);
-  const Lanes sin2_seen = r2 * inverse_d * inverse_d;
-  const Lanes cos_seen = select(_mm256_sqrt_ps(_mm256_max_ps(all(1.0f) - sin2_seen, all(0.0f))), all(-1.0f), is_inside);
-  const Lanes sin_seen = select(_mm256_sqrt_ps(sin2_seen), all(0.0f), is_inside);
+  const Lanes ratio = radius * inverse_d;
+  const Lanes cos_seen = select(sine_of(ratio), all(-1.0f), is_inside);
+  const Lanes sin_seen = select(ratio, all(0.0f), is_inside);
 
   // From the axis of the normals to the receiver, less the spread of the normals, less the extent of the cluster.
   const Lanes along =
       dx * _mm256_load_ps(node.axis_x) + dy * _mm256_load_ps(node.axis_y) + dz * _mm256_load_ps(node.axis_z);
   const Lanes cos_one_sided = -along * inverse_d;
-  const Lanes cos_axis = select(cos_one_sided, _mm256_andnot_ps(sign_bit, cos_one_sided), signed_r2);
+  const Lanes cos_axis = select(cos_one_sided, _mm256_andnot_ps(sign_bit, cos_one_sided), signed_radius);
   const Lanes cos_normals = _mm256_load_ps(node.cos_normals);
-  const AngleDifference off_normals = angle_difference(cos_axis, sine_of(cos_axis), cos_normals, sine_of(cos_normals));
+  const AngleDifference off_normals =
+      angle_difference(cos_axis, sine_of(cos_axis), cos_normals, _mm256_load_ps(node.sin_normals));
   const Lanes cos_out = angle_difference(off_normals.cosine, off_normals.sine, cos_seen, sin_seen).cosine;
   const Lanes cos_emission = _mm256_load_ps(node.cos_emission) - all(kCosineSlack);
   Lanes result = _mm256_load_ps(node.intensity) * _mm256_max_ps(cos_out, all(kCosineSlack));
@@ -108,7 +109,7 @@ Importances importances(const Node& node, Vec3 position, Vec3 n) {
 }
 
 /// Importances of a node that was chosen: where all vanish, by intensity.
-Importances choosable_importances(const Node& node, Vec3 position, Vec3 n) {
+Importances choosable_importances(const Node& node, const Vec3& position, const Vec3& n) {
   const Importances out = importances(node, position, n);
   return out.total() > 0.0f ? out : with_sums(_mm256_load_ps(node.intensity));
 }
@@ -129,11 +130,11 @@ LightTree::LightTree(std::span<const LightBounds> emitters)
   }
 }
 
-float LightTree::irradiance_estimate(Vec3 position, Vec3 n) const {
+float LightTree::irradiance_estimate(const Vec3& position, const Vec3& n) const {
   return nodes_.empty() ? 0.0f : importances(nodes_[0], position, n).total();
 }
 
-std::optional<LightTree::Choice> LightTree::choose(Vec3 position, Vec3 n, float u) const {
+std::optional<LightTree::Choice> LightTree::choose(const Vec3& position, const Vec3& n, float u) const {
   if (nodes_.empty()) return std::nullopt;
   Importances weights = importances(nodes_[0], position, n);
   if (!(weights.total() > 0.0f)) return std::nullopt;
@@ -152,7 +153,7 @@ std::optional<LightTree::Choice> LightTree::choose(Vec3 position, Vec3 n, float 
   }
 }
 
-float LightTree::pmf(uint32_t emitter, Vec3 position, Vec3 n) const {
+float LightTree::pmf(uint32_t emitter, const Vec3& position, const Vec3& n) const {
   float pmf = 1.0f;
   uint32_t slot = slot_of_emitter_[emitter];
   if (slot == kNoSlot) return 0.0f;

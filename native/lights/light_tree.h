@@ -11,7 +11,7 @@ namespace cistern {
 
 /// A hierarchy over the finite emitters of a scene that chooses one with probability close to what it can send to a
 /// receiver. Nodes have eight children, so a choice among 40,000 emitters takes five or six steps, each of which
-/// estimates eight clusters at once. Memory: at most 352 bytes per node, of which there are about 1 per 5 emitters,
+/// estimates eight clusters at once. Memory: at most 384 bytes per node, of which there are about 1 per 5 emitters,
 /// plus 4 bytes per emitter.
 /// [Conty Estevez and Kulla 2018, Importance Sampling of Many Lights with Adaptive Tree Splitting], with the
 /// conservative cosine bounds of [Pharr, Jakob and Humphreys 2023, Physically Based Rendering, §12.6.3]. Departures:
@@ -26,7 +26,7 @@ class LightTree {
   bool is_empty() const { return nodes_.empty(); }
   /// Upper estimate (not a bound on rounding) of the irradiance that all emitters together cause at a receiver with
   /// unit normal `n`, or zero `n` for any side; in W/m^2, luminance. Zero only where nothing can arrive.
-  float irradiance_estimate(Vec3 position, Vec3 n) const;
+  float irradiance_estimate(const Vec3& position, const Vec3& n) const;
 
   struct Choice {
     uint32_t emitter;
@@ -35,9 +35,9 @@ class LightTree {
   };
   /// Where no child of a node can reach the receiver although the node seemed able to, the choice goes by intensity:
   /// the probabilities of all emitters sum to 1. Empty when no emitter can reach the receiver (or there is none).
-  std::optional<Choice> choose(Vec3 position, Vec3 n, float u) const;
+  std::optional<Choice> choose(const Vec3& position, const Vec3& n, float u) const;
   /// Probability that `choose` returns the emitter.
-  float pmf(uint32_t emitter, Vec3 position, Vec3 n) const;
+  float pmf(uint32_t emitter, const Vec3& position, const Vec3& n) const;
 
   size_t memory_bytes() const;
 
@@ -48,9 +48,9 @@ class LightTree {
   /// Eight clusters or emitters, each quantity in a row of its own. Unused ones have intensity 0.
   struct alignas(32) Node {
     float center_x[kWidth] = {}, center_y[kWidth] = {}, center_z[kWidth] = {};
-    float radius2[kWidth] = {};  // of the bounding sphere, squared; the sign bit marks two-sided emitters
+    float radius[kWidth] = {};  // of the bounding sphere; the sign bit marks two-sided emitters
     float axis_x[kWidth] = {}, axis_y[kWidth] = {}, axis_z[kWidth] = {};
-    float cos_normals[kWidth] = {}, cos_emission[kWidth] = {};
+    float cos_normals[kWidth] = {}, sin_normals[kWidth] = {}, cos_emission[kWidth] = {};
     float intensity[kWidth] = {};
     uint32_t child[kWidth] = {};  // node, or emitter | kLeafBit
   };

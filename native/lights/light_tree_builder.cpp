@@ -143,9 +143,10 @@ std::vector<Range> divide(const Range& range) {
 void set_child(Node& node, size_t i, const LightBounds& bounds, uint32_t child) {
   const Vec3 center = bounds.box.center();
   node.center_x[i] = center.x, node.center_y[i] = center.y, node.center_z[i] = center.z;
-  node.radius2[i] = std::copysign(0.25f * length_squared(bounds.box.diagonal()), bounds.is_two_sided ? -1.0f : 1.0f);
+  node.radius[i] = std::copysign(0.5f * length(bounds.box.diagonal()), bounds.is_two_sided ? -1.0f : 1.0f);
   node.axis_x[i] = bounds.axis.x, node.axis_y[i] = bounds.axis.y, node.axis_z[i] = bounds.axis.z;
-  node.cos_normals[i] = bounds.cos_normals, node.cos_emission[i] = bounds.cos_emission;
+  node.cos_normals[i] = bounds.cos_normals, node.sin_normals[i] = safe_sqrt(1.0f - sqr(bounds.cos_normals));
+  node.cos_emission[i] = bounds.cos_emission;
   node.intensity[i] = bounds.intensity;
   node.child[i] = child;
 }

@@ -340,6 +340,21 @@ std::vector<Instruction> slice(MaterialProgram& p, bool (*is_wanted)(const Mater
   return {result.rbegin(), result.rend()};
 }
 
+/// Fills `input_values` and the masks of registers.
+void place_constants(MaterialProgram& p) {
+  p.input_values.clear();
+  for (const Operand operand : p.inputs)
+    p.input_values.push_back(operand.is_constant() ? p.constants[static_cast<size_t>(operand.index())] : Vec3{});
+  for (std::vector<Instruction>* list : {&p.instructions, &p.emission_instructions, &p.transparency_instructions}) {
+    for (Instruction& instruction : *list) {
+      const std::span<const Operand> in = operands_of(p, instruction);
+      instruction.register_inputs = 0;
+      for (size_t i = 0; i < in.size(); ++i)
+        if (!in[i].is_constant()) instruction.register_inputs |= 1u << i;
+    }
+  }
+}
+
 }  // namespace
 
 void finish_program(MaterialProgram& program, int image_count) {
@@ -370,6 +385,7 @@ void finish_program(MaterialProgram& program, int image_count) {
   for (const std::string& name : program.attribute_names) program.attribute_hashes.push_back(attribute_name_hash(name));
   program.emission_instructions = slice(program, may_emit_light, matters_to_emission);
   program.transparency_instructions = slice(program, may_pass_light, matters_to_transparency);
+  place_constants(program);
 }
 
 }  // namespace cistern

@@ -60,6 +60,7 @@ struct Instruction {
   uint32_t first_input = 0;  // into MaterialProgram::inputs
   /// Static parameters by position, as `op_table` lists them: enum values, image and table indices, flags, shift.
   int32_t parameters[4] = {0, 0, 0, 0};
+  uint32_t register_inputs = 0;  // derived by `finish_program`: bit i is set where input i is a register
 };
 
 /// A node tree flattened to instructions on registers. Constants are folded by the exporter, so that most
@@ -76,6 +77,8 @@ struct MaterialProgram {
   uint16_t register_count = 0;
 
   // Derived by `finish_program`.
+  /// Beside `inputs`: the constants where they are read, so that closures need not gather them at every hit.
+  std::vector<Vec3> input_values;
   std::vector<uint32_t> attribute_hashes;  // attribute_name_hash of attribute_names
   /// The instructions that emission (transparency) depends on, in order; operands without influence are constant 0.
   std::vector<Instruction> emission_instructions, transparency_instructions;

@@ -41,7 +41,7 @@ float bump_shadowing(Vec3 ns, Vec3 n, Vec3 wi) {
   return 2.0f / (1.0f + std::sqrt(1.0f + tan_squared));
 }
 
-LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, Vec3 wi, bool is_above) {
+LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, bool is_above) {
   return std::visit(
       [&](const auto& model) -> LobeEvaluation {
         if ((dot(model.n, wi) > 0.0f) != is_above) return {};
@@ -69,7 +69,7 @@ bool is_visible_to(uint8_t visibility, ScatterKind kind) {
 }
 
 /// evaluate_bsdf, and the density of lobe `chosen` alone: 0 says that lobe cannot have produced wi.
-BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, Vec3 wi, uint8_t visibility, int chosen, float* chosen_pdf) {
+BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility, int chosen, float* chosen_pdf) {
   BsdfEvaluation result;
   const bool is_above = dot(bsdf.ng, wi) > 0.0f;
   for (int i = 0; i < bsdf.count; ++i) {
@@ -128,7 +128,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   return *this;
 }
 
-BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, Vec3 wi, uint8_t visibility) {
+BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility) {
   constexpr int kNone = -1;
   return evaluate_lobes(bsdf, wi, visibility, kNone, nullptr);
 }

@@ -102,7 +102,7 @@ struct BsdfEvaluation {
 };
 /// Lobes whose kind (diffuse, glossy, transmission) is not among the RayVisibility bits of `visibility` add nothing to
 /// f but stay in the pdf: so lights can be hidden from a kind of scattering.
-BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, Vec3 wi, uint8_t visibility = kVisibleToAll);
+BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility = kVisibleToAll);
 
 /// One direction. Weights are f cos / pdf over all lobes (for a delta lobe: its own weight / probability).
 /// `pdf` is per solid angle, or for `is_delta` the discrete probability of the lobe.

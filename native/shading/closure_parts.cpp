@@ -5,13 +5,8 @@
 
 namespace cistern {
 
-Vec3 specular_normal(Vec3 n, const SurfacePoint& point) {
-  if (n == point.ng) return n;
-  // The mirror direction may be as shallow as the view.
-  constexpr float kMinCosine = 0.01f, kFractionOfView = 0.9f;  // as Cycles
-  const float view_z = dot(point.wo, point.ng);
-  const float lowest = std::min(kFractionOfView * view_z, kMinCosine);
-  if (dot(point.ng, reflect(point.wo, n)) >= lowest) return n;
+Vec3 bent_normal(const Vec3& n, const SurfacePoint& point) {
+  const float view_z = dot(point.wo, point.ng), lowest = lowest_mirror_cosine(point);
   // In the plane of n (x) and ng (z) look for a unit N with 2 (N.wo) N.z - wo.z = lowest. Squared, that is a quadratic
   // in N.z^2; which root is right depends on the side of wo.
   const Vec3 x = normalize_or(n - dot(n, point.ng) * point.ng, n);
@@ -69,11 +64,11 @@ MicrofacetLobe make_refraction(Vec3 n, float roughness, float ior, const Surface
 
 Rgb mean_schlick_reflectance(const MicrofacetLobe& lobe) {
   if (lobe.transmits && !is_black(lobe.transmission_tint)) return lobe.transmission_tint;
-  const float s = fresnel_fraction(fresnel_dielectric_average(lobe.ior), f0_from_ior(lobe.ior));
+  const float s = fresnel_fraction(fresnel_dielectric_average(lobe.ior), lobe.ior);
   return lobe.reflection_tint * lerp(lobe.f0, lobe.f90_or_b, s);
 }
 
-Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe lobe, Rgb weight, std::optional<Rgb> mean_reflectance) {
+Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe& lobe, Rgb weight, const std::optional<Rgb>& mean_reflectance) {
   Rgb w = non_negative(weight);
   if (is_negligible(w)) return Rgb(0.0f);
   const Rgb albedo = lobe.fresnel == FresnelModel::NONE ? Rgb(1.0f) : microfacet_albedo(lobe, bsdf.wo);

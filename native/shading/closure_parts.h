@@ -19,9 +19,20 @@ inline bool is_negligible(Rgb weight) { return !(average(weight) >= kNegligibleW
 /// The closure's normal, unit; the interpolated one where the node gives none.
 inline Vec3 closure_normal(Vec3 n, const SurfacePoint& point) { return n == point.ns ? n : normalize_or(n, point.ns); }
 
+/// Cosine to ng that `specular_normal` demands of the mirror direction, which may be as shallow as the view.
+inline float lowest_mirror_cosine(const SurfacePoint& point) {
+  constexpr float kMinCosine = 0.01f, kFractionOfView = 0.9f;  // as Cycles
+  return std::min(kFractionOfView * dot(point.wo, point.ng), kMinCosine);
+}
+/// The normal in the plane of `n` and ng that reflects wo by just that cosine.
+Vec3 bent_normal(const Vec3& n, const SurfacePoint& point);
+
 /// `n`, or as little bent towards ng as lifts the mirror direction of wo just above the surface. For specular lobes:
 /// without it the outlines of coarse smooth meshes, and steep bumps, would reflect nothing.
-Vec3 specular_normal(Vec3 n, const SurfacePoint& point);
+inline Vec3 specular_normal(Vec3 n, const SurfacePoint& point) {
+  if (n == point.ng || dot(point.ng, reflect(point.wo, n)) >= lowest_mirror_cosine(point)) return n;
+  return bent_normal(n, point);
+}
 
 /// Anisotropic alphas and tangent; isotropic without a usable tangent. `rotation` in turns around `axis`.
 struct Anisotropy {
@@ -45,7 +56,7 @@ Rgb mean_schlick_reflectance(const MicrofacetLobe& lobe);
 
 /// Appends the lobe, to be sampled in proportion to its albedo, and returns that albedo, weight included: black where
 /// the weight is negligible. With a `mean_reflectance`, light lost between facets is added back.
-Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe lobe, Rgb weight, std::optional<Rgb> mean_reflectance);
+Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe& lobe, Rgb weight, const std::optional<Rgb>& mean_reflectance);
 
 /// Appends a lobe whose albedo is its weight, unless that is negligible.
 template <class Model>

@@ -53,7 +53,7 @@ void add_glass(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, 
 
 void add_refraction(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoint& point) {
   const Vec3 n = specular_normal(closure_normal(in[4], point), point);
-  const MicrofacetLobe lobe = make_refraction(n, in[2].x, in[3].x, point, false);
+  MicrofacetLobe lobe = make_refraction(n, in[2].x, in[3].x, point, false);
   add_microfacet(bsdf, lobe, in[0].x * to_rgb(in[1]), {});
 }
 

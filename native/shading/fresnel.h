@@ -30,9 +30,10 @@ inline float fresnel_dielectric(float cos_i, float eta, float* cos_t = nullptr) 
   return 0.5f * (s * s + p * p);
 }
 
-/// Where the true curve stands between its value head-on (0) and 1: used to stretch it over F0 ... F90.
-inline float fresnel_fraction(float reflectance, float f0_real) {
-  return f0_real < 1.0f ? clamp01((reflectance - f0_real) / (1.0f - f0_real)) : 1.0f;
+/// Where a reflectance of the dielectric of that index stands between its value head-on (0) and 1, (F - F0) / (1 - F0):
+/// used to stretch the curve over F0 ... F90.
+inline float fresnel_fraction(float reflectance, float ior) {
+  return clamp01((reflectance * sqr(ior + 1.0f) - sqr(ior - 1.0f)) / (4.0f * ior));
 }
 
 /// Integral of 2 cos F(cos) over [0, 1] for a dielectric. [Kulla and Conty 2017, Revisiting Physically Based Shading at

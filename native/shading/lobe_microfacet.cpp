@@ -34,7 +34,7 @@ Rgb facet_reflectance(const MicrofacetLobe& lobe, float cos_o, float* cos_t) {
       return Rgb(fresnel_dielectric(cos_o, lobe.ior, cos_t));
     case FresnelModel::GENERALIZED_SCHLICK: {
       const float real = fresnel_dielectric(cos_o, lobe.ior, cos_t);
-      return lerp(lobe.f0, lobe.f90_or_b, fresnel_fraction(real, f0_from_ior(lobe.ior)));
+      return lerp(lobe.f0, lobe.f90_or_b, fresnel_fraction(real, lobe.ior));
     }
     case FresnelModel::F82_TINT:
       return fresnel_f82(cos_o, lobe.f0, lobe.f90_or_b);
@@ -70,14 +70,56 @@ std::optional<Branch> choose_branch(const MicrofacetLobe& lobe, Vec3 wo, Vec3 h,
                 true};
 }
 
-float table_roughness(const MicrofacetLobe& lobe) { return std::sqrt(std::sqrt(lobe.alpha_x * lobe.alpha_y)); }
+float table_roughness(const MicrofacetLobe& lobe) {
+  if (lobe.alpha_x == lobe.alpha_y) return std::sqrt(lobe.alpha_x);
+  return std::sqrt(std::sqrt(lobe.alpha_x * lobe.alpha_y));
+}
+
+/// Isotropic lobes that only reflect, which nearly all are, need neither a tangent frame nor a branch: with
+/// q(w) = cos_w (1 + 2 Lambda(w)) = sqrt(alpha^2 + (1 - alpha^2) cos_w^2), f cos_i = F D cos_i / (2 (q_o cos_i + q_i
+/// cos_o)) and the density is D / (2 (cos_o + q_o)).
+LobeEvaluation evaluate_isotropic_reflection(const MicrofacetLobe& lobe, const Vec3& wo, const Vec3& wi, float cos_i) {
+  const float cos_o = dot(lobe.n, wo);
+  if (cos_o <= 0.0f) return {};
+  const Vec3 h = normalize(wo + wi);  // both are on the side of n
+  const Rgb reflectance = facet_fresnel(lobe, dot(wo, h)).reflectance;
+  if (is_black(reflectance)) return {};
+  const float alpha2 = sqr(lobe.alpha_x);
+  const float e = length_squared(cross(lobe.n, h)) + alpha2 * sqr(dot(lobe.n, h));
+  const float density = kInvPi * alpha2 / sqr(e);
+  const float q_o = std::sqrt(alpha2 + (1.0f - alpha2) * sqr(cos_o));
+  const float q_i = std::sqrt(alpha2 + (1.0f - alpha2) * sqr(cos_i));
+  return {reflectance * (0.5f * lobe.energy_scale * density * cos_i / (q_o * cos_i + q_i * cos_o)),
+          0.5f * density / (cos_o + q_o)};
+}
+
+/// Mean of the reflectance over the visible normals: from the tables, or of the macrosurface where there are none.
+Rgb mean_over_normals(const MicrofacetLobe& lobe, float mu) {
+  switch (lobe.fresnel) {
+    case FresnelModel::GENERALIZED_SCHLICK:
+      return lerp(lobe.f0, lobe.f90_or_b, ggx_dielectric_fresnel_fraction(table_roughness(lobe), mu, lobe.ior)) *
+             lobe.reflection_tint;
+    case FresnelModel::F82_TINT:
+      return lerp(lobe.f0, Rgb(1.0f), ggx_schlick_fresnel_fraction(table_roughness(lobe), mu));
+    case FresnelModel::DIELECTRIC:
+      if (lobe.ior > 1.0f) {
+        const float s = ggx_dielectric_fresnel_fraction(table_roughness(lobe), mu, lobe.ior);
+        return Rgb(lerp(f0_from_ior(lobe.ior), 1.0f, s)) * lobe.reflection_tint;
+      }
+      break;
+    case FresnelModel::NONE:
+      break;
+  }
+  return facet_fresnel(lobe, mu).reflectance;
+}
 
 }  // namespace
 
-LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, Vec3 wo, Vec3 wi) {
+LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, const Vec3& wo, const Vec3& wi) {
   const float cos_wi = dot(lobe.n, wi);
   const bool is_transmission = cos_wi < 0.0f;
   if (cos_wi == 0.0f || !(is_transmission ? lobe.transmits : lobe.reflects) || is_delta(lobe)) return {};
+  if (!lobe.transmits && lobe.alpha_x == lobe.alpha_y) return evaluate_isotropic_reflection(lobe, wo, wi, cos_wi);
   const Frame frame = frame_of(lobe);
   const Vec3 o = frame.to_local(wo), i = frame.to_local(wi);
   if (o.z <= 0.0f) return {};
@@ -101,12 +143,16 @@ LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, Vec3 wo, Vec3 wi) {
           (is_transmission ? 1.0f - p_reflect : p_reflect) * common / (1.0f + lambda_o)};
 }
 
-std::optional<Vec3> sample_lobe(const MicrofacetLobe& lobe, Vec3 wo, float u_branch, Vec2 u) {
+std::optional<Vec3> sample_lobe(const MicrofacetLobe& lobe, const Vec3& wo, float u_branch, Vec2 u) {
   const Frame frame = frame_of(lobe);
   const Vec3 o = frame.to_local(wo);
   if (o.z <= 0.0f) return {};
-  const std::optional<Branch> branch =
-      choose_branch(lobe, o, sample_ggx_visible_normal(alpha_of(lobe), o, u), u_branch);
+  const Vec3 h = sample_ggx_visible_normal(alpha_of(lobe), o, u);
+  if (!lobe.transmits) {
+    const Vec3 i = reflect(o, h);
+    return i.z > 0.0f ? std::optional(frame.to_world(i)) : std::nullopt;
+  }
+  const std::optional<Branch> branch = choose_branch(lobe, o, h, u_branch);
   if (!branch || branch->wi.z == 0.0f || (branch->wi.z < 0.0f) != branch->is_transmission) return {};
   return frame.to_world(branch->wi);
 }
@@ -117,32 +163,14 @@ std::optional<DeltaSample> sample_delta_lobe(const MicrofacetLobe& lobe, Vec3 wo
   return DeltaSample{normalize(branch->wi), branch->f * lobe.energy_scale, branch->probability};
 }
 
-Rgb microfacet_albedo(const MicrofacetLobe& lobe, Vec3 wo) {
+Rgb microfacet_albedo(const MicrofacetLobe& lobe, const Vec3& wo) {
   const float mu = clamp01(dot(lobe.n, wo));
-  FresnelTerms terms = facet_fresnel(lobe, mu);
-  if (is_black(terms.reflectance)) return terms.transmittance;
-  switch (lobe.fresnel) {
-    case FresnelModel::GENERALIZED_SCHLICK: {
-      const float s = ggx_dielectric_fresnel_fraction(table_roughness(lobe), mu, lobe.ior);
-      terms.reflectance = lerp(lobe.f0, lobe.f90_or_b, s) * lobe.reflection_tint;
-      break;
-    }
-    case FresnelModel::F82_TINT:
-      terms.reflectance = lerp(lobe.f0, Rgb(1.0f), ggx_schlick_fresnel_fraction(table_roughness(lobe), mu));
-      break;
-    case FresnelModel::DIELECTRIC:
-      if (lobe.ior > 1.0f) {
-        const float s = ggx_dielectric_fresnel_fraction(table_roughness(lobe), mu, lobe.ior);
-        terms.reflectance = Rgb(lerp(f0_from_ior(lobe.ior), 1.0f, s)) * lobe.reflection_tint;
-      }
-      break;
-    case FresnelModel::NONE:
-      break;
-  }
-  return terms.reflectance + terms.transmittance;
+  if (!lobe.transmits) return mean_over_normals(lobe, mu);
+  const FresnelTerms terms = facet_fresnel(lobe, mu);
+  return terms.transmittance + (is_black(terms.reflectance) ? Rgb(0.0f) : mean_over_normals(lobe, mu));
 }
 
-Rgb compensate_energy(MicrofacetLobe& lobe, Vec3 wo, Rgb mean_reflectance) {
+Rgb compensate_energy(MicrofacetLobe& lobe, const Vec3& wo, const Rgb& mean_reflectance) {
   const float mu = dot(lobe.n, wo);
   const float roughness = table_roughness(lobe);
   const bool is_glass = lobe.reflects && lobe.transmits;

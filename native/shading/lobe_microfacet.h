@@ -15,9 +15,9 @@ inline constexpr float kDeltaAlphaProduct = 2e-10f;
 inline bool is_delta(const MicrofacetLobe& lobe) { return lobe.alpha_x * lobe.alpha_y <= kDeltaAlphaProduct; }
 
 /// Zero for a delta lobe and below the surface.
-LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, Vec3 wo, Vec3 wi);
+LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, const Vec3& wo, const Vec3& wi);
 /// Not for delta lobes. `u_branch` chooses between reflection and refraction.
-std::optional<Vec3> sample_lobe(const MicrofacetLobe& lobe, Vec3 wo, float u_branch, Vec2 u);
+std::optional<Vec3> sample_lobe(const MicrofacetLobe& lobe, const Vec3& wo, float u_branch, Vec2 u);
 
 struct DeltaSample {
   Vec3 wi;
@@ -29,11 +29,11 @@ std::optional<DeltaSample> sample_delta_lobe(const MicrofacetLobe& lobe, Vec3 wo
 
 /// Estimate of the directional albedo, energy lost between facets taken as returned; lobe weight not included.
 /// [tables: albedo_tables.h]
-Rgb microfacet_albedo(const MicrofacetLobe& lobe, Vec3 wo);
+Rgb microfacet_albedo(const MicrofacetLobe& lobe, const Vec3& wo);
 
 /// Sets `energy_scale` so that a lobe without Fresnel reflects everything, and returns by how much the lobe's weight
 /// must be multiplied for the light that was absorbed on further bounces, given the mean reflectance of one bounce.
 /// [Kulla and Conty 2017, appendix; Turquin 2019, Practical multiple scattering compensation for microfacet models]
-Rgb compensate_energy(MicrofacetLobe& lobe, Vec3 wo, Rgb mean_reflectance);
+Rgb compensate_energy(MicrofacetLobe& lobe, const Vec3& wo, const Rgb& mean_reflectance);
 
 }  // namespace cistern

@@ -1,5 +1,7 @@
 #include "shading/material.h"
 
+#include <algorithm>
+#include <bit>
 #include <limits>
 #include <span>
 
@@ -34,17 +36,19 @@ template <typename OnClosure>
 void run(const NodeContext& context, std::span<const Instruction> instructions, OnClosure on_closure) {
   const MaterialProgram& program = context.program;
   Registers registers;
-  Vec3 in[kMaxInputs];
+  Vec3 gathered[kMaxInputs];
   for (const Instruction& instruction : instructions) {
-    const Operand* operands = program.inputs.data() + instruction.first_input;
     const bool ends_here = is_closure(instruction.op);
-    for (size_t i = 0; i < instruction.input_count; ++i) {
-      const size_t index = static_cast<size_t>(operands[i].index());
-      if (operands[i].is_constant()) {
-        in[i] = program.constants[index];
-      } else {
-        in[i] = ends_here ? finite_or_zero(registers.read(index)) : registers.read(index);
+    const Vec3* in = program.input_values.data() + instruction.first_input;
+    if (instruction.register_inputs != 0) {
+      std::copy_n(in, instruction.input_count, gathered);
+      const Operand* operands = program.inputs.data() + instruction.first_input;
+      for (uint32_t left = instruction.register_inputs; left != 0; left &= left - 1) {
+        const auto i = static_cast<size_t>(std::countr_zero(left));
+        const Vec3 value = registers.read(static_cast<size_t>(operands[i].index()));
+        gathered[i] = ends_here ? finite_or_zero(value) : value;
       }
+      in = gathered;
     }
     if (ends_here) {
       on_closure(instruction, std::span<const Vec3>(in, instruction.input_count));

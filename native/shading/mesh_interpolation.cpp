@@ -31,15 +31,17 @@ Vec3 interpolate_position(const Mesh& mesh, uint32_t triangle, Vec2 barycentric)
   return w * mesh.positions[v[0]] + barycentric.x * mesh.positions[v[1]] + barycentric.y * mesh.positions[v[2]];
 }
 
+Vec3 blend_normals(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
+  const TriangleIndices e = element_indices(mesh, triangle, mesh.normals_domain);
+  const float w = 1.0f - barycentric.x - barycentric.y;
+  return w * decode_octahedral(mesh.normals[e[0]]) + barycentric.x * decode_octahedral(mesh.normals[e[1]]) +
+         barycentric.y * decode_octahedral(mesh.normals[e[2]]);
+}
+
 Vec3 interpolate_normal(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
   const Vec3 flat = triangle_normal(mesh, triangle);
-  Vec3 n = flat;
-  if (mesh.normals_domain != Domain::FACE && !mesh.normals.empty()) {
-    const TriangleIndices e = element_indices(mesh, triangle, mesh.normals_domain);
-    const float w = 1.0f - barycentric.x - barycentric.y;
-    n = w * decode_octahedral(mesh.normals[e[0]]) + barycentric.x * decode_octahedral(mesh.normals[e[1]]) +
-        barycentric.y * decode_octahedral(mesh.normals[e[2]]);
-  }
+  const bool is_stored = mesh.normals_domain != Domain::FACE && !mesh.normals.empty();
+  const Vec3 n = is_stored ? blend_normals(mesh, triangle, barycentric) : flat;
   return normalize_or(n, normalize_or(flat, {0.0f, 0.0f, 1.0f}));
 }
 

@@ -13,6 +13,9 @@ Vec3 interpolate_position(const Mesh& mesh, uint32_t triangle, Vec2 barycentric)
 /// Unit normal on the side the winding faces: stored normals interpolated, or the triangle's own where there are none.
 Vec3 interpolate_normal(const Mesh& mesh, uint32_t triangle, Vec2 barycentric);
 
+/// Stored normals (the mesh has some, at points or corners) interpolated, not normalised; 0 where they cancel.
+Vec3 blend_normals(const Mesh& mesh, uint32_t triangle, Vec2 barycentric);
+
 /// See `surface_attribute`.
 AttributeValue interpolate_attribute(const Mesh& mesh, uint32_t triangle, Vec2 barycentric, int index);
 

@@ -42,7 +42,7 @@ SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& h
   point.ng = normalize_or(hit.normal, point.wo);
   point.ns = point.ng;
   if (mesh.normals_domain != Domain::FACE && !mesh.normals.empty()) {
-    const Vec3 n = interpolate_normal(mesh, hit.triangle, point.barycentric);
+    const Vec3 n = blend_normals(mesh, hit.triangle, point.barycentric);
     point.ns = normalize_or(transform_normal(instance.object_to_world, n), point.ng);
   }
   point.is_backface = dot(point.ng, point.wo) < 0.0f;

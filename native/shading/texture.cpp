@@ -3,15 +3,13 @@
 #include <immintrin.h>
 
 #include <array>
+#include <cstring>
 
 namespace cistern {
 namespace {
 
-struct Rgba {
-  float r = 0.0f, g = 0.0f, b = 0.0f, a = 0.0f;
-  friend Rgba operator+(Rgba x, Rgba y) { return {x.r + y.r, x.g + y.g, x.b + y.b, x.a + y.a}; }
-  friend Rgba operator*(float s, Rgba x) { return {s * x.r, s * x.g, s * x.b, s * x.a}; }
-};
+/// Red, green, blue, alpha: one lane each.
+using Rgba = __m128;
 
 constexpr float kMaxTexel = 1e9f;  // coordinates beyond it, and NaN, read texel 0: they have no meaning as int
 
@@ -27,23 +25,44 @@ float stored_value(const void* pixels, size_t i) {
   if constexpr (F == PixelFormat::FLOAT) return static_cast<const float*>(pixels)[i];
 }
 
+/// Three or four channels from `i` on; without a fourth the last lane is 0.
+template <PixelFormat F>
+Rgba stored_color(const void* pixels, size_t i, bool has_four) {
+  if constexpr (F == PixelFormat::U8) {
+    const uint8_t* p = static_cast<const uint8_t*>(pixels) + i;
+    uint16_t low;
+    std::memcpy(&low, p, sizeof(low));
+    const unsigned high = p[2] | (has_four ? unsigned{p[3]} << 8 : 0u);
+    const __m128i bytes = _mm_cvtsi32_si128(static_cast<int>(low | high << 16));
+    return _mm_cvtepi32_ps(_mm_cvtepu8_epi32(bytes)) * _mm_set1_ps(1.0f / 255.0f);
+  } else {
+    return _mm_setr_ps(stored_value<F>(pixels, i), stored_value<F>(pixels, i + 1), stored_value<F>(pixels, i + 2),
+                       has_four ? stored_value<F>(pixels, i + 3) : 0.0f);
+  }
+}
+
 template <PixelFormat F>
 Rgba fetch(const Image& image, int x, int y) {
+  constexpr int kAlphaLane = 8;
   const size_t channels = static_cast<size_t>(image.channels);
   const size_t i = (static_cast<size_t>(y) * static_cast<size_t>(image.width) + static_cast<size_t>(x)) * channels;
   const void* p = image.pixels.get();
-  const float first = stored_value<F>(p, i);
   const bool has_alpha = (channels == 2 || channels == 4) && image.alpha != AlphaMode::IGNORED;
-  const float alpha = has_alpha ? stored_value<F>(p, i + channels - 1) : 1.0f;
+  if (channels >= 3) {
+    const Rgba color = stored_color<F>(p, i, has_alpha);
+    if (!has_alpha) return _mm_blend_ps(color, _mm_set1_ps(1.0f), kAlphaLane);
+    if (image.alpha != AlphaMode::STRAIGHT) return color;
+    return _mm_blend_ps(color * _mm_permute_ps(color, 0xff), color, kAlphaLane);
+  }
+  const float value = stored_value<F>(p, i), alpha = has_alpha ? stored_value<F>(p, i + 1) : 1.0f;
   const float scale = image.alpha == AlphaMode::STRAIGHT ? alpha : 1.0f;
-  if (channels < 3) return {scale * first, scale * first, scale * first, alpha};
-  return {scale * first, scale * stored_value<F>(p, i + 1), scale * stored_value<F>(p, i + 2), alpha};
+  return _mm_blend_ps(_mm_set1_ps(scale * value), _mm_set1_ps(alpha), kAlphaLane);
 }
 
 /// Outside of the image: transparent black. Only CLIP asks for such texels.
 template <PixelFormat F>
 Rgba fetch_clipped(const Image& image, int x, int y) {
-  if (x < 0 || y < 0 || x >= image.width || y >= image.height) return {};
+  if (x < 0 || y < 0 || x >= image.width || y >= image.height) return _mm_setzero_ps();
   return fetch<F>(image, x, y);
 }
 
@@ -96,8 +115,10 @@ Rgba filter_linear(const Image& image, float u, float v, Extension extension) {
   const int x0 = wrap(px.index, image.width, extension), x1 = wrap(px.index + 1, image.width, extension);
   const int y0 = wrap(py.index, image.height, extension), y1 = wrap(py.index + 1, image.height, extension);
   const float tx = px.fraction, ty = py.fraction;
-  return (1.0f - ty) * ((1.0f - tx) * fetch_clipped<F>(image, x0, y0) + tx * fetch_clipped<F>(image, x1, y0)) +
-         ty * ((1.0f - tx) * fetch_clipped<F>(image, x0, y1) + tx * fetch_clipped<F>(image, x1, y1));
+  const auto row = [&](int y) {
+    return (1.0f - tx) * fetch_clipped<F>(image, x0, y) + tx * fetch_clipped<F>(image, x1, y);
+  };
+  return (1.0f - ty) * row(y0) + ty * row(y1);
 }
 
 /// Uniform cubic B-spline: smooths, never overshoots.
@@ -112,10 +133,10 @@ Rgba filter_cubic(const Image& image, float u, float v, Extension extension) {
   const TexelPosition px = texel_position(u * static_cast<float>(image.width) - 0.5f);
   const TexelPosition py = texel_position(v * static_cast<float>(image.height) - 0.5f);
   const std::array<float, 4> wx = spline_weights(px.fraction), wy = spline_weights(py.fraction);
-  Rgba sum;
+  Rgba sum = _mm_setzero_ps();
   for (int j = 0; j < 4; ++j) {
     const int y = wrap(py.index + j - 1, image.height, extension);
-    Rgba row;
+    Rgba row = _mm_setzero_ps();
     for (int i = 0; i < 4; ++i) {
       const int x = wrap(px.index + i - 1, image.width, extension);
       row = row + wx[static_cast<size_t>(i)] * fetch_clipped<F>(image, x, y);
@@ -170,13 +191,14 @@ Rgb to_working_space(const std::array<float, 9>& m, Rgb c) {
 
 /// From a filtered value. Encoded colours are divided by alpha before they are decoded, as in Cycles.
 Texel decode(const Image& image, Rgba stored, ColorAlpha color_alpha) {
-  Rgb color{stored.r, stored.g, stored.b};
-  const bool is_multiplied = image.alpha != AlphaMode::INDEPENDENT && stored.a != 0.0f && stored.a != 1.0f;
-  if (is_multiplied && color_alpha == ColorAlpha::DIVIDED) color = color / stored.a;
+  Rgb color{stored[0], stored[1], stored[2]};
+  const float alpha = stored[3];
+  const bool is_multiplied = image.alpha != AlphaMode::INDEPENDENT && alpha != 0.0f && alpha != 1.0f;
+  if (is_multiplied && color_alpha == ColorAlpha::DIVIDED) color = color / alpha;
   if (image.transfer == TransferCurve::SRGB)
     color = {srgb_to_linear(color.r), srgb_to_linear(color.g), srgb_to_linear(color.b)};
   if (image.has_colour_matrix) color = to_working_space(image.to_working_space, color);
-  return {color, stored.a};
+  return {color, alpha};
 }
 
 }  // namespace

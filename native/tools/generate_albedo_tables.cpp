@@ -72,7 +72,7 @@ struct VisibleNormal {
   }
 
   float dielectric_fraction(float eta) const {
-    return shadowing > 0.0f ? fresnel_fraction(fresnel_dielectric(cos_h, eta), f0_from_ior(eta)) : 0.0f;
+    return shadowing > 0.0f ? fresnel_fraction(fresnel_dielectric(cos_h, eta), eta) : 0.0f;
   }
 
   float schlick_fraction() const {
