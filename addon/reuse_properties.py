@@ -12,7 +12,9 @@ from bpy.props import BoolProperty, FloatProperty, IntProperty
 MAX_CANDIDATES = 1024
 MAX_NEIGHBOURS = 32
 MAX_ROUNDS = 16
-MAX_CACHED = 64
+MAX_CACHED = 32
+MAX_CACHE_CANDIDATES = 2**16
+MAX_REFRESH = 2**16
 
 
 class ReuseSettings:
@@ -108,23 +110,24 @@ class ReuseSettings:
     cache_candidates: IntProperty(
         name="Cache Candidates",
         description=(
-            "Pairs of a surface point and a light sample, of which one is kept for each prepared sample. "
+            "Pairs of a surface point and a light sample that the prepared samples of a cell are chosen from. "
             "0 means 1024 [Stefanescu 2025, §4.2]"
         ),
         default=0,
         min=0,
         soft_max=4096,
-        max=2**20,
+        max=MAX_CACHE_CANDIDATES,
     )
     cache_refresh: IntProperty(
         name="Cache Refresh",
         description=(
-            "Prepared samples of each cell that are drawn anew for every sample of the picture, in turn, so that the "
-            "errors of a cell average out. 0 means 1; as published, with fast weights, they stay as they are"
+            "Samples per pixel after which the prepared samples of a cell are drawn anew, so that its errors average "
+            "out. 0 means 32; with fast weights they stay as they are, as published [Stefanescu 2025, §3.1]"
         ),
         default=0,
         min=0,
-        max=MAX_CACHED,
+        soft_max=256,
+        max=MAX_REFRESH,
     )
     cell_pixels: FloatProperty(
         name="Cell Size",

@@ -79,7 +79,7 @@ PARAMETERS = (
     Parameter("use_visibility_reuse", OFF),
     Parameter("cache_reservoirs", {"RESTIR_CACHE": 4}),
     Parameter("cache_candidates", {"RESTIR_CACHE": 1024}),
-    Parameter("cache_refresh", {"RESTIR_CACHE": 1}),
+    Parameter("cache_refresh", {"RESTIR_CACHE": 32}),
 )
 # Of every answer: passes and views show cells whether or not reuse works with them.
 CELL_PARAMETERS = (
