@@ -43,6 +43,10 @@ std::function<void(Settings&, const py::handle&)> grid(T GridSettings::*field) {
   return [field](Settings& s, const py::handle& value) { s.grid.*field = value.cast<T>(); };
 }
 
+std::function<void(Settings&, const py::handle&)> light_cache(int LightCacheSettings::*field) {
+  return [field](Settings& s, const py::handle& value) { s.light_cache.*field = value.cast<int>(); };
+}
+
 using Setter = std::function<void(Settings&, const py::handle&)>;
 
 Setter set_passes() {
@@ -74,9 +78,11 @@ std::map<std::string, Setter> make_setters() {
       {"samples", member(&Settings::samples)},
       {"seed", member(&Settings::seed)},
       {"threads", member(&Settings::threads)},
-      {"direct", choice<DirectAnswer>(
-                     "direct", &Settings::direct,
-                     {{"NEE", DirectAnswer::NEE}, {"RIS", DirectAnswer::RIS}, {"RESTIR", DirectAnswer::RESTIR}})},
+      {"direct", choice<DirectAnswer>("direct", &Settings::direct,
+                                      {{"NEE", DirectAnswer::NEE},
+                                       {"RIS", DirectAnswer::RIS},
+                                       {"RESTIR", DirectAnswer::RESTIR},
+                                       {"RESTIR_CACHE", DirectAnswer::RESTIR_CACHE}})},
       {"secondary", choice<SecondaryAnswer>("secondary", &Settings::secondary, {{"NEE", SecondaryAnswer::NEE}})},
       {"indirect", choice<IndirectAnswer>("indirect", &Settings::indirect, {{"PATH", IndirectAnswer::PATH}})},
       {"light_sampling", member(&Settings::light_sampling)},
@@ -114,6 +120,9 @@ std::map<std::string, Setter> make_reuse_setters() {
       {"spatial_radius", reuse(&DirectReuse::spatial_radius)},
       {"spatial_rounds", reuse(&DirectReuse::spatial_rounds)},
       {"visibility_reuse", reuse(&DirectReuse::visibility_reuse)},
+      {"cache_merged", light_cache(&LightCacheSettings::merged)},
+      {"cache_candidates", light_cache(&LightCacheSettings::candidates)},
+      {"cache_refresh", light_cache(&LightCacheSettings::refresh_frames)},
       {"cell_pixels", grid(&GridSettings::cell_pixels)},
       {"min_cell_size", grid(&GridSettings::min_cell_size)},
       {"normal_cells", grid(&GridSettings::use_normals)},

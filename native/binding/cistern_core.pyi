@@ -182,7 +182,7 @@ class Settings:
     samples: int  # >= 1
     seed: int
     threads: int  # 0: all
-    direct: str  # "NEE", "RIS", "RESTIR"
+    direct: str  # "NEE", "RIS", "RESTIR", "RESTIR_CACHE"
     secondary: str  # "NEE"
     indirect: str  # "PATH"
     bias: str  # "UNBIASED", "FAST"
@@ -195,6 +195,9 @@ class Settings:
     spatial_radius: float  # pixels
     spatial_rounds: int
     visibility_reuse: bool
+    cache_merged: int  # reservoirs of its cell that a visible point takes
+    cache_candidates: int  # (surface point, light) pairs behind the reservoirs of a cell
+    cache_refresh: int  # frames until all reservoirs of a cell have been made anew
     # Of the cells of the world-space grid; 0 for the default.
     cell_pixels: float  # edge of a cell as seen in the picture, in pixels
     min_cell_size: float  # smallest edge, as a share of the diagonal of the scene's box

@@ -17,9 +17,16 @@ GridLayout view_layout(const FrameContext& context) {
   return make_grid_layout(grid, camera, context.settings.seed, 0);
 }
 
+CellKey cache_key(const LightCacheCells& cells, const VisiblePoint& visible, bool with_normals) {
+  const LightCacheKey key = cells.key_of(visible.receiver.position, visible.ng);
+  if (key == kNoLightCacheKey) return kNoCell;
+  return with_normals ? key : key / LightCacheCells::kNormalBins;
+}
+
 }  // namespace
 
-bool show_cells(const FrameContext& context, Film& film, const StopCondition& stop) {
+bool show_cells(const FrameContext& context, const LightCacheCells* cache_cells, Film& film,
+                const StopCondition& stop) {
   if (!film.has(Pass::CELLS) && !film.has(Pass::CELL_OCCUPANCY)) return true;
   const Settings& s = context.settings;
   const GridLayout layout = view_layout(context);
@@ -31,7 +38,9 @@ bool show_cells(const FrameContext& context, Film& film, const StopCondition& st
     PathCapture capture;
     trace_path(context.paths, ray, sampler, scratch, &capture);
     const VisiblePoint& visible = capture.visible;
-    if (visible.exists) keys[pixel_of(x, y)] = cell_key(layout, visible.receiver.position, visible.receiver.n);
+    if (!visible.exists) return;
+    keys[pixel_of(x, y)] = cache_cells ? cache_key(*cache_cells, visible, s.grid.use_normals)
+                                       : cell_key(layout, visible.receiver.position, visible.receiver.n);
   };
   const auto nothing = [](const PathScratch&) {};
   if (!for_each_pixel<PathScratch>(film.width(), film.height(), stop, find_key, nothing)) return false;

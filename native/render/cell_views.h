@@ -7,7 +7,8 @@ namespace cistern {
 
 /// Fills the passes Cells (a colour per cell) and Cell Occupancy (how many of the picture's visible points share the
 /// cell) of a film that keeps one of them, from the visible points of frame 0: the grid without its random offset, so
-/// that cells look alike from frame to frame. Pixels without a visible point stay black. False if stopped early.
-bool show_cells(const FrameContext& context, Film& film, const StopCondition& stop);
+/// that cells look alike from frame to frame; or with `cache_cells` from those of the light cache. Pixels without a
+/// visible point stay black. False if stopped early.
+bool show_cells(const FrameContext& context, const LightCacheCells* cache_cells, Film& film, const StopCondition& stop);
 
 }  // namespace cistern

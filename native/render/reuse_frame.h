@@ -1,7 +1,6 @@
 #pragma once
 
-#include "render/frame.h"
-#include "restir/reservoir_direct_light.h"
+#include "render/direct_stage.h"
 
 namespace cistern {
 
@@ -9,7 +8,8 @@ namespace cistern {
 /// allocated with the first frame and reused.
 class ReuseFrame {
  public:
-  explicit ReuseFrame(const FrameContext& context);
+  /// `cache_cells`: for RESTIR_CACHE, else null.
+  ReuseFrame(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells);
 
   /// Adds one frame to the film; frames come in order. Does nothing to the film unless the last stage is reached, and
   /// pixels that stage does not reach when stopped early miss this frame. True if the frame was finished.
@@ -17,27 +17,20 @@ class ReuseFrame {
 
   size_t memory_bytes() const;
   /// Weights that were not finite, so far; they counted as zero.
-  uint64_t non_finite_weights() const { return non_finite_weights_; }
+  uint64_t non_finite_weights() const { return non_finite_weights_ + direct_.cache_non_finite_weights(); }
+  const DirectStage& direct() const { return direct_; }
 
  private:
-  struct Scratch;
-  bool find_visible_points(uint32_t frame, const StopCondition& stop);
-  bool reuse_in_time(uint32_t frame, const StopCondition& stop);
-  bool reuse_in_space(uint32_t frame, const StopCondition& stop);
-  bool shade(Film& film, const StopCondition& stop);
+  bool trace_paths(const FrameRun& run);
+  bool shade(const FrameRun& run, Film& film);
   void keep_history();
-  template <class Body>
-  bool for_pixels(const StopCondition& stop, const Body& body);
 
   FrameContext context_;
-  ReservoirDirectLight direct_;
-  int width_, height_;
+  DirectStage direct_;
   std::atomic<uint64_t> non_finite_weights_{0};
-  // By pixel, of the frame in the making.
+  // By pixel.
   std::vector<PathRecord> records_;
-  std::vector<VisiblePoint> visible_points_;
-  std::vector<LightReservoir> reservoirs_, reused_;
-  LightHistory history_;
+  std::vector<VisiblePoint> visible_points_, previous_visible_points_;
 };
 
 }  // namespace cistern

@@ -102,16 +102,23 @@ void Session::run() {
                               records_surfaces(settings_.passes)};
       const PixelFilter filter(settings_.pixel_filter, settings_.filter_width);
       const FrameContext context{settings_, paths, filter};
+      std::shared_ptr<const LightCacheCells> cache_cells;
+      if (settings_.direct == DirectAnswer::RESTIR_CACHE) {
+        const WorkMonitor monitor{[this] { return cancelled_.load(); }};
+        cache_cells = LightCacheCells::build(*scene_, static_cast<uint32_t>(settings_.light_cache.surface_points),
+                                             settings_.seed, monitor);
+        if (!cache_cells) return;
+      }
       std::optional<ReuseFrame> reuse;
-      if (settings_.direct != DirectAnswer::NEE) reuse.emplace(context);
+      if (settings_.direct != DirectAnswer::NEE) reuse.emplace(context, cache_cells);
       {
         std::lock_guard lock(mutex_);
-        progress_.memory_bytes = memory_bytes(*scene_) + accel->memory_bytes() + lights.memory_bytes() +
-                                 film_->memory_bytes() + (reuse ? reuse->memory_bytes() : 0);
+        progress_.memory_bytes =
+            memory_bytes(*scene_) + accel->memory_bytes() + lights.memory_bytes() + film_->memory_bytes();
         progress_.stage = "Rendering";
         rendering_since_ = Clock::now();
       }
-      if (!show_cells(context, *film_, {cancelled_, Clock::time_point::max()})) return;
+      if (!show_cells(context, cache_cells.get(), *film_, {cancelled_, Clock::time_point::max()})) return;
       render(context, reuse ? &*reuse : nullptr);
     });
     end(cancelled_ ? Status::CANCELLED : Status::DONE, "");
@@ -125,6 +132,7 @@ void Session::run() {
 /// `reuse` null: by the reference path tracer, whose frames come in batches.
 void Session::render(const FrameContext& context, ReuseFrame* reuse) {
   const auto frames = static_cast<uint32_t>(settings_.samples);
+  const size_t fixed_memory = progress_.memory_bytes;
   // Every pixel gets at least one sample: the limit holds from the second frame on.
   StopCondition stop{cancelled_, Clock::time_point::max()};
   const auto limit = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.time_limit));
@@ -140,7 +148,10 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse) {
     {
       std::lock_guard lock(mutex_);
       progress_.frames_done = static_cast<int>(frame);
-      if (reuse) progress_.non_finite_weights = reuse->non_finite_weights();
+      if (reuse) {
+        progress_.non_finite_weights = reuse->non_finite_weights();
+        progress_.memory_bytes = fixed_memory + reuse->memory_bytes();
+      }
       publish_now = wants_pixels_ && frame < frames;
     }
     if (publish_now) publish();

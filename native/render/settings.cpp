@@ -40,11 +40,12 @@ void check_limits(const PathLimits& limits) {
 /// The parameters of each answer as its paper gives them.
 DirectReuse paper_parameters(DirectAnswer direct, Bias bias) {
   DirectReuse p;
-  p.light_candidates = direct == DirectAnswer::RIS ? 8 : 32;
-  p.confidence_cap = 20.0f;
-  p.spatial_neighbours = 5;
-  p.spatial_radius = 30.0f;
-  p.spatial_rounds = bias == Bias::FAST ? 2 : 1;
+  const bool has_cache = direct == DirectAnswer::RESTIR_CACHE;
+  p.light_candidates = direct == DirectAnswer::RESTIR ? 32 : 8;
+  p.confidence_cap = has_cache ? 10.0f : 20.0f;
+  p.spatial_neighbours = has_cache ? 8 : 5;
+  p.spatial_radius = has_cache ? 5.0f : 30.0f;
+  p.spatial_rounds = bias == Bias::FAST && !has_cache ? 2 : 1;
   return p;
 }
 
@@ -70,6 +71,16 @@ void check_direct_reuse(const DirectReuse& reuse) {
   require("spatial_rounds", reuse.spatial_rounds, 0, 16);
 }
 
+void check_light_cache(LightCacheSettings& cache) {
+  const LightCacheSettings paper;
+  if (cache.merged == 0) cache.merged = paper.merged;
+  if (cache.candidates == 0) cache.candidates = paper.candidates;
+  if (cache.refresh_frames == 0) cache.refresh_frames = paper.refresh_frames;
+  require("cache_merged", cache.merged, 1, 32);
+  require("cache_candidates", cache.candidates, 1, 1 << 16);
+  require("cache_refresh", cache.refresh_frames, 1, 1 << 16);
+}
+
 }  // namespace
 
 void check_settings(Settings& s) {
@@ -83,6 +94,7 @@ void check_settings(Settings& s) {
   require("time_limit", s.time_limit, 0.0, 1e9);
   check_limits(s.limits);
   check_direct_reuse(s.direct_reuse);
+  check_light_cache(s.light_cache);
   if (s.grid.min_cell_size == 0.0f) s.grid.min_cell_size = kDefaultMinCellShare;
   if (s.grid.cell_pixels == 0.0f) s.grid.cell_pixels = GridSettings().cell_pixels;
   require("min_cell_size", s.grid.min_cell_size, 1e-6f, 1.0f);

@@ -7,7 +7,7 @@
 #include "film/pixel_filter.h"
 #include "grid/cell_key.h"
 #include "lights/light_set.h"
-#include "restir/reservoir_direct_light.h"
+#include "restir/cached_light_reservoirs.h"
 #include "transport/path_tracer.h"
 
 namespace cistern {
@@ -16,8 +16,9 @@ namespace cistern {
 /// point. NEE, NEE and PATH are the reference path tracer.
 enum class DirectAnswer : uint8_t {
   NEE,
-  RIS,     // light candidates resampled at each point by itself
-  RESTIR,  // [Bitterli 2020]
+  RIS,           // light candidates resampled at each point by itself
+  RESTIR,        // [Bitterli 2020]
+  RESTIR_CACHE,  // [Stefanescu 2025]
 };
 enum class SecondaryAnswer : uint8_t { NEE };
 enum class IndirectAnswer : uint8_t { PATH };
@@ -39,7 +40,8 @@ struct Settings {
   DirectAnswer direct = DirectAnswer::NEE;
   SecondaryAnswer secondary = SecondaryAnswer::NEE;
   IndirectAnswer indirect = IndirectAnswer::PATH;
-  DirectReuse direct_reuse;  // numbers that are 0 become the chosen answer's own
+  LightCacheSettings light_cache;  // of RESTIR_CACHE
+  DirectReuse direct_reuse;        // numbers that are 0 become the chosen answer's own
   /// Cells of the world-space grid; `min_cell_size` is here a share of the diagonal of the scene's box.
   GridSettings grid{.min_cell_size = kDefaultMinCellShare};
   LightSampling light_sampling = LightSampling::TREE;

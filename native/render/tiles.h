@@ -28,7 +28,7 @@ bool for_each_pixel(int width, int height, const StopCondition& stop, const Body
   std::atomic<bool> stopped{false};
   const auto visit_tile = [&](const tbb::blocked_range2d<int>& tile) {
     const FlushDenormals flush;
-    Scratch scratch;
+    Scratch scratch{};
     for (int y = tile.rows().begin(); y != tile.rows().end(); ++y) {
       if (stop.deadline_passed()) stopped = true;
       for (int x = tile.cols().begin(); x != tile.cols().end(); ++x) {

@@ -27,7 +27,7 @@ struct DirectReuse {
 /// What a frame leaves to the next.
 struct LightHistory {
   Camera camera;
-  std::vector<VisiblePoint> visible_points;  // by pixel; empty before the first frame
+  std::span<const VisiblePoint> visible_points;  // by pixel; empty before the first frame
   std::vector<LightReservoir> reservoirs;
 };
 

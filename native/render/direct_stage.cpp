@@ -1,0 +1,73 @@
+#include "render/direct_stage.h"
+
+namespace cistern {
+
+DirectStage::DirectStage(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells)
+    : context_(context),
+      direct_(context.paths, context.settings.direct_reuse, image_region(context.settings), context.settings.seed) {
+  const Settings& s = context.settings;
+  if (cache_cells)
+    cached_.emplace(context.paths, s.direct_reuse, s.light_cache, image_region(s), s.seed, std::move(cache_cells));
+  const size_t pixels = static_cast<size_t>(s.region.width) * static_cast<size_t>(s.region.height);
+  reservoirs_.resize(pixels);
+  if (s.direct_reuse.spatial_reuse) scratch_.resize(pixels);
+  if (s.direct_reuse.temporal_reuse && s.samples > 1) history_.reservoirs.reserve(pixels);
+}
+
+void DirectStage::start_pixel(const VisiblePoint& visible, uint32_t pixel, uint32_t frame, uint64_t& non_finite) {
+  reservoirs_[pixel] = {};
+  if (visible.exists && !cached_) reservoirs_[pixel] = direct_.initial_candidates(visible, pixel, frame, non_finite);
+}
+
+bool DirectStage::reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
+                        std::span<const VisiblePoint> previous) {
+  history_.visible_points = previous;
+  return merge_cache(run, visible) && reuse_in_time(run, visible) && reuse_in_space(run, visible);
+}
+
+bool DirectStage::merge_cache(const FrameRun& run, std::span<const VisiblePoint> visible) {
+  if (!cached_) return true;
+  const WorkMonitor monitor{[&] { return run.stop.cancelled || run.stop.deadline_passed(); }};
+  if (!cached_->prepare(visible, run.frame, monitor)) return false;
+  return run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+    if (visible[pixel].exists)
+      reservoirs_[pixel] = cached_->initial_candidates(visible[pixel], pixel, run.frame, non_finite);
+  });
+}
+
+bool DirectStage::reuse_in_time(const FrameRun& run, std::span<const VisiblePoint> visible) {
+  if (!context_.settings.direct_reuse.temporal_reuse || history_.reservoirs.empty()) return true;
+  return run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+    if (visible[pixel].exists)
+      reservoirs_[pixel] =
+          direct_.reuse_in_time(visible[pixel], reservoirs_[pixel], history_, pixel, run.frame, non_finite);
+  });
+}
+
+bool DirectStage::reuse_in_space(const FrameRun& run, std::span<const VisiblePoint> visible) {
+  const DirectReuse& reuse = context_.settings.direct_reuse;
+  for (int round = 0; reuse.spatial_reuse && round < reuse.spatial_rounds; ++round) {
+    const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+      scratch_[pixel] = visible[pixel].exists
+                            ? direct_.reuse_in_space(visible, reservoirs_, pixel, run.frame, round, non_finite)
+                            : LightReservoir{};
+    });
+    if (!done) return false;
+    std::swap(reservoirs_, scratch_);
+  }
+  return true;
+}
+
+void DirectStage::keep_history() {
+  if (!context_.settings.direct_reuse.temporal_reuse) return;
+  history_.camera = context_.paths.scene.camera;
+  history_.reservoirs.resize(reservoirs_.size());
+  std::swap(history_.reservoirs, reservoirs_);
+}
+
+size_t DirectStage::memory_bytes() const {
+  const size_t reservoirs = reservoirs_.capacity() + scratch_.capacity() + history_.reservoirs.capacity();
+  return reservoirs * sizeof(LightReservoir) + (cached_ ? cached_->memory_bytes() : 0);
+}
+
+}  // namespace cistern
