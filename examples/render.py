@@ -48,7 +48,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--width", type=positive, help="pixels; the height follows unless given")
     parser.add_argument("--height", type=positive, help="pixels; the width follows unless given")
     parser.add_argument("--seed", type=int)
-    parser.add_argument("--preset", help="FINAL, INTERACTIVE or CUSTOM")
+    parser.add_argument("--preset", help="FINAL, INTERACTIVE, RIS, RESTIR_DI, CELL_CACHE ... (README: Settings)")
     parser.add_argument("--light-sampler", help="UNIFORM, POWER or TREE")
     parser.add_argument("--frame", type=int, help="frame number (default: the file's current frame)")
     parser.add_argument("--output", type=Path, default=REPOSITORY / "out", help="folder (default: out)")

@@ -45,7 +45,7 @@ def test_scale_is_logarithmic_with_black_for_nothing():
     numbers = np.float32([[0.0, np.nan, np.inf, -1.0, 0.5, 1.0, 4.0, 16.0, 64.0, 256.0, 1e9]])[..., None]
     colors = view_modes.ramp_colors(numbers, scale)[0]
     np.testing.assert_array_equal(colors[:4], 0.0)
-    np.testing.assert_allclose(colors[4:], view_modes.RAMP[[0, 0, 1, 2, 3, 4, 4]], rtol=1e-5)
+    np.testing.assert_allclose(colors[4:], view_modes.RAMP[[0, 0, 1, 2, 3, 4, 4]], rtol=1e-5, atol=1e-6)
     assert colors.dtype == np.float32
 
 
