@@ -83,8 +83,14 @@ std::map<std::string, Setter> make_setters() {
                                        {"RIS", DirectAnswer::RIS},
                                        {"RESTIR", DirectAnswer::RESTIR},
                                        {"RESTIR_CACHE", DirectAnswer::RESTIR_CACHE}})},
-      {"secondary", choice<SecondaryAnswer>("secondary", &Settings::secondary, {{"NEE", SecondaryAnswer::NEE}})},
-      {"indirect", choice<IndirectAnswer>("indirect", &Settings::indirect, {{"PATH", IndirectAnswer::PATH}})},
+      {"secondary", choice<SecondaryAnswer>("secondary", &Settings::secondary,
+                                            {{"NEE", SecondaryAnswer::NEE},
+                                             {"RIS", SecondaryAnswer::RIS},
+                                             {"CELL_RESERVOIRS", SecondaryAnswer::CELL_RESERVOIRS}})},
+      {"indirect", choice<IndirectAnswer>("indirect", &Settings::indirect,
+                                          {{"PATH", IndirectAnswer::PATH},
+                                           {"SCREEN_REUSE", IndirectAnswer::SCREEN_REUSE},
+                                           {"WORLD_REUSE", IndirectAnswer::WORLD_REUSE}})},
       {"light_sampling", member(&Settings::light_sampling)},
       {"sequence", choice<SampleSequence>("sequence", &Settings::sequence,
                                           {{"SOBOL", SampleSequence::SOBOL}, {"RANDOM", SampleSequence::RANDOM}})},
@@ -105,6 +111,14 @@ std::map<std::string, Setter> make_setters() {
   };
 }
 
+Setter set_reuse(bool DirectReuse::*direct, bool SecondaryReuse::*secondary, bool ScreenPathReuse::*screen,
+                 bool WorldPathReuse::*world) {
+  return [=](Settings& s, const py::handle& value) {
+    s.direct_reuse.*direct = s.secondary_reuse.*secondary = s.screen_paths.*screen = s.world_paths.*world =
+                                                                                         value.cast<bool>();
+  };
+}
+
 std::map<std::string, Setter> make_reuse_setters() {
   return {
       {"bias",
@@ -113,9 +127,14 @@ std::map<std::string, Setter> make_reuse_setters() {
              enum_member<Bias>("bias", value.cast<std::string>(), {{"UNBIASED", Bias::UNBIASED}, {"FAST", Bias::FAST}});
        }},
       {"light_candidates", reuse(&DirectReuse::light_candidates)},
-      {"temporal_reuse", reuse(&DirectReuse::temporal_reuse)},
+      {"temporal_reuse", set_reuse(&DirectReuse::temporal_reuse, &SecondaryReuse::temporal_reuse,
+                                   &ScreenPathReuse::temporal_reuse, &WorldPathReuse::temporal_reuse)},
       {"confidence_cap", reuse(&DirectReuse::confidence_cap)},
       {"spatial_reuse", reuse(&DirectReuse::spatial_reuse)},
+      {"path_spatial_reuse",
+       [](Settings& s, const py::handle& value) {
+         s.screen_paths.spatial_reuse = s.world_paths.spatial_reuse = value.cast<bool>();
+       }},
       {"spatial_neighbours", reuse(&DirectReuse::spatial_neighbours)},
       {"spatial_radius", reuse(&DirectReuse::spatial_radius)},
       {"spatial_rounds", reuse(&DirectReuse::spatial_rounds)},

@@ -1,21 +1,10 @@
 #include "render/cell_views.h"
 
 #include "grid/hash_grid.h"
-#include "transport/camera_ray.h"
+#include "render/cell_layout.h"
 
 namespace cistern {
 namespace {
-
-GridLayout view_layout(const FrameContext& context) {
-  GridSettings grid = context.settings.grid;
-  grid.randomised = false;
-  const Bounds3 bounds = context.paths.accel.bounds();
-  const float share = grid.min_cell_size;  // of the scene's diagonal
-  grid.min_cell_size = default_min_cell_size(bounds.lower, bounds.upper) * (share / kDefaultMinCellShare);
-  const PixelFootprint pixel = context.paths.pixel;
-  const GridCamera camera{context.paths.scene.camera.camera_to_world.translation, pixel.angle, pixel.size};
-  return make_grid_layout(grid, camera, context.settings.seed, 0);
-}
 
 CellKey cache_key(const LightCacheCells& cells, const VisiblePoint& visible, bool with_normals) {
   const LightCacheKey key = cells.key_of(visible.receiver.position, visible.ng);
@@ -29,7 +18,7 @@ bool show_cells(const FrameContext& context, const LightCacheCells* cache_cells,
                 const StopCondition& stop) {
   if (!film.has(Pass::CELLS) && !film.has(Pass::CELL_OCCUPANCY)) return true;
   const Settings& s = context.settings;
-  const GridLayout layout = view_layout(context);
+  const GridLayout layout = cell_layout(context, 0, false);
   std::vector<CellKey> keys(static_cast<size_t>(film.width()) * static_cast<size_t>(film.height()), kNoCell);
   const auto pixel_of = [&](int x, int y) { return static_cast<uint32_t>(y * film.width() + x); };
   const auto find_key = [&](int x, int y, PathScratch& scratch) {

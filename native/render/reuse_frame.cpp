@@ -1,21 +1,36 @@
 #include "render/reuse_frame.h"
 
 namespace cistern {
+namespace {
+
+void show_reservoir(Film& film, uint32_t pixel, const LightReservoir& reservoir) {
+  film.show(Pass::RESERVOIR_CONFIDENCE, pixel, Rgb(reservoir.c));
+  film.show(Pass::RESERVOIR_WEIGHT, pixel, Rgb(reservoir.W));
+}
+
+}  // namespace
 
 ReuseFrame::ReuseFrame(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells)
-    : context_(context), direct_(context_, std::move(cache_cells)) {
-  const Region& region = context.settings.region;
-  const size_t pixels = static_cast<size_t>(region.width) * static_cast<size_t>(region.height);
+    : context_(context), paths_(PathStage::make(context_)) {
+  const Settings& s = context.settings;
+  if (s.direct != DirectAnswer::NEE) direct_.emplace(context_, std::move(cache_cells));
+  if (s.secondary != SecondaryAnswer::NEE) secondary_.emplace(context_);
+  const size_t pixels = static_cast<size_t>(s.region.width) * static_cast<size_t>(s.region.height);
   records_.resize(pixels);
   visible_points_.resize(pixels);
-  if (context.settings.direct_reuse.temporal_reuse && context.settings.samples > 1)
-    previous_visible_points_.reserve(pixels);
+  if (s.direct_reuse.temporal_reuse && s.samples > 1) previous_visible_points_.reserve(pixels);
+}
+
+bool ReuseFrame::is_needed(const Settings& s) {
+  return s.direct != DirectAnswer::NEE || s.secondary != SecondaryAnswer::NEE || s.indirect != IndirectAnswer::PATH;
 }
 
 bool ReuseFrame::render(uint32_t frame, Film& film, const StopCondition& stop) {
   const FrameRun run{context_, frame, stop, non_finite_weights_};
   if (!trace_paths(run)) return false;
-  if (!direct_.reuse(run, visible_points_, previous_visible_points_)) return false;
+  if (direct_ && !direct_->reuse(run, visible_points_, previous_visible_points_)) return false;
+  if (secondary_ && !reuse_secondary_light(run)) return false;
+  if (paths_ && !paths_->reuse(run, visible_points_, previous_visible_points_)) return false;
   if (!shade(run, film)) return false;
   keep_history();
   return true;
@@ -26,37 +41,60 @@ bool ReuseFrame::trace_paths(const FrameRun& run) {
   struct Scratch {
     PathScratch path;
     PathCapture capture;
+    SecondaryStage::Batch batch;
     uint64_t non_finite = 0;
   };
   const Settings& s = context_.settings;
+  if (secondary_) secondary_->begin_frame();
   const auto trace = [&](int x, int y, Scratch& scratch) {
     const auto pixel = static_cast<uint32_t>(y * s.region.width + x);
     PathSampler sampler(s.seed, full_frame_pixel(s, x, y), run.frame, s.sequence);
     const Ray ray = sample_camera_ray(context_, x, y, sampler);
-    scratch.capture.direct_candidates = static_cast<float>(s.direct_reuse.light_candidates);
-    records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path, &scratch.capture);
-    visible_points_[pixel] = scratch.capture.visible;
-    direct_.start_pixel(scratch.capture.visible, pixel, run.frame, scratch.non_finite);
+    PathCapture& capture = scratch.capture;
+    if (direct_) capture.direct_candidates = static_cast<float>(s.direct_reuse.light_candidates);
+    if (secondary_) capture.secondary_candidates = static_cast<float>(s.secondary_reuse.light_candidates);
+    if (paths_) capture.link_count = paths_->link_count();
+    records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path, &capture);
+    visible_points_[pixel] = capture.visible;
+    if (direct_) direct_->start_pixel(capture.visible, pixel, run.frame, scratch.non_finite);
+    if (secondary_) scratch.batch.add(pixel, capture.vertices);
+    if (paths_) paths_->start_pixel(capture, pixel);
   };
-  return for_each_pixel<Scratch>(s.region.width, s.region.height, run.stop, trace, [&](const Scratch& scratch) {
+  return for_each_pixel<Scratch>(s.region.width, s.region.height, run.stop, trace, [&](Scratch& scratch) {
     non_finite_weights_.fetch_add(scratch.non_finite, std::memory_order_relaxed);
+    if (secondary_) secondary_->add_batch(std::move(scratch.batch));
+  });
+}
+
+/// The light of later vertices goes into the path records, and into the path samples before those are reused.
+bool ReuseFrame::reuse_secondary_light(const FrameRun& run) {
+  if (!secondary_->reuse(run)) return false;
+  return run.for_pixels([&](uint32_t pixel, uint64_t&) {
+    std::array<PathSample*, kMaxPathLinks> samples{};
+    if (paths_) samples = paths_->samples(pixel);
+    const auto count = static_cast<size_t>(paths_ ? paths_->link_count() : 0);
+    secondary_->shade(pixel, records_[pixel], std::span(samples.data(), count));
   });
 }
 
 bool ReuseFrame::shade(const FrameRun& run, Film& film) {
-  const float limit = context_.paths.limits.clamp_direct;
+  const PathLimits& limits = context_.paths.limits;
   return run.for_pixels([&](uint32_t pixel, uint64_t&) {
     PathRecord& record = records_[pixel];
     const VisiblePoint& visible = visible_points_[pixel];
-    if (visible.exists) record.direct += clamp_contribution(direct_.shade(visible, pixel), limit);
+    if (visible.exists && direct_)
+      record.direct += clamp_contribution(direct_->shade(visible, pixel), limits.clamp_direct);
+    if (visible.exists && paths_)
+      record.indirect += clamp_contribution(paths_->shade(visible, pixel), limits.clamp_indirect);
     film.add(pixel, record);
-    film.show(Pass::RESERVOIR_CONFIDENCE, pixel, Rgb(direct_.reservoir(pixel).c));
-    film.show(Pass::RESERVOIR_WEIGHT, pixel, Rgb(direct_.reservoir(pixel).W));
+    if (direct_) show_reservoir(film, pixel, direct_->reservoir(pixel));
   });
 }
 
 void ReuseFrame::keep_history() {
-  direct_.keep_history();
+  if (direct_) direct_->keep_history();
+  if (secondary_) secondary_->keep_history();
+  if (paths_) paths_->keep_history();
   if (!context_.settings.direct_reuse.temporal_reuse) return;
   previous_visible_points_.resize(visible_points_.size());
   std::swap(previous_visible_points_, visible_points_);
@@ -64,7 +102,9 @@ void ReuseFrame::keep_history() {
 
 size_t ReuseFrame::memory_bytes() const {
   const size_t points = visible_points_.capacity() + previous_visible_points_.capacity();
-  return records_.capacity() * sizeof(PathRecord) + points * sizeof(VisiblePoint) + direct_.memory_bytes();
+  return records_.capacity() * sizeof(PathRecord) + points * sizeof(VisiblePoint) +
+         (direct_ ? direct_->memory_bytes() : 0) + (secondary_ ? secondary_->memory_bytes() : 0) +
+         (paths_ ? paths_->memory_bytes() : 0);
 }
 
 }  // namespace cistern

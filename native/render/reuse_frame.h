@@ -1,6 +1,8 @@
 #pragma once
 
 #include "render/direct_stage.h"
+#include "render/path_stage.h"
+#include "render/secondary_stage.h"
 
 namespace cistern {
 
@@ -11,22 +13,29 @@ class ReuseFrame {
   /// `cache_cells`: for RESTIR_CACHE, else null.
   ReuseFrame(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells);
 
+  /// Whether any answer of these settings is not the path tracer's.
+  static bool is_needed(const Settings& settings);
+
   /// Adds one frame to the film; frames come in order. Does nothing to the film unless the last stage is reached, and
   /// pixels that stage does not reach when stopped early miss this frame. True if the frame was finished.
   bool render(uint32_t frame, Film& film, const StopCondition& stop);
 
   size_t memory_bytes() const;
   /// Weights that were not finite, so far; they counted as zero.
-  uint64_t non_finite_weights() const { return non_finite_weights_ + direct_.cache_non_finite_weights(); }
-  const DirectStage& direct() const { return direct_; }
+  uint64_t non_finite_weights() const {
+    return non_finite_weights_ + (direct_ ? direct_->cache_non_finite_weights() : 0);
+  }
 
  private:
   bool trace_paths(const FrameRun& run);
+  bool reuse_secondary_light(const FrameRun& run);
   bool shade(const FrameRun& run, Film& film);
   void keep_history();
 
   FrameContext context_;
-  DirectStage direct_;
+  std::optional<DirectStage> direct_;  // each for its answer, unless that is the path tracer's
+  std::optional<SecondaryStage> secondary_;
+  std::unique_ptr<PathStage> paths_;
   std::atomic<uint64_t> non_finite_weights_{0};
   // By pixel.
   std::vector<PathRecord> records_;

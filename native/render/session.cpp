@@ -110,7 +110,7 @@ void Session::run() {
         if (!cache_cells) return;
       }
       std::optional<ReuseFrame> reuse;
-      if (settings_.direct != DirectAnswer::NEE) reuse.emplace(context, cache_cells);
+      if (ReuseFrame::is_needed(settings_)) reuse.emplace(context, cache_cells);
       {
         std::lock_guard lock(mutex_);
         progress_.memory_bytes =

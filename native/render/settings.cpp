@@ -100,6 +100,12 @@ void check_settings(Settings& s) {
   require("min_cell_size", s.grid.min_cell_size, 1e-6f, 1.0f);
   require("cell_pixels", s.grid.cell_pixels, 1.0f, 1e5f);
   fill_direct_reuse(s);
+  const Bias bias = s.direct_reuse.bias;
+  const Reflection reflection = bias == Bias::FAST ? Reflection::AS_FOUND : Reflection::EVALUATED;
+  s.secondary_reuse.bias = bias;
+  s.secondary_reuse.cell_reuse = s.secondary == SecondaryAnswer::CELL_RESERVOIRS;
+  s.screen_paths.rules = {bias, s.screen_paths.rules.target, reflection};
+  s.world_paths.rules = {bias, s.world_paths.rules.target, reflection};
 }
 
 }  // namespace cistern

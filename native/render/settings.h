@@ -8,6 +8,9 @@
 #include "grid/cell_key.h"
 #include "lights/light_set.h"
 #include "restir/cached_light_reservoirs.h"
+#include "restir/screen_space_paths.h"
+#include "restir/secondary_light_reservoirs.h"
+#include "restir/world_space_paths.h"
 #include "transport/path_tracer.h"
 
 namespace cistern {
@@ -20,8 +23,16 @@ enum class DirectAnswer : uint8_t {
   RESTIR,        // [Bitterli 2020]
   RESTIR_CACHE,  // [Stefanescu 2025]
 };
-enum class SecondaryAnswer : uint8_t { NEE };
-enum class IndirectAnswer : uint8_t { PATH };
+enum class SecondaryAnswer : uint8_t {
+  NEE,
+  RIS,              // light candidates resampled at each vertex by itself
+  CELL_RESERVOIRS,  // [Boissé 2021]
+};
+enum class IndirectAnswer : uint8_t {
+  PATH,
+  SCREEN_REUSE,  // [Ouyang 2021]
+  WORLD_REUSE,   // [Zhang and Wang 2023]
+};
 
 /// Part of the full frame to render, in pixels, y up. Width 0: all of it.
 struct Region {
@@ -40,6 +51,9 @@ struct Settings {
   DirectAnswer direct = DirectAnswer::NEE;
   SecondaryAnswer secondary = SecondaryAnswer::NEE;
   IndirectAnswer indirect = IndirectAnswer::PATH;
+  SecondaryReuse secondary_reuse;
+  ScreenPathReuse screen_paths;
+  WorldPathReuse world_paths;
   LightCacheSettings light_cache;  // of RESTIR_CACHE
   DirectReuse direct_reuse;        // numbers that are 0 become the chosen answer's own
   /// Cells of the world-space grid; `min_cell_size` is here a share of the diagonal of the scene's box.
@@ -54,7 +68,8 @@ struct Settings {
 };
 
 /// Throws Error naming the first setting that is out of range, its value and the range. Fills an empty region and the
-/// numbers of `direct_reuse` that are 0; reuse that the chosen answer does not have is switched off.
+/// numbers of `direct_reuse` that are 0; reuse that the chosen answer does not have is switched off, and `bias` reaches
+/// all answers.
 void check_settings(Settings& settings);
 
 }  // namespace cistern

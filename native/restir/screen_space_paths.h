@@ -24,7 +24,7 @@ struct ScreenPathReuse {
 /// The path reservoirs of a frame, by pixel.
 struct PathFrame {
   Camera camera;
-  std::vector<VisiblePoint> visible_points;  // empty: there is no such frame
+  std::span<const VisiblePoint> visible_points;  // empty: there is no such frame
   std::vector<PathReservoir> temporal, spatial;
 };
 

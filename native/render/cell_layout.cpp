@@ -1,0 +1,16 @@
+#include "render/cell_layout.h"
+
+namespace cistern {
+
+GridLayout cell_layout(const FrameContext& context, uint32_t frame, bool randomised) {
+  GridSettings grid = context.settings.grid;
+  grid.randomised = randomised;
+  const Bounds3 bounds = context.paths.accel.bounds();
+  const float share = grid.min_cell_size;  // of the scene's diagonal
+  grid.min_cell_size = default_min_cell_size(bounds.lower, bounds.upper) * (share / kDefaultMinCellShare);
+  const PixelFootprint pixel = context.paths.pixel;
+  const GridCamera camera{context.paths.scene.camera.camera_to_world.translation, pixel.angle, pixel.size};
+  return make_grid_layout(grid, camera, context.settings.seed, frame);
+}
+
+}  // namespace cistern

@@ -1,0 +1,159 @@
+#include "render/path_stage.h"
+
+#include "render/cell_layout.h"
+
+namespace cistern {
+namespace {
+
+size_t pixel_count(const FrameContext& context) {
+  const Region& region = context.settings.region;
+  return static_cast<size_t>(region.width) * static_cast<size_t>(region.height);
+}
+
+class ScreenPathStage final : public PathStage {
+ public:
+  explicit ScreenPathStage(const FrameContext& context)
+      : context_(context),
+        paths_(context.paths, context.settings.screen_paths, image_region(context.settings), context.settings.seed) {
+    current_.temporal.resize(pixel_count(context));
+    current_.spatial.resize(pixel_count(context));
+  }
+
+  int link_count() const override { return 1; }
+  void start_pixel(const PathCapture& capture, uint32_t pixel) override {
+    current_.temporal[pixel] = ScreenSpacePaths::initial_sample(capture.links[0]);
+  }
+  std::array<PathSample*, kMaxPathLinks> samples(uint32_t pixel) override {
+    return {&current_.temporal[pixel].sample, nullptr};
+  }
+
+  bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
+             std::span<const VisiblePoint> previous) override {
+    current_.visible_points = visible;
+    previous_.visible_points = previous_.temporal.empty() ? std::span<const VisiblePoint>() : previous;
+    const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+      if (visible[pixel].exists)
+        current_.temporal[pixel] =
+            paths_.reuse_in_time(visible[pixel], current_.temporal[pixel], previous_, pixel, run.frame, non_finite);
+    });
+    return done && run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+      current_.spatial[pixel] = visible[pixel].exists
+                                    ? paths_.reuse_in_space(current_, previous_, pixel, run.frame, non_finite)
+                                    : PathReservoir{};
+    });
+  }
+
+  Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override {
+    return paths_.shade(visible, current_.spatial[pixel]);
+  }
+
+  void keep_history() override {
+    if (!context_.settings.screen_paths.temporal_reuse) return;
+    current_.camera = context_.paths.scene.camera;
+    std::swap(current_, previous_);
+    current_.temporal.resize(previous_.temporal.size());
+    current_.spatial.resize(previous_.spatial.size());
+  }
+
+  size_t memory_bytes() const override {
+    const auto count = [](const PathFrame& f) { return f.temporal.capacity() + f.spatial.capacity(); };
+    return (count(current_) + count(previous_)) * sizeof(PathReservoir);
+  }
+
+ private:
+  const FrameContext& context_;
+  ScreenSpacePaths paths_;
+  PathFrame current_, previous_;
+};
+
+class WorldPathStage final : public PathStage {
+ public:
+  explicit WorldPathStage(const FrameContext& context)
+      : context_(context),
+        paths_(context.paths, context.settings.world_paths, image_region(context.settings), context.settings.seed) {
+    resize(current_);
+    spatial_.resize(pixel_count(context));
+    keys_.resize(current_.points.size());
+  }
+
+  int link_count() const override { return 2; }
+  void start_pixel(const PathCapture& capture, uint32_t pixel) override {
+    const size_t entry = 2 * size_t{pixel};
+    const bool has_deep_vertex = capture.links[0].W > 0.0f;
+    current_.points[entry] = capture.visible;
+    current_.points[entry + 1] = has_deep_vertex ? capture.links[1].from : VisiblePoint{};
+    current_.reservoirs[entry] = WorldSpacePaths::initial_sample(capture.links[0]);
+    current_.reservoirs[entry + 1] = WorldSpacePaths::initial_sample(capture.links[1]);
+  }
+  std::array<PathSample*, kMaxPathLinks> samples(uint32_t pixel) override {
+    const size_t entry = 2 * size_t{pixel};
+    return {&current_.reservoirs[entry].sample, &current_.reservoirs[entry + 1].sample};
+  }
+
+  bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible, std::span<const VisiblePoint>) override {
+    current_.layout = cell_layout(context_, run.frame);
+    const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+      const size_t entry = 2 * size_t{pixel};
+      for (const size_t i : {entry, entry + 1})
+        keys_[i] = paths_.key(current_.layout, current_.points[i], pixel, run.frame, i != entry);
+      if (visible[pixel].exists)
+        current_.reservoirs[entry] =
+            paths_.reuse_in_time(visible[pixel], current_.reservoirs[entry], previous_, pixel, run.frame, non_finite);
+    });
+    if (!done) return false;
+    current_.cells.build(keys_);
+    return run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+      spatial_[pixel] = visible[pixel].exists
+                            ? paths_.reuse_in_cells(visible[pixel], current_.reservoirs[2 * size_t{pixel}], previous_,
+                                                    pixel, run.frame, non_finite)
+                            : PathReservoir{};
+    });
+  }
+
+  Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override {
+    return paths_.shade(visible, spatial_[pixel]);
+  }
+
+  void keep_history() override {
+    current_.camera = context_.paths.scene.camera;
+    std::swap(current_, previous_);
+    resize(current_);
+  }
+
+  size_t memory_bytes() const override {
+    const auto bytes = [](const PathCells& c) {
+      return c.points.capacity() * sizeof(VisiblePoint) + c.reservoirs.capacity() * sizeof(PathReservoir) +
+             c.cells.memory_bytes();
+    };
+    return bytes(current_) + bytes(previous_) + spatial_.capacity() * sizeof(PathReservoir) +
+           keys_.capacity() * sizeof(CellKey);
+  }
+
+ private:
+  void resize(PathCells& cells) const {
+    cells.points.resize(2 * pixel_count(context_));
+    cells.reservoirs.resize(2 * pixel_count(context_));
+  }
+
+  const FrameContext& context_;
+  WorldSpacePaths paths_;
+  PathCells current_, previous_;
+  std::vector<PathReservoir> spatial_;  // by pixel
+  std::vector<CellKey> keys_;           // by entry
+};
+
+}  // namespace
+
+std::unique_ptr<PathStage> PathStage::make(const FrameContext& context) {
+  switch (context.settings.indirect) {
+    case IndirectAnswer::PATH:
+      return nullptr;
+    case IndirectAnswer::SCREEN_REUSE:
+      return std::make_unique<ScreenPathStage>(context);
+    case IndirectAnswer::WORLD_REUSE:
+      return std::make_unique<WorldPathStage>(context);
+  }
+  return nullptr;
+}
+
+}  // namespace cistern

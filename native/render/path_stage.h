@@ -1,0 +1,30 @@
+#pragma once
+
+#include "render/frame_run.h"
+#include "restir/screen_space_paths.h"
+#include "restir/world_space_paths.h"
+
+namespace cistern {
+
+/// Indirect light at visible points by path reservoirs, over the frames of a render.
+class PathStage {
+ public:
+  virtual ~PathStage() = default;
+  /// How many links of each path it wants captured.
+  virtual int link_count() const = 0;
+  virtual void start_pixel(const PathCapture& capture, uint32_t pixel) = 0;
+  /// Path samples of a pixel, by link, while light can still be added to them.
+  virtual std::array<PathSample*, kMaxPathLinks> samples(uint32_t pixel) = 0;
+  /// All reuse; by pixel, `previous` as `visible` of the frame before or empty. False if stopped.
+  virtual bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
+                     std::span<const VisiblePoint> previous) = 0;
+  /// Radiance at the camera.
+  virtual Rgb shade(const VisiblePoint& visible, uint32_t pixel) const = 0;
+  virtual void keep_history() = 0;
+  virtual size_t memory_bytes() const = 0;
+
+  /// For SCREEN_REUSE and WORLD_REUSE; null for PATH.
+  static std::unique_ptr<PathStage> make(const FrameContext& context);
+};
+
+}  // namespace cistern

@@ -1,0 +1,152 @@
+#include "render/secondary_stage.h"
+
+#include <algorithm>
+
+#include "base/parallel.h"
+#include "render/cell_layout.h"
+
+namespace cistern {
+namespace {
+
+constexpr size_t kVertexBlock = 512;
+/// Streams of a pixel's random numbers: this, plus kPasses for each vertex, plus the pass.
+constexpr uint32_t kFirstStream = 0x10000, kPasses = 32;
+enum MergePass : uint32_t { INITIAL, INSERTION, TEMPORAL, SPATIAL };
+
+}  // namespace
+
+SecondaryStage::SecondaryStage(const FrameContext& context)
+    : context_(context), light_(context.paths, context.settings.secondary_reuse) {
+  const Region& region = context.settings.region;
+  first_vertex_.resize(static_cast<size_t>(region.width) * static_cast<size_t>(region.height));
+  counts_.resize(first_vertex_.size());
+}
+
+void SecondaryStage::Batch::add(uint32_t pixel, std::span<const LightVertex> of_pixel) {
+  counts.emplace_back(pixel, static_cast<uint32_t>(of_pixel.size()));
+  vertices.insert(vertices.end(), of_pixel.begin(), of_pixel.end());
+}
+
+void SecondaryStage::begin_frame() { batches_.clear(); }
+
+void SecondaryStage::add_batch(Batch&& batch) {
+  if (batch.counts.empty()) return;
+  const std::lock_guard lock(mutex_);
+  batches_.push_back(std::move(batch));
+}
+
+/// In the order of their first pixels: whichever thread was faster.
+void SecondaryStage::join_batches() {
+  std::ranges::sort(batches_, {}, [](const Batch& batch) { return batch.counts.front().first; });
+  vertices_.clear();
+  pixels_.clear();
+  for (const Batch& batch : batches_) {
+    for (const auto& [pixel, count] : batch.counts) {
+      first_vertex_[pixel] = static_cast<uint32_t>(pixels_.size());
+      counts_[pixel] = count;
+      pixels_.insert(pixels_.end(), count, pixel);
+    }
+    vertices_.insert(vertices_.end(), batch.vertices.begin(), batch.vertices.end());
+  }
+  batches_.clear();
+  cells_.points.resize(vertices_.size());
+  cells_.reservoirs.resize(vertices_.size());
+  scratch_.resize(vertices_.size());
+}
+
+Rng SecondaryStage::random_numbers(uint32_t vertex, uint32_t frame, uint32_t pass) const {
+  const uint32_t pixel = pixels_[vertex], ordinal = vertex - first_vertex_[pixel];
+  return pixel_random_numbers(image_region(context_.settings), context_.settings.seed, pixel, frame,
+                              kFirstStream + ordinal * kPasses + pass);
+}
+
+/// body(vertex, non_finite)
+template <class Body>
+bool SecondaryStage::for_vertices(const FrameRun& run, const Body& body) const {
+  std::atomic<bool> stopped{false};
+  parallel_blocks(vertices_.size(), kVertexBlock, [&](size_t, size_t begin, size_t end) {
+    if (run.stop.cancelled.load(std::memory_order_relaxed) || run.stop.deadline_passed()) stopped = true;
+    if (stopped) return;
+    const FlushDenormals flush;
+    uint64_t non_finite = 0;
+    for (size_t i = begin; i < end; ++i) body(static_cast<uint32_t>(i), non_finite);
+    run.non_finite_weights.fetch_add(non_finite, std::memory_order_relaxed);
+  });
+  return !stopped;
+}
+
+bool SecondaryStage::reuse(const FrameRun& run) {
+  join_batches();
+  const SecondaryReuse& reuse = context_.settings.secondary_reuse;
+  const bool started = for_vertices(run, [&](uint32_t vertex, uint64_t& non_finite) {
+    Rng rng = random_numbers(vertex, run.frame, INITIAL);
+    cells_.points[vertex] = vertices_[vertex].point;
+    cells_.reservoirs[vertex] = light_.initial_candidates(vertices_[vertex].point, rng, non_finite);
+  });
+  if (!started) return false;
+  if (!reuse.cell_reuse) return true;
+  if (!build_cells(run)) return false;
+  if (reuse.temporal_reuse && !previous_.points.empty() && !merge_with_cells(run, previous_, TEMPORAL)) return false;
+  for (uint32_t pass = 0; pass < static_cast<uint32_t>(reuse.spatial_passes); ++pass)
+    if (!merge_with_cells(run, cells_, SPATIAL + pass)) return false;
+  return true;
+}
+
+bool SecondaryStage::build_cells(const FrameRun& run) {
+  cells_.layout = cell_layout(context_, run.frame);
+  keys_.resize(vertices_.size());
+  const bool done = for_vertices(run, [&](uint32_t vertex, uint64_t&) {
+    Rng rng = random_numbers(vertex, run.frame, INSERTION);
+    keys_[vertex] = SecondaryLightReservoirs::jittered_key(cells_.layout, cells_.points[vertex], rng);
+  });
+  if (done) cells_.grid.build(keys_);
+  return done;
+}
+
+bool SecondaryStage::merge_with_cells(const FrameRun& run, const VertexCells& cells, uint32_t pass) {
+  const bool is_own = &cells == &cells_;
+  const bool done = for_vertices(run, [&](uint32_t vertex, uint64_t& non_finite) {
+    Rng rng = random_numbers(vertex, run.frame, pass);
+    const std::optional<uint32_t> self = is_own ? std::optional(vertex) : std::nullopt;
+    scratch_[vertex] = light_.reuse(cells_.points[vertex], cells_.reservoirs[vertex], cells, self, rng, non_finite);
+  });
+  if (done) std::swap(cells_.reservoirs, scratch_);
+  return done;
+}
+
+void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSample* const> samples) const {
+  const PathLimits& limits = context_.paths.limits;
+  for (uint32_t i = first_vertex_[pixel]; i < first_vertex_[pixel] + counts_[pixel]; ++i) {
+    const LightVertex& vertex = vertices_[i];
+    const std::optional<ArrivingLight> light = light_.shade(vertex.point, cells_.reservoirs[i]);
+    if (!light) continue;
+    const Rgb reflected = light->f_cos * light->radiance;
+    record.direct += clamp_contribution(vertex.to_direct * reflected, limits.clamp_direct);
+    record.indirect += clamp_contribution(vertex.to_indirect * reflected, limits.clamp_indirect);
+    for (size_t link = 0; link < samples.size(); ++link) {
+      if (static_cast<int>(link) == vertex.sample_point_of) {
+        samples[link]->light = {light->wi, light->radiance, light->f_cos};
+        samples[link]->light_visibility = light->visibility;
+      } else {
+        samples[link]->continuation.radiance += vertex.to_continuation[link] * reflected;
+      }
+    }
+  }
+}
+
+void SecondaryStage::keep_history() {
+  const SecondaryReuse& reuse = context_.settings.secondary_reuse;
+  if (reuse.cell_reuse && reuse.temporal_reuse) std::swap(previous_, cells_);
+}
+
+size_t SecondaryStage::memory_bytes() const {
+  const auto bytes = [](const VertexCells& cells) {
+    return cells.points.capacity() * sizeof(VisiblePoint) + cells.reservoirs.capacity() * sizeof(LightReservoir) +
+           cells.grid.memory_bytes();
+  };
+  return bytes(cells_) + bytes(previous_) + vertices_.capacity() * sizeof(LightVertex) +
+         scratch_.capacity() * sizeof(LightReservoir) + keys_.capacity() * sizeof(CellKey) +
+         (pixels_.capacity() + first_vertex_.capacity() + counts_.capacity()) * sizeof(uint32_t);
+}
+
+}  // namespace cistern

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <mutex>
+
+#include "render/frame_run.h"
+#include "restir/secondary_light_reservoirs.h"
+
+namespace cistern {
+
+/// Light at path vertices beyond the visible point by reservoirs, over the frames of a render.
+class SecondaryStage {
+ public:
+  explicit SecondaryStage(const FrameContext& context);
+
+  /// The vertices of some pixels of a frame that were traced together, in the order of their paths.
+  struct Batch {
+    std::vector<LightVertex> vertices;
+    std::vector<std::pair<uint32_t, uint32_t>> counts;  // pixel and how many of the vertices are its
+    void add(uint32_t pixel, std::span<const LightVertex> of_pixel);
+  };
+  void begin_frame();
+  /// From any thread.
+  void add_batch(Batch&& batch);
+  /// All reuse, after the last batch. False if stopped.
+  bool reuse(const FrameRun& run);
+  /// Adds the light of a pixel's vertices to its record and to the samples of its links.
+  void shade(uint32_t pixel, PathRecord& record, std::span<PathSample* const> samples) const;
+  void keep_history();
+  size_t memory_bytes() const;
+
+ private:
+  void join_batches();
+  Rng random_numbers(uint32_t vertex, uint32_t frame, uint32_t pass) const;
+  template <class Body>
+  bool for_vertices(const FrameRun& run, const Body& body) const;
+  bool build_cells(const FrameRun& run);
+  bool merge_with_cells(const FrameRun& run, const VertexCells& cells, uint32_t pass);
+
+  const FrameContext& context_;
+  SecondaryLightReservoirs light_;
+  std::mutex mutex_;  // guards batches_
+  std::vector<Batch> batches_;
+  std::vector<LightVertex> vertices_;            // those of a pixel side by side
+  std::vector<uint32_t> pixels_;                 // by vertex
+  std::vector<uint32_t> first_vertex_, counts_;  // by pixel
+  VertexCells cells_, previous_;
+  std::vector<LightReservoir> scratch_;  // by vertex
+  std::vector<CellKey> keys_;
+};
+
+}  // namespace cistern
