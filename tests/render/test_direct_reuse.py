@@ -34,8 +34,10 @@ MODES: dict[str, dict] = {
     "restir": dict(direct="RESTIR"),
     "restir with visibility reuse": dict(direct="RESTIR", visibility_reuse=True),
     "restir in space alone, two rounds": dict(direct="RESTIR", temporal_reuse=False, spatial_rounds=2),
+    "cache": dict(direct="RESTIR_CACHE", cache_candidates=16, cache_refresh=4),
 }
-"""Unbiased systems. Few candidates and a small radius, as suits a small picture; the rest as published."""
+"""Unbiased systems. Few candidates and a small radius, as suits a small picture; the rest as published. The cache is
+renewed within the frames of a replica."""
 COMMON = dict(bias="UNBIASED", light_candidates=8, spatial_radius=8.0)
 
 FAST: dict[str, tuple[dict, str]] = {
@@ -43,6 +45,7 @@ FAST: dict[str, tuple[dict, str]] = {
     "restir beside a one-sided lamp": (dict(direct="RESTIR"), "corrugated"),
     "restir at the edges of cones": (dict(direct="RESTIR"), "spots"),
     "restir with visibility reuse under slats": (dict(direct="RESTIR", visibility_reuse=True), "occluders"),
+    "cache at the edges of cones": (MODES["cache"], "spots"),
 }
 """Systems that promise no unbiasedness, and scenes built so that it shows."""
 
@@ -78,13 +81,19 @@ def compare(name: str, settings: dict, replicas: int = REPLICAS, scale: float = 
     return compare_replicas(scale * pictures, reference(name), CASE_RATE)
 
 
+def is_quick(mode: str, name: str) -> bool:
+    """The cache takes a quarter of a second to start, for every replica."""
+    return mode != "cache" or name in ("corrugated", "many_lights")
+
+
 def cases(is_slow: bool) -> list:
     """Every system on every scene: by one light sampler in quick runs, by the others too in slow ones."""
     picked = []
     for m, mode in enumerate(MODES):
         for s, name in enumerate(SCENES):
             for k, sampler in enumerate(SAMPLERS):
-                if ((m + s) % len(SAMPLERS) != k) == is_slow:
+                in_quick_runs = (m + s) % len(SAMPLERS) == k and is_quick(mode, name)
+                if in_quick_runs != is_slow:
                     picked.append(pytest.param(mode, name, sampler, id=f"{mode}-{name}-{sampler.name}"))
     return picked
 
@@ -119,7 +128,7 @@ def test_three_percent_too_much_light_is_seen(name: str) -> None:
     assert not result.agrees, result
 
 
-ALL_MODES = MODES | {f"fast {name}": MODES[name] | dict(bias="FAST") for name in ("restir",)}
+ALL_MODES = MODES | {f"fast {name}": MODES[name] | dict(bias="FAST") for name in ("restir", "cache")}
 
 
 @pytest.mark.parametrize("mode", ALL_MODES)
@@ -154,7 +163,7 @@ def test_twice_the_light_is_twice_the_picture(mode: str) -> None:
     assert np.array_equal(2.0 * once, twice)
 
 
-@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("mode", [m if m != "cache" else pytest.param(m, marks=pytest.mark.slow) for m in MODES])
 def test_lights_add_up(mode: str) -> None:
     """Both lamps give the sum of each alone. False-alarm rate 0.1 % per case."""
 

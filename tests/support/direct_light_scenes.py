@@ -137,9 +137,9 @@ def many_lights() -> core.Scene:
         point_on(scene, position, 0.02 * (k % 3), tuple(color), soft=k % 2 == 0)
     for k in range(6):
         x = -1.7 + 0.7 * k
-        down = (0.3 * (k % 3 - 1), 0.2, -1.0)
+        right, down = ((0.2, 0.0, 0.0), (0.0, 0.0, -1.0)) if k % 3 else ((0.16, 0.0, -0.12), (-0.6, 0.0, -0.8))
         scene.builder.add_area_light(
-            "tile", (x, 1.0, 1.7), (0.2, 0, 0), (0, 0.2, 0), down, (4.0, 1.0 + k, 6.0 - k), k % 2 == 1, 2.0 + 0.2 * k,
+            "tile", (x, 1.0, 1.7), right, (0, 0.2, 0), down, (4.0, 1.0 + k, 6.0 - k), k % 2 == 1, 2.0 + 0.2 * k,
             visibility=NOT_TO_CAMERA,
         )  # fmt: skip
     for k in range(4):
