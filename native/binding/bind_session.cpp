@@ -229,17 +229,24 @@ void bind_session(py::module_& m) {
       .def_readonly("seconds", &Progress::seconds)
       .def_readonly("remaining_seconds", &Progress::remaining_seconds)
       .def_readonly("stage", &Progress::stage)
+      .def_readonly("stage_done", &Progress::stage_done)
       .def_readonly("error", &Progress::error)
       .def_readonly("memory_bytes", &Progress::memory_bytes)
       .def_readonly("non_finite_samples", &Progress::non_finite_samples)
       .def_readonly("non_finite_weights", &Progress::non_finite_weights)
       .def_readonly("version", &Progress::version);
+  py::class_<RenderCache, std::shared_ptr<RenderCache>>(m, "RenderCache")
+      .def(py::init<>())
+      .def_property_readonly("memory_bytes", &RenderCache::memory_bytes);
   using NoGil = py::call_guard<py::gil_scoped_release>;
   py::class_<Session, std::unique_ptr<Session, SessionDeleter>>(m, "Session")
       .def(py::init<Settings>(), py::arg("settings"))
       .def(
-          "start", [](Session& session, const SceneHandle& handle) { session.start(handle.scene); }, py::arg("scene"),
-          NoGil())
+          "start",
+          [](Session& session, const SceneHandle& handle, const std::shared_ptr<RenderCache>& cache) {
+            session.start(handle.scene, cache);
+          },
+          py::arg("scene"), py::arg("cache") = nullptr, NoGil())
       .def("wait", &Session::wait, py::arg("seconds"), NoGil())
       .def("cancel", &Session::cancel, NoGil())
       .def("read", &read_pass, py::arg("pass_name"))

@@ -183,14 +183,15 @@ class Settings:
     seed: int
     threads: int  # 0: all
     direct: str  # "NEE", "RIS", "RESTIR", "RESTIR_CACHE"
-    secondary: str  # "NEE"
-    indirect: str  # "PATH"
+    secondary: str  # "NEE", "RIS", "CELL_RESERVOIRS"
+    indirect: str  # "PATH", "SCREEN_REUSE", "WORLD_REUSE"
     bias: str  # "UNBIASED", "FAST"
     # Of reservoirs for direct light; numbers that are 0 become the chosen answer's own.
     light_candidates: int  # M
     temporal_reuse: bool
     confidence_cap: float  # of history, in frames
-    spatial_reuse: bool
+    spatial_reuse: bool  # of direct light
+    path_spatial_reuse: bool  # of indirect light
     spatial_neighbours: int  # per round
     spatial_radius: float  # pixels
     spatial_rounds: int
@@ -227,19 +228,29 @@ class Progress:
     frames: int
     seconds: float
     remaining_seconds: float  # negative: not known yet
-    stage: str  # "Building", "Rendering"
+    stage: str  # "Building", "Caching light", "Rendering"
+    stage_done: float  # of "Caching light", 0 to 1
     error: str
     memory_bytes: int
     non_finite_samples: int
     non_finite_weights: int  # of reservoirs; they counted as zero
     version: int  # changes whenever new pixels can be read
 
+class RenderCache:
+    """What a render can take over from an earlier one of a scene with the same meshes and instances: the cells of the
+    light cache. Light and material edits keep them."""
+
+    def __init__(self) -> None: ...
+    @property
+    def memory_bytes(self) -> int: ...
+
 class Session:
     """Renders a scene on its own native thread. Every method may be called from any Python thread; none holds the GIL
     while waiting."""
 
     def __init__(self, settings: Settings) -> None: ...
-    def start(self, scene: Scene) -> None: ...
+    def start(self, scene: Scene, cache: RenderCache | None = None) -> None:
+        """Starts rendering and returns at once; once per session. The cache is looked into and filled."""
     def wait(self, seconds: float) -> Progress: ...
     def cancel(self) -> None:
         """Returns once the render has stopped (at most 100 ms)."""

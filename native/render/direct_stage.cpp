@@ -2,8 +2,10 @@
 
 namespace cistern {
 
-DirectStage::DirectStage(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells)
+DirectStage::DirectStage(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells,
+                         std::function<void(float)> report_caching)
     : context_(context),
+      report_caching_(std::move(report_caching)),
       direct_(context.paths, context.settings.direct_reuse, image_region(context.settings), context.settings.seed) {
   const Settings& s = context.settings;
   if (cache_cells)
@@ -27,7 +29,9 @@ bool DirectStage::reuse(const FrameRun& run, std::span<const VisiblePoint> visib
 
 bool DirectStage::merge_cache(const FrameRun& run, std::span<const VisiblePoint> visible) {
   if (!cached_) return true;
-  const WorkMonitor monitor{[&] { return run.stop.cancelled || run.stop.deadline_passed(); }};
+  // Most of it is made in the first frame; later ones only renew a part.
+  const WorkMonitor monitor{[&] { return run.stop.cancelled || run.stop.deadline_passed(); },
+                            run.frame == 0 ? report_caching_ : nullptr};
   if (!cached_->prepare(visible, run.frame, monitor)) return false;
   return run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
     if (visible[pixel].exists)

@@ -8,7 +8,8 @@ namespace cistern {
 /// Direct light at visible points by reservoirs, over the frames of a render.
 class DirectStage {
  public:
-  DirectStage(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells);
+  DirectStage(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells,
+              std::function<void(float)> report_caching);
 
   /// A pixel's own light candidates, as soon as its visible point is known.
   void start_pixel(const VisiblePoint& visible, uint32_t pixel, uint32_t frame, uint64_t& non_finite);
@@ -29,6 +30,7 @@ class DirectStage {
   bool reuse_in_space(const FrameRun& run, std::span<const VisiblePoint> visible);
 
   const FrameContext& context_;
+  std::function<void(float)> report_caching_;
   ReservoirDirectLight direct_;
   std::optional<CachedLightReservoirs> cached_;
   std::vector<LightReservoir> reservoirs_, scratch_;  // by pixel

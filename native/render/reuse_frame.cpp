@@ -10,10 +10,11 @@ void show_reservoir(Film& film, uint32_t pixel, const LightReservoir& reservoir)
 
 }  // namespace
 
-ReuseFrame::ReuseFrame(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells)
+ReuseFrame::ReuseFrame(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells,
+                       std::function<void(float)> report_caching)
     : context_(context), paths_(PathStage::make(context_)) {
   const Settings& s = context.settings;
-  if (s.direct != DirectAnswer::NEE) direct_.emplace(context_, std::move(cache_cells));
+  if (s.direct != DirectAnswer::NEE) direct_.emplace(context_, std::move(cache_cells), std::move(report_caching));
   if (s.secondary != SecondaryAnswer::NEE) secondary_.emplace(context_);
   const size_t pixels = static_cast<size_t>(s.region.width) * static_cast<size_t>(s.region.height);
   records_.resize(pixels);

@@ -10,8 +10,10 @@ namespace cistern {
 /// allocated with the first frame and reused.
 class ReuseFrame {
  public:
-  /// `cache_cells`: for RESTIR_CACHE, else null.
-  ReuseFrame(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells);
+  /// `cache_cells`: for RESTIR_CACHE, else null. `report_caching`: told in [0, 1] how much of the light in them is
+  /// ready, from any thread.
+  ReuseFrame(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells,
+             std::function<void(float)> report_caching);
 
   /// Whether any answer of these settings is not the path tracer's.
   static bool is_needed(const Settings& settings);

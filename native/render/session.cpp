@@ -38,11 +38,12 @@ Session::~Session() {
   if (thread_.joinable()) thread_.join();
 }
 
-void Session::start(std::shared_ptr<const Scene> scene) {
+void Session::start(std::shared_ptr<const Scene> scene, std::shared_ptr<RenderCache> cache) {
   std::lock_guard lock(mutex_);
   if (was_started_) throw Error("session", "was started already; make a new one for another render");
   was_started_ = true;
   scene_ = std::move(scene);
+  cache_ = cache ? std::move(cache) : std::make_shared<RenderCache>();
   started_ = Clock::now();
   progress_.status = Status::RUNNING;
   progress_.stage = "Building";
@@ -104,13 +105,14 @@ void Session::run() {
       const FrameContext context{settings_, paths, filter};
       std::shared_ptr<const LightCacheCells> cache_cells;
       if (settings_.direct == DirectAnswer::RESTIR_CACHE) {
-        const WorkMonitor monitor{[this] { return cancelled_.load(); }};
-        cache_cells = LightCacheCells::build(*scene_, static_cast<uint32_t>(settings_.light_cache.surface_points),
-                                             settings_.seed, monitor);
+        const WorkMonitor monitor{[this] { return cancelled_.load(); }, [this](float done) { report_caching(done); }};
+        cache_cells = cache_->light_cache_cells(*scene_, static_cast<uint32_t>(settings_.light_cache.surface_points),
+                                                settings_.seed, monitor);
         if (!cache_cells) return;
       }
       std::optional<ReuseFrame> reuse;
-      if (ReuseFrame::is_needed(settings_)) reuse.emplace(context, cache_cells);
+      if (ReuseFrame::is_needed(settings_))
+        reuse.emplace(context, cache_cells, [this](float done) { report_caching(done); });
       {
         std::lock_guard lock(mutex_);
         progress_.memory_bytes =
@@ -158,6 +160,12 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse) {
     if (!reuse && batch_seconds * 2.0 < kBatchSeconds) batch = std::min(2 * batch, kMaxBatch);
     if (batch_seconds > kBatchSeconds) batch = std::max(batch / 2, 1u);
   }
+}
+
+void Session::report_caching(float done) {
+  const std::lock_guard lock(mutex_);
+  progress_.stage = done < 1.0f ? "Caching light" : "Rendering";
+  progress_.stage_done = done;
 }
 
 void Session::publish() {

@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "render/render_cache.h"
 #include "render/reuse_frame.h"
 
 namespace cistern {
@@ -19,7 +20,8 @@ struct Progress {
   int frames_done = 0, frames = 0;
   double seconds = 0.0;             // since start
   double remaining_seconds = -1.0;  // negative: not known yet
-  std::string stage;                // "Building" or "Rendering"
+  std::string stage;                // "Building", "Caching light" or "Rendering"
+  float stage_done = 0.0f;          // of "Caching light", in [0, 1]
   std::string error;                // why it FAILED
   size_t memory_bytes = 0;          // scene, accel, lights, film: of the core alone
   uint64_t non_finite_samples = 0;
@@ -37,8 +39,9 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Starts rendering and returns at once. A session renders once; a second start throws Error.
-  void start(std::shared_ptr<const Scene> scene);
+  /// Starts rendering and returns at once. A session renders once; a second start throws Error. `cache`, if any, is
+  /// looked into and filled for later sessions.
+  void start(std::shared_ptr<const Scene> scene, std::shared_ptr<RenderCache> cache = {});
   /// Returns after `seconds` or as soon as the render has ended.
   Progress wait(double seconds);
   /// Stops within 100 ms; what was rendered can be read.
@@ -50,6 +53,7 @@ class Session {
 
  private:
   void run();
+  void report_caching(float done);
   void render(const FrameContext& context, ReuseFrame* reuse);
   void publish();
   void end(Status status, const std::string& error);
@@ -57,6 +61,7 @@ class Session {
 
   Settings settings_;
   std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<RenderCache> cache_;
   std::unique_ptr<Film> film_;
   std::thread thread_;
   std::atomic<bool> cancelled_{false};
