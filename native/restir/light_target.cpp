@@ -27,7 +27,7 @@ bool is_visible(const PathContext& context, const VisiblePoint& visible, const L
   const auto light = context.lights.evaluate(sample, visible.receiver.position, visible.scattered);
   if (!light) return false;
   if (!light->casts_shadow) return true;
-  return !is_black(transmittance(context, visible.receiver.position, visible.ng, *light, visible.state));
+  return !is_black(transmittance(context, surface_point(visible), *light, visible.state));
 }
 
 std::optional<ArrivingLight> arriving_light(const PathContext& context, float candidates, const VisiblePoint& visible,
@@ -39,8 +39,7 @@ std::optional<ArrivingLight> arriving_light(const PathContext& context, float ca
   if (is_black(f.rough_cos)) return std::nullopt;
   const float share = share_of_light_samples(context, candidates, sample, *light, f.pdf * scatter_probability(bsdf));
   Rgb radiance = light->radiance * (share / light->pdf);
-  if (light->casts_shadow)
-    radiance *= transmittance(context, visible.receiver.position, visible.ng, *light, visible.state);
+  if (light->casts_shadow) radiance *= transmittance(context, surface_point(visible), *light, visible.state);
   if (is_black(radiance)) return std::nullopt;
   return ArrivingLight{light->wi, f.rough_cos, radiance, light->visibility};
 }

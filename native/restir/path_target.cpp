@@ -60,7 +60,7 @@ Rgb path_transmittance(const PathContext& context, const VisiblePoint& visible, 
   end.wi = way->wi;
   end.distance = way->distance;
   end.normal = sample.point.ng;
-  return transmittance(context, visible.receiver.position, visible.ng, end, visible.state);
+  return transmittance(context, surface_point(visible), end, visible.state);
 }
 
 Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, const PathSample& sample,
@@ -68,8 +68,9 @@ Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, cons
   const std::optional<Connection> way = connect(visible, sample);
   if (!way) return {};
   const Bsdf bsdf = evaluate_material(context.scene, surface_point(visible), visible.state);
-  const Rgb response = evaluate_bsdf(bsdf, way->wi).rough_cos;
-  if (is_black(response)) return {};
+  const BsdfEvaluation evaluation = evaluate_bsdf(bsdf, way->wi);
+  const Rgb response = evaluation.rough_cos;
+  if (is_black(response) || evaluation.pdf == 0.0f) return {};  // no path leaves where BSDF sampling has no density
   const Rgb sent =
       reflection == Reflection::AS_FOUND ? sample.radiance_as_found() : sent_radiance(context, sample, -way->wi);
   const Rgb reflected = visible.throughput * response * sent * way->geometry;

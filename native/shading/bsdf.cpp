@@ -41,12 +41,14 @@ float bump_shadowing(Vec3 ns, Vec3 n, Vec3 wi) {
   return 2.0f / (1.0f + std::sqrt(1.0f + tan_squared));
 }
 
-LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, bool is_above) {
+/// `is_above`: on the side of ns; `can_leave`: ng agrees.
+LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, bool is_above, bool can_leave) {
   return std::visit(
       [&](const auto& model) -> LobeEvaluation {
-        if ((dot(model.n, wi) > 0.0f) != is_above) return {};
+        constexpr bool kIsMicrofacet = std::is_same_v<std::decay_t<decltype(model)>, MicrofacetLobe>;
+        if ((dot(model.n, wi) > 0.0f) != is_above || (kIsMicrofacet && !can_leave)) return {};
         LobeEvaluation evaluation = evaluate_lobe(model, bsdf.wo, wi);
-        if constexpr (!std::is_same_v<std::decay_t<decltype(model)>, MicrofacetLobe>) {
+        if constexpr (!kIsMicrofacet) {
           const float shadowing = bump_shadowing(bsdf.ns, model.n, wi);
           if (shadowing == 0.0f) return {};
           evaluation.f_cos *= shadowing;
@@ -71,13 +73,14 @@ bool is_visible_to(uint8_t visibility, ScatterKind kind) {
 /// evaluate_bsdf, and the density of lobe `chosen` alone: 0 says that lobe cannot have produced wi.
 BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility, int chosen, float* chosen_pdf) {
   BsdfEvaluation result;
-  const bool is_above = dot(bsdf.ng, wi) > 0.0f;
+  const bool is_above = dot(bsdf.ns == Vec3{} ? bsdf.ng : bsdf.ns, wi) > 0.0f;
+  const bool can_leave = (dot(bsdf.ng, wi) > 0.0f) == is_above;
   for (int i = 0; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
-    const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, is_above);
-    if (i == chosen) *chosen_pdf = evaluation.pdf;
+    const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, is_above, can_leave);
+    if (i == chosen && can_leave) *chosen_pdf = evaluation.pdf;
     if (!(evaluation.pdf > 0.0f)) continue;
-    result.pdf += lobe.sample_weight * evaluation.pdf;
+    if (can_leave) result.pdf += lobe.sample_weight * evaluation.pdf;
     if (visibility != kVisibleToAll && !is_visible_to(visibility, kind_of(lobe, !is_above))) continue;
     (is_smooth(lobe) ? result.smooth_cos : result.rough_cos) += lobe.weight * evaluation.f_cos;
   }

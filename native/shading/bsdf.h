@@ -69,7 +69,7 @@ struct Bsdf {
   Rgb emission;                      // radiance towards wo
   float holdout = 0.0f;              // in [0, 1]
   Vec3 ng, wo;                       // of the surface point: unit, same side
-  Vec3 ns;                           // interpolated normal, before bump mapping; zero: no bump shadowing
+  Vec3 ns;                           // interpolated normal, before bump mapping; zero: ng, without bump shadowing
   float total_sample_weight = 0.0f;  // of the lobes, transparency not included
 
   Bsdf() {}
@@ -92,8 +92,11 @@ bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight) {
 /// f(wo, wi) |cos(theta_i)| summed over the lobes, split by lobe: `smooth` from lobes with roughness below
 /// kReconnectRoughness, `rough` from the others. Delta lobes contribute nothing.
 /// `pdf` is the density of `sample_bsdf` for wi, per solid angle (delta lobes excluded but counted in the choice).
-/// A lobe is 0 where wi lies on different sides of its normal and of ng. Diffuse lobes on bump-mapped normals fade out
-/// near the horizon of ns. [Conty Estevez et al. 2019, A Microfacet-Based Shadowing Function to Solve the Bump
+/// A lobe is 0 where wi lies on different sides of its normal and of ns. Where ns and ng disagree about the side, a ray
+/// would leave through the wrong side of the flat triangle: microfacet lobes are 0 there, too; diffuse ones are not,
+/// but such directions are never sampled. Their density is 0, and what arrives from there is left to next-event
+/// estimation, whose shadow rays know the smooth surface (shadow_origin.h). Diffuse lobes on bump-mapped normals fade
+/// out near the horizon of ns. [Conty Estevez et al. 2019, A Microfacet-Based Shadowing Function to Solve the Bump
 /// Terminator Problem]
 struct BsdfEvaluation {
   Rgb rough_cos, smooth_cos;

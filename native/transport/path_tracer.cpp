@@ -282,7 +282,7 @@ class Walk {
                             : power_heuristic(pdf, bsdf_pdf);
     }
     Rgb radiance = light->radiance * (weight / pdf);
-    if (light->casts_shadow) radiance *= transmittance(context_, point.position, point.ng, *light, state_);
+    if (light->casts_shadow) radiance *= transmittance(context_, point, *light, state_);
     if (is_black(radiance)) return;
     if (keeps_light) keep_incident_light(*light, radiance, f.rough_cos);
     const bool is_environment = choice->sample.emitter == context_.lights.environment_emitter();

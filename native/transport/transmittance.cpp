@@ -1,6 +1,7 @@
 #include "transport/transmittance.h"
 
 #include "shading/material.h"
+#include "shading/shadow_origin.h"
 
 namespace cistern {
 namespace {
@@ -10,10 +11,11 @@ constexpr float kShadowEpsilon = 1e-6f;
 
 /// Both ends are moved off their surfaces, and the ray joins the moved ends: one end alone would let light at grazing
 /// angles occlude itself.
-Ray shadow_ray(Vec3 position, Vec3 ng, const IncidentLight& light) {
-  const Vec3 origin = offset_origin(position, ng, light.wi);
+Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLight& light) {
+  const ShadowOrigin start = shadow_origin(scene, point, light.wi);
+  const Vec3 origin = offset_origin(start.position, start.side, start.side);
   if (!std::isfinite(light.distance)) return {origin, light.wi};
-  Vec3 target = position + light.wi * light.distance;
+  Vec3 target = point.position + light.wi * light.distance;
   if (light.normal != Vec3{}) target = offset_origin(target, light.normal, -light.wi);
   const Vec3 segment = target - origin;
   const float distance = length(segment);
@@ -22,9 +24,9 @@ Ray shadow_ray(Vec3 position, Vec3 ng, const IncidentLight& light) {
 
 }  // namespace
 
-Rgb transmittance(const PathContext& context, Vec3 position, Vec3 ng, const IncidentLight& light,
+Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                   const PathState& path) {
-  Ray ray = shadow_ray(position, ng, light);
+  Ray ray = shadow_ray(context.scene, receiver, light);
   if (context.accel.occluded(ray)) return Rgb(0.0f);
   Rgb passed(1.0f);
   if (!context.accel.has_transparent_surfaces()) return passed;

@@ -54,7 +54,7 @@ Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
 Vec3 light_side(const SurfacePoint& point, const Bsdf& bsdf) {
   for (int i = 0; i < bsdf.count; ++i)
     if (transmits(bsdf.lobes[static_cast<size_t>(i)])) return {};
-  return point.ng;
+  return point.ns;
 }
 
 VisiblePoint make_visible_point(const SurfacePoint& point, const Bsdf& bsdf) {

@@ -133,6 +133,14 @@ def test_outline_of_a_coarse_smooth_mesh(empty_scene: bpy.types.Scene) -> None:
     assert result.agrees, result
 
 
+def test_terminator_of_a_coarse_smooth_mesh(empty_scene: bpy.types.Scene) -> None:
+    """Flat triangles do not show where light begins to graze: they darkened blocks by 3.8 %. 1.6 % was measured: Cycles
+    lifts shadow rays by another amount, and before the light is behind the triangle."""
+    build.stage(empty_scene, build.principled("ball", Base_Color=(0.8, 0.8, 0.8, 1.0), Roughness=1.0), segments=12)
+    result = compare_with_cycles(empty_scene, blocks=8)
+    assert result.largest_difference < 0.025, result
+
+
 def rougher(scene: bpy.types.Scene) -> None:
     node = next(n for n in bpy.data.materials["ball"].node_tree.nodes if n.type == "BSDF_PRINCIPLED")
     node.inputs["Roughness"].default_value += 0.03

@@ -111,25 +111,33 @@ TEST(Bsdf, DeltaGlassSplitsByFresnelAndBends) {
   EXPECT_NEAR(back->pdf + through->pdf, 1.0f, 1e-5f);
 }
 
-TEST(Bsdf, NothingReflectsBehindTheGeometry) {
+TEST(Bsdf, NothingReflectsBehindTheSmoothSurfaceNorIsSampledBehindTheFlatOne) {
   const Vec3 bent = normalize(kTestNormal + 0.8f * kFrame.s);
   const Vec3 wo = at_angle(kFrame, 0.5f);
   Bsdf bsdf = make_bsdf(wo);
+  bsdf.ns = normalize(kTestNormal + 0.4f * kFrame.s + 0.2f * kFrame.t);
   MicrofacetLobe lobe = glass(0.5f);
   lobe.n = bent;
   add_lobe(bsdf, lobe, Rgb(1.0f), 1.0f);
   add_lobe(bsdf, LambertLobe{bent}, Rgb(1.0f), 1.0f);
   Rng rng(4, 0, 0, 0);
+  int left_to_light_samples = 0;
   for (int i = 0; i < 5000; ++i) {
     const Vec3 wi = square_to_sphere(rng.next_vec2());
-    if (dot(wi, bent) * dot(wi, kTestNormal) < 0.0f) {
-      EXPECT_EQ(evaluate_bsdf(bsdf, wi).pdf, 0.0f);
+    const BsdfEvaluation evaluation = evaluate_bsdf(bsdf, wi);
+    if (dot(wi, bent) * dot(wi, bsdf.ns) < 0.0f) {
+      EXPECT_TRUE(is_black(evaluation.total_cos()));
+    }
+    if (dot(wi, bsdf.ng) * dot(wi, bsdf.ns) < 0.0f) {
+      EXPECT_EQ(evaluation.pdf, 0.0f);
+      left_to_light_samples += !is_black(evaluation.total_cos());
     }
     const std::optional<BsdfSample> sample = draw(bsdf, rng);
     if (sample) {
       EXPECT_EQ(sample->kind == ScatterKind::TRANSMISSION, dot(sample->wi, kTestNormal) < 0.0f);
     }
   }
+  EXPECT_GT(left_to_light_samples, 100);
   const auto sampler = [&](Rng& r) -> std::optional<Vec3> {
     const std::optional<BsdfSample> sample = draw(bsdf, r);
     return sample ? std::optional<Vec3>(sample->wi) : std::nullopt;

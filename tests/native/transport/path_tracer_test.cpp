@@ -334,7 +334,10 @@ GrazingLosses grazing_losses(Vec3 at) {
     const auto choice = tracer.context().lights.choose(position, up, rng.next_float(), rng.next_vec2());
     const auto light = tracer.context().lights.evaluate(choice->sample, position, {});
     if (!light) continue;
-    lost.now += is_black(transmittance(tracer.context(), position, up, *light, {}));
+    SurfacePoint receiver;
+    receiver.position = position;
+    receiver.ng = receiver.ns = up;
+    lost.now += is_black(transmittance(tracer.context(), receiver, *light, {}));
     // Planted bug: the receiver's end is moved off its surface, and the ray not aimed anew.
     lost.unjoined += tracer.context().accel.occluded(
         {offset_origin(position, up, light->wi), light->wi, 0.0f, 0.9999f * light->distance});

@@ -1,0 +1,37 @@
+#include "shading/shadow_origin.h"
+
+#include <array>
+
+#include "shading/mesh_interpolation.h"
+
+namespace cistern {
+namespace {
+
+/// From the point to the mean, weighted as the point is, of its projections on the tangent planes of the vertices. What
+/// is outside: +1 the side of the stored normals, -1 the other. A plane that the point lies outside of leaves it there.
+Vec3 lift(const Scene& scene, const SurfacePoint& point, float outwards) {
+  constexpr std::array<Vec2, 3> kVertices{Vec2{0.0f, 0.0f}, Vec2{1.0f, 0.0f}, Vec2{0.0f, 1.0f}};
+  const Instance& instance = scene.instances[point.instance];
+  const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
+  const Vec2 b = point.barycentric;
+  const std::array<float, 3> weights{1.0f - b.x - b.y, b.x, b.y};
+  Vec3 sum;
+  for (size_t i = 0; i < 3; ++i) {
+    const Vec3 stored = interpolate_normal(mesh, point.triangle, kVertices[i]);
+    const Vec3 n = outwards * normalize_or(transform_normal(instance.object_to_world, stored), {});
+    const Vec3 vertex = instance.object_to_world.point(interpolate_position(mesh, point.triangle, kVertices[i]));
+    sum += (weights[i] * std::max(dot(vertex - point.position, n), 0.0f)) * n;
+  }
+  return sum;
+}
+
+}  // namespace
+
+ShadowOrigin shadow_origin(const Scene& scene, const SurfacePoint& point, const Vec3& wi) {
+  const bool is_above = dot(point.ns, wi) > 0.0f;
+  const Vec3 side = is_above ? point.ng : -point.ng;
+  if (dot(side, wi) >= 0.0f) return {point.position, side};
+  return {point.position + lift(scene, point, is_above == point.is_backface ? -1.0f : 1.0f), side};
+}
+
+}  // namespace cistern

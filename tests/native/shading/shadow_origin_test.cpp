@@ -1,0 +1,60 @@
+#include "shading/shadow_origin.h"
+
+#include <gtest/gtest.h>
+
+#include "base/rng.h"
+#include "base/warp.h"
+#include "shading/nodes_scene.h"
+
+namespace cistern {
+namespace {
+
+/// A triangle as large as those of a sphere of 12 segments, with the normals of the unit sphere.
+std::shared_ptr<Mesh> triangle_on_sphere() {
+  auto mesh = test::make_triangle();
+  mesh->normals_domain = Domain::POINT;
+  mesh->positions = {normalize(Vec3{0.0f, 0.0f, 1.0f}), normalize(Vec3{0.5f, 0.0f, 1.0f}),
+                     normalize(Vec3{0.1f, 0.5f, 1.0f})};
+  mesh->normals.clear();
+  for (const Vec3 p : mesh->positions) mesh->normals.push_back(encode_octahedral(p));
+  return mesh;
+}
+
+TEST(ShadowOrigin, IsLiftedOverTheSmoothSurfaceAndOnlyForLightBetweenTheNormals) {
+  const Scene scene = test::make_scene(triangle_on_sphere());
+  Rng rng(1, 0, 0, 0);
+  int lifted = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const SurfacePoint point = test::point_at(scene, square_to_triangle(rng.next_vec2()), {0.0f, 0.0f, -1.0f});
+    const Vec3 wi = square_to_sphere(rng.next_vec2());
+    const ShadowOrigin origin = shadow_origin(scene, point, wi);
+    EXPECT_EQ(dot(origin.side, point.ng) > 0.0f, dot(point.ns, wi) > 0.0f);
+    if (!(dot(point.ns, wi) > 0.0f && dot(point.ng, wi) < 0.0f)) {
+      EXPECT_EQ(origin.position, point.position);
+      continue;
+    }
+    ++lifted;
+    // On a convex surface nothing but the sphere is in the way of light above its tangent plane.
+    EXPECT_GT(length(origin.position), 1.0f - 1e-4f);
+    EXPECT_LT(length(origin.position - point.position), 0.1f);
+  }
+  EXPECT_GT(lifted, 100);
+}
+
+TEST(ShadowOrigin, StaysWhereItIsInsideAndOnFlatTriangles) {
+  const Scene smooth = test::make_scene(triangle_on_sphere()), flat = test::make_scene(test::make_triangle());
+  Rng rng(2, 0, 0, 0);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec2 barycentric = square_to_triangle(rng.next_vec2());
+    const Vec3 wi = square_to_sphere(rng.next_vec2());
+    const SurfacePoint inside = test::point_at(smooth, barycentric, {0.0f, 0.0f, 1.0f});
+    if (dot(inside.ns, wi) > 0.0f) {
+      EXPECT_LT(length(shadow_origin(smooth, inside, wi).position - inside.position), 1e-5f);
+    }
+    const SurfacePoint plain = test::point_at(flat, barycentric, {0.0f, 0.0f, -1.0f});
+    EXPECT_EQ(shadow_origin(flat, plain, wi).position, plain.position);
+  }
+}
+
+}  // namespace
+}  // namespace cistern
