@@ -236,3 +236,12 @@ def test_cells_by_position_alone_are_fewer(tmp_path):
         channels, _ = render(scene, tmp_path)
         counts.append(len(np.unique(plane(channels, "Cells").reshape(-1, 3), axis=0)))
     assert counts[1] < counts[0]
+
+
+def test_cells_smaller_than_a_pixel_are_refused_by_name(tmp_path):
+    scene = small_scene()
+    scene.cistern.cell_pixels, scene.cistern.view = 0.5, "CELLS"
+    scene.render.filepath = str(tmp_path / "failed.exr")
+    with pytest.raises(RuntimeError, match="cell_pixels"):
+        bpy.ops.render.render(write_still=True)
+    assert "cell_pixels" in addon.report.last_report().error
