@@ -3,7 +3,7 @@
 namespace cistern {
 namespace {
 
-/// Cosines below this count as this: at the horizon lobes with normals of their own may see what `n` does not.
+/// Cosines below this count as this.
 constexpr float kSmallestCosine = 0.02f;
 /// Part of rough reflections that is taken to scatter evenly, for the tails that one lobe of mean roughness lacks.
 constexpr float kEvenShare = 0.05f;
@@ -23,24 +23,23 @@ Ggx reflect_ggx(float alpha, float cos_o, float cos_i, float cos_h) {
 }  // namespace
 
 Response respond(const Receiver& receiver, Vec3 wi) {
-  const bool is_two_sided = receiver.side == Vec3{};
-  if (!is_two_sided && !(dot(receiver.side, wi) > 0.0f)) return {};
+  const bool is_one_sided = receiver.side != Vec3{};
+  if (is_one_sided && !(dot(receiver.side, wi) > 0.0f)) return {};
   const float cos_n = dot(receiver.n, wi);
   const float diffuse = luminance(receiver.diffuse), glossy = luminance(receiver.glossy);
   const float albedo = diffuse + glossy + receiver.transmission;
   if (!(albedo > 0.0f)) return {};
+  // The smallest cosine stands for lobes with normals of their own, which may face what the mean normal does not.
+  const float cos_i = std::max(cos_n, kSmallestCosine);
   Response response;
-  if (cos_n > 0.0f || !is_two_sided) {
-    const float cos_i = std::max(cos_n, kSmallestCosine);
-    response.f_cos = (receiver.diffuse + kEvenShare * receiver.glossy) * (kInvPi * cos_i);
-    response.pdf = diffuse * kInvPi * cos_i;
-    if (glossy > 0.0f) {
-      const float cos_o = std::max(dot(receiver.n, receiver.wo), kSmallestCosine);
-      const Vec3 half = normalize_or(receiver.wo + wi, receiver.n);
-      const Ggx ggx = reflect_ggx(receiver.alpha, cos_o, cos_i, clamp01(dot(receiver.n, half)));
-      response.f_cos += receiver.glossy * ((1.0f - kEvenShare) * ggx.f_cos);
-      response.pdf += glossy * ggx.pdf;
-    }
+  response.f_cos = (receiver.diffuse + kEvenShare * receiver.glossy) * (kInvPi * cos_i);
+  response.pdf = diffuse * kInvPi * cos_i;
+  if (glossy > 0.0f) {
+    const float cos_o = std::max(dot(receiver.n, receiver.wo), kSmallestCosine);
+    const Vec3 half = normalize_or(receiver.wo + wi, receiver.n);
+    const Ggx ggx = reflect_ggx(receiver.alpha, cos_o, cos_i, clamp01(dot(receiver.n, half)));
+    response.f_cos += receiver.glossy * ((1.0f - kEvenShare) * ggx.f_cos);
+    response.pdf += glossy * ggx.pdf;
   }
   if (receiver.transmission > 0.0f) {
     const float spread = receiver.transmission * kInvPi * std::max(std::abs(cos_n), kSmallestCosine);

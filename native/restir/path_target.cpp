@@ -46,6 +46,9 @@ Rgb sent_radiance(const PathContext& context, const PathSample& sample, Vec3 wo)
 float path_target(const VisiblePoint& visible, const PathSample& sample, PathTarget target, Reflection reflection) {
   const std::optional<Connection> way = connect(visible, sample);
   if (!way) return 0.0f;
+  // Paths do not leave a smooth-shaded surface through its flat triangles.
+  const bool is_one_sided = visible.receiver.side != Vec3{};
+  if (is_one_sided && !(dot(visible.ng, way->wi) > 0.0f)) return 0.0f;
   const Rgb response = respond(visible.receiver, way->wi).f_cos;
   if (is_black(response)) return 0.0f;
   const Rgb sent =

@@ -35,11 +35,15 @@ std::optional<uint32_t> reproject(const ImageRegion& region, const Camera& camer
   return static_cast<uint32_t>(row) * static_cast<uint32_t>(region.width) + static_cast<uint32_t>(column);
 }
 
-bool is_reusable(const VisiblePoint& a, const VisiblePoint& b, const Similarity& limits) {
+bool has_same_bounces(const VisiblePoint& a, const VisiblePoint& b) {
   const auto bounces = [](const PathState& s) {
     return std::array{s.depth, s.diffuse_depth, s.glossy_depth, s.transmission_depth, s.transparent_depth};
   };
-  return a.exists && b.exists && bounces(a.state) == bounces(b.state) && is_similar(a, b, limits);
+  return bounces(a.state) == bounces(b.state);
+}
+
+bool is_reusable(const VisiblePoint& a, const VisiblePoint& b, const Similarity& limits) {
+  return a.exists && b.exists && has_same_bounces(a, b) && is_similar(a, b, limits);
 }
 
 bool is_similar(const VisiblePoint& a, const VisiblePoint& b, const Similarity& limits) {

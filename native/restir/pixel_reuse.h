@@ -32,8 +32,9 @@ struct Similarity {
 };
 /// Says nothing about their samples, so leaving a point out for it biases nothing.
 bool is_similar(const VisiblePoint& a, const VisiblePoint& b, const Similarity& limits);
-/// The same for reusing paths: both points must exist and their paths have as many bounces left of each kind, or one
-/// could not find what the other does.
+/// Whether paths from two points have as many bounces left of each kind: or one could not find what the other does.
+bool has_same_bounces(const VisiblePoint& a, const VisiblePoint& b);
+/// All that reusing paths asks for: both points exist, have the same bounces and are similar.
 bool is_reusable(const VisiblePoint& a, const VisiblePoint& b, const Similarity& limits);
 
 }  // namespace cistern

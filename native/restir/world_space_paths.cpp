@@ -49,6 +49,8 @@ PathReservoir WorldSpacePaths::reuse_in_cells(const VisiblePoint& visible, const
   candidates.add(visible, temporal, INFINITY);
   for (uint32_t i = 0; i < drawn.count && !candidates.is_full(); ++i) {
     const VisiblePoint& other = previous.points[cell[drawn[i]]];
+    // Deep entries found as much as their visible point would have.
+    if (!has_same_bounces(visible, previous.points[cell[drawn[i]] & ~1u])) continue;
     if (dot(other.receiver.n, n) < kSmallestNormalCosine) continue;
     candidates.add(other, previous.reservoirs[cell[drawn[i]]], reuse_.temporal_cap);
   }

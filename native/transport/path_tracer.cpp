@@ -26,6 +26,13 @@ struct Throughput {
     smooth *= s, direct *= s, indirect *= s, captured *= s;
     for (Rgb& c : continuation) c *= s;
   }
+  /// What ends here but for one link: `captured` then only says how likely the path goes on.
+  void keep_only_link(size_t link) {
+    captured = total();
+    smooth = direct = indirect = Rgb();
+    for (size_t i = 0; i < kMaxPathLinks; ++i)
+      if (i != link) continuation[i] = Rgb();
+  }
   void scatter(Rgb rough_weight, Rgb smooth_weight, bool captures_rough) {
     const Rgb weight = rough_weight + smooth_weight, reflected = direct + indirect;
     captured = captured * weight + (captures_rough ? reflected * rough_weight : Rgb());
@@ -81,6 +88,7 @@ class Walk {
     if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
     record_features(bsdf);
+    if (std::exchange(only_deep_link_next_, false)) throughput_.keep_only_link(1);
     vertex_ = {};
     const bool is_vertex = !last_segment_ && bsdf.scatters();
     float p_scatter = scatter_probability(bsdf);
@@ -200,8 +208,11 @@ class Walk {
   /// Weight of this path against light samples of an emitter that has `pdf` (per solid angle, given the emitter).
   float emitter_weight(std::optional<uint32_t> emitter, float pdf) const {
     if (!emitter || !mis_receiver_) return 1.0f;
-    if (mis_candidates_ > 0.0f)
+    if (mis_candidates_ > 0.0f) {
+      const Vec3 side = mis_receiver_->normal;  // reservoirs know nothing of what comes from behind it
+      if (side != Vec3{} && !(dot(side, ray_.direction) > 0.0f)) return 1.0f;
       return 1.0f - light_sample_share(context_, mis_candidates_, *emitter, pdf, scatter_pdf_);
+    }
     const float pmf = context_.lights.pmf(*emitter, mis_receiver_->position, mis_receiver_->normal);
     return power_heuristic(scatter_pdf_, pmf * pdf);
   }
@@ -392,12 +403,27 @@ class Walk {
   void count_bounce(const BsdfSample& sample) {
     count_scattering(state_, sample.kind);
     state_.is_singular = sample.is_delta;
-    // The limits of the other kinds were kept when those were counted.
-    const PathLimits& limits = context_.limits;
-    last_segment_ = state_.depth > limits.max_bounces || state_.diffuse_depth > limits.max_diffuse_bounces ||
-                    state_.glossy_depth > limits.max_glossy_bounces ||
-                    state_.transmission_depth > limits.max_transmission_bounces;
+    last_segment_ = exceeds_limits(state_);
+    if (!last_segment_ || !continues_deep_link()) return;
+    // The second link stands in for one that starts at a visible point: the bounce before it does not count.
+    PathState of_link = state_;
+    for (const auto count :
+         {&PathState::depth, &PathState::diffuse_depth, &PathState::glossy_depth, &PathState::transmission_depth}) {
+      const int before = capture_->links[1].from.state.*count - capture_->visible.state.*count;
+      of_link.*count = static_cast<uint16_t>(of_link.*count - before);
+    }
+    last_segment_ = exceeds_limits(of_link);
+    only_deep_link_next_ = !last_segment_;
   }
+
+  bool exceeds_limits(const PathState& state) const {
+    const PathLimits& limits = context_.limits;
+    return state.depth > limits.max_bounces || state.diffuse_depth > limits.max_diffuse_bounces ||
+           state.glossy_depth > limits.max_glossy_bounces || state.transmission_depth > limits.max_transmission_bounces;
+  }
+
+  /// Whether the second link is under way, towards its sample point or beyond.
+  bool continues_deep_link() const { return capture_ && (open_link_ == 1 || !is_black(throughput_.continuation[1])); }
 
   bool survives_roulette() {
     if (state_.depth <= context_.limits.min_bounces) return true;
@@ -428,9 +454,10 @@ class Walk {
   float scatter_pdf_ = 0.0f;     // of the current direction, per solid angle
   float mis_candidates_ = 0.0f;  // VertexUse::light_candidates of that vertex
   float path_length_ = 0.0f;
-  Vec3 vertex_origin_;         // where the ray left the last vertex: transparent surfaces are no vertices
-  float travelled_ = 0.0f;     // from there to the ray's origin
-  bool last_segment_ = false;  // a bounce limit is reached: only light met directly still counts
+  Vec3 vertex_origin_;                // where the ray left the last vertex: transparent surfaces are no vertices
+  float travelled_ = 0.0f;            // from there to the ray's origin
+  bool last_segment_ = false;         // a bounce limit is reached: only light met directly still counts
+  bool only_deep_link_next_ = false;  // the same for all but the second link, which may bounce once more
   bool features_done_ = false;
   bool sees_film_ = true;  // the film may be transparent for this ray: from the camera, or through clear glass
 };
