@@ -47,29 +47,46 @@ Rng CachedLightReservoirs::random_numbers(uint32_t pixel, uint32_t frame, uint32
   return Rng(seed_, y * static_cast<uint32_t>(image_.full_width) + x, frame, stream);
 }
 
-/// UNBIASED: the cell of a place up to half a cell away in the tangent plane, where there is one.
+/// The cell of a place in the tangent plane, up to half a cell away for u in [0, 1]^3.
+LightCacheKey CachedLightReservoirs::key_beside(const VisiblePoint& visible, Vec3 u) const {
+  const Vec3 offset = cache_.cells().cell_size() * (u - Vec3{0.5f, 0.5f, 0.5f});
+  return cache_.cells().key_of(visible.receiver.position + offset - visible.ng * dot(visible.ng, offset), visible.ng);
+}
+
+/// UNBIASED: the cell of a random place beside the point, where there is one.
 LightCacheKey CachedLightReservoirs::choose_cell(const VisiblePoint& visible, uint32_t pixel, uint32_t frame) const {
-  const LightCacheCells& cells = cache_.cells();
   if (!visible.exists) return kNoLightCacheKey;
-  const Vec3 position = visible.receiver.position;
   if (reuse_.bias == Bias::UNBIASED) {
     Rng rng = random_numbers(pixel, frame, kCellStream);
     const Vec2 xy = rng.next_vec2();
-    Vec3 offset = cells.cell_size() * Vec3{xy.x - 0.5f, xy.y - 0.5f, rng.next_float() - 0.5f};
-    offset = offset - visible.ng * dot(visible.ng, offset);
-    const LightCacheKey beside = cells.key_of(position + offset, visible.ng);
+    const LightCacheKey beside = key_beside(visible, {xy.x, xy.y, rng.next_float()});
     if (beside != kNoLightCacheKey) return beside;
   }
-  return cells.key_of(position, visible.ng);
+  return cache_.cells().key_of(visible.receiver.position, visible.ng);
+}
+
+/// Cells that choose_cell may come upon in later frames.
+void CachedLightReservoirs::request_surroundings(std::span<const VisiblePoint> visible_points) {
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 u{corner & 1 ? 1.0f : 0.0f, corner & 2 ? 1.0f : 0.0f, corner & 4 ? 1.0f : 0.0f};
+    parallel_blocks(visible_points.size(), kPixelBlock, [&](size_t, size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i)
+        keys_[i] = visible_points[i].exists ? key_beside(visible_points[i], u) : kNoLightCacheKey;
+    });
+    cache_.request(keys_);
+  }
 }
 
 bool CachedLightReservoirs::prepare(std::span<const VisiblePoint> visible_points, uint32_t frame,
                                     const WorkMonitor& monitor) {
+  const bool is_first = keys_.empty();
   keys_.resize(visible_points.size());
+  if (is_first && reuse_.bias == Bias::UNBIASED) request_surroundings(visible_points);
   parallel_blocks(visible_points.size(), kPixelBlock, [&](size_t, size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) keys_[i] = choose_cell(visible_points[i], static_cast<uint32_t>(i), frame);
   });
-  return cache_.prepare(keys_, frame, monitor);
+  cache_.request(keys_);
+  return cache_.prepare(frame, monitor);
 }
 
 LightReservoir CachedLightReservoirs::initial_candidates(const VisiblePoint& visible, uint32_t pixel, uint32_t frame,

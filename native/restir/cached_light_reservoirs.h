@@ -24,7 +24,8 @@ class CachedLightReservoirs {
   CachedLightReservoirs(const PathContext& context, const DirectReuse& reuse, const LightCacheSettings& settings,
                         const Image& image, uint64_t seed, std::shared_ptr<const LightCacheCells> cells);
 
-  /// Makes ready what the visible points of a frame need; most of the work is in the first frame. False when stopped.
+  /// Makes ready what the visible points of a frame need; most of the work is in the first frame, which makes all cells
+  /// that its points may look up in any. False when stopped.
   bool prepare(std::span<const VisiblePoint> visible_points, uint32_t frame, const WorkMonitor& monitor);
 
   /// In place of ReservoirDirectLight::initial_candidates, after `prepare` for the same points and frame.
@@ -38,6 +39,8 @@ class CachedLightReservoirs {
 
  private:
   Rng random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const;
+  void request_surroundings(std::span<const VisiblePoint> visible_points);
+  LightCacheKey key_beside(const VisiblePoint& visible, Vec3 u) const;
   LightCacheKey choose_cell(const VisiblePoint& visible, uint32_t pixel, uint32_t frame) const;
   LightReservoir merge(const VisiblePoint& visible, const LightReservoir& own, uint32_t cell, Rng& rng,
                        uint64_t& non_finite) const;

@@ -53,20 +53,24 @@ LightCache::LightCache(const PathContext& context, const LightCacheSettings& set
       cells_(std::move(cells)),
       floor_(floor_weights(context.lights)) {}
 
-/// The cells of the keys, each once, in the order of keys; new ones get a number.
-std::vector<uint32_t> LightCache::wanted_cells(std::span<const LightCacheKey> keys) {
-  seen_.resize(LightCacheCells::kSpatialCells);
+void LightCache::request(std::span<const LightCacheKey> keys) {
+  requested_.resize(LightCacheCells::kSpatialCells);
   parallel_blocks(keys.size(), kKeyBlock, [&](size_t, size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       if (keys[i] == kNoLightCacheKey) continue;
-      const std::atomic_ref word(seen_[keys[i] / LightCacheCells::kNormalBins]);
+      const std::atomic_ref word(requested_[keys[i] / LightCacheCells::kNormalBins]);
       const uint64_t bit = uint64_t{1} << (keys[i] % LightCacheCells::kNormalBins);
       if ((word.load(std::memory_order_relaxed) & bit) == 0) word.fetch_or(bit, std::memory_order_relaxed);
     }
   });
+}
+
+/// The cells requested, each once, in the order of keys; new ones get a number.
+std::vector<uint32_t> LightCache::take_requests() {
   std::vector<uint32_t> wanted;
+  if (requested_.empty()) return wanted;
   for (const uint32_t spatial : cells_->occupied_spatial_cells())
-    for (uint64_t bins = std::exchange(seen_[spatial], 0); bins != 0; bins &= bins - 1)
+    for (uint64_t bins = std::exchange(requested_[spatial], 0); bins != 0; bins &= bins - 1)
       wanted.push_back(
           number_of(spatial * LightCacheCells::kNormalBins + static_cast<uint32_t>(std::countr_zero(bins))));
   return wanted;
@@ -78,9 +82,9 @@ uint32_t LightCache::number_of(LightCacheKey key) {
   return found->second;
 }
 
-bool LightCache::prepare(std::span<const LightCacheKey> keys, uint32_t frame, const WorkMonitor& monitor) {
+bool LightCache::prepare(uint32_t frame, const WorkMonitor& monitor) {
   if (context_.lights.is_empty()) return true;
-  const std::vector<uint32_t> wanted = wanted_cells(keys);
+  const std::vector<uint32_t> wanted = take_requests();
   points_.resize(cells_made_.size() * kPointsPerCell);
   reservoirs_.resize(cells_made_.size() * static_cast<size_t>(settings_.reservoirs));
   std::atomic<bool> stopped{false};
@@ -253,7 +257,7 @@ std::span<const CachedReservoir> LightCache::reservoirs(uint32_t cell) const {
 size_t LightCache::memory_bytes() const {
   constexpr size_t kBytesPerNumber = sizeof(std::pair<LightCacheKey, uint32_t>) + 3 * sizeof(void*);  // about
   return cells_made_.capacity() * sizeof(Cell) + points_.capacity() * sizeof(SurfacePosition) +
-         reservoirs_.capacity() * sizeof(CachedReservoir) + seen_.capacity() * sizeof(uint64_t) +
+         reservoirs_.capacity() * sizeof(CachedReservoir) + requested_.capacity() * sizeof(uint64_t) +
          numbers_.size() * kBytesPerNumber + floor_.memory_bytes();
 }
 

@@ -18,7 +18,7 @@ struct LightCacheSettings {
   int reservoirs = 64;           ///< in each cell
   int candidates = 1024;         ///< (surface point, light) pairs behind the reservoirs of a cell
   int merged = 4;                ///< X, reservoirs of its cell that a visible point takes
-  int target_points = 4;         ///< UNBIASED: surface points whose mean is the target of a cell
+  int target_points = 2;         ///< UNBIASED: surface points whose mean is the target of a cell
   int refresh_frames = 32;       ///< UNBIASED: frames after which the reservoirs of a cell are made anew
 };
 
@@ -52,9 +52,11 @@ class LightCache {
   LightCache(const PathContext& context, const LightCacheSettings& settings, float light_candidates, Bias bias,
              uint64_t seed, std::shared_ptr<const LightCacheCells> cells);
 
-  /// Makes the reservoirs of the keys (kNoLightCacheKey among them is skipped) ready for a frame. False when stopped:
-  /// the cells that are not ready are made by the next call. Frames must be asked for in order.
-  bool prepare(std::span<const LightCacheKey> keys, uint32_t frame, const WorkMonitor& monitor);
+  /// Adds cells to those that the next `prepare` makes ready; kNoLightCacheKey among them is skipped.
+  void request(std::span<const LightCacheKey> keys);
+  /// Makes the reservoirs of the cells requested ready for a frame. False when stopped: cells that are not ready then
+  /// are made when they are requested again. Frames must be asked for in order.
+  bool prepare(uint32_t frame, const WorkMonitor& monitor);
 
   const LightCacheCells& cells() const { return *cells_; }
   /// Number of a cell that `prepare` has made.
@@ -79,7 +81,7 @@ class LightCache {
   };
   struct Pool;
 
-  std::vector<uint32_t> wanted_cells(std::span<const LightCacheKey> keys);
+  std::vector<uint32_t> take_requests();
   uint32_t number_of(LightCacheKey key);
   bool needs_reservoirs(uint32_t cell, uint32_t frame) const;
   void find_points(uint32_t cell, uint32_t frame);
@@ -101,7 +103,7 @@ class LightCache {
   std::vector<Cell> cells_made_;
   std::vector<SurfacePosition> points_;      // kPointsPerCell for each cell
   std::vector<CachedReservoir> reservoirs_;  // settings_.reservoirs for each cell
-  std::vector<uint64_t> seen_;               // per spatial cell, a bit per normal bin; zero between calls
+  std::vector<uint64_t> requested_;          // per spatial cell, a bit per normal bin
   std::atomic<uint64_t> non_finite_weights_{0};
 };
 

@@ -1,6 +1,7 @@
+#include "restir/cached_light_reservoirs.h"
+
 #include <gtest/gtest.h>
 
-#include "restir/cached_light_reservoirs.h"
 #include "restir/light_cache_scenes.h"
 
 namespace cistern::test {

@@ -26,6 +26,11 @@ std::shared_ptr<const LightCacheCells> cells_of(const LightBench& bench) {
   return LightCacheCells::build(*bench.scene, static_cast<uint32_t>(small_cache().surface_points), 1);
 }
 
+bool prepare(LightCache& cache, std::span<const LightCacheKey> keys, uint32_t frame, const WorkMonitor& monitor) {
+  cache.request(keys);
+  return cache.prepare(frame, monitor);
+}
+
 double mean_of(const LightBench& bench, std::span<const CachedReservoir> reservoirs, const VisiblePoint& visible) {
   double sum = 0.0;
   for (const CachedReservoir& r : reservoirs)
@@ -42,7 +47,7 @@ double p_value_of(const LightBench& bench, Bias bias, const VisiblePoint& visibl
   Moments means;
   for (uint64_t seed = 0; seed < kCaches; ++seed) {
     LightCache cache(bench.context, small_cache(), kOwnCandidates, bias, seed, cells);
-    for (const uint32_t f : {uint32_t{0}, frame}) cache.prepare(std::span(&key, 1), f, {});
+    for (const uint32_t f : {uint32_t{0}, frame}) prepare(cache, std::span(&key, 1), f, {});
     means.add(mean_of(bench, cache.reservoirs(*cache.find(key)), visible));
     EXPECT_EQ(cache.non_finite_weights(), 0u);
   }
@@ -72,7 +77,7 @@ TEST(LightCache, TargetsArePositiveForEveryEmitter) {
   const LightCacheKey key = cells->key_of(kPlace, kUp);
   for (const Bias bias : {Bias::UNBIASED, Bias::FAST}) {
     LightCache cache(bench.context, small_cache(), kOwnCandidates, bias, 1, cells);
-    cache.prepare(std::span(&key, 1), 0, {});
+    prepare(cache, std::span(&key, 1), 0, {});
     size_t zeros = 0;
     for (uint32_t e = 0; e < bench.lights.emitter_count(); ++e)
       for (const float u : {0.0f, 0.3f, kOneMinusEpsilon}) zeros += !(cache.target(0, {e, {u, u}}) > 0.0f);
@@ -85,7 +90,7 @@ TEST(LightCache, StoredTargetsAreThoseOfTheCell) {
   const auto cells = cells_of(bench);
   const LightCacheKey key = cells->key_of(kPlace, kUp);
   LightCache cache(bench.context, small_cache(), kOwnCandidates, Bias::UNBIASED, 1, cells);
-  for (uint32_t frame = 0; frame < 3; ++frame) cache.prepare(std::span(&key, 1), frame, {});
+  for (uint32_t frame = 0; frame < 3; ++frame) prepare(cache, std::span(&key, 1), frame, {});
   for (const CachedReservoir& r : cache.reservoirs(0)) {
     ASSERT_GT(r.W, 0.0f);
     ASSERT_EQ(r.p_hat, cache.target(0, r.sample));
@@ -113,12 +118,12 @@ Renewals renewals(Bias bias, uint64_t seed, uint32_t frames) {
   std::vector<LightCacheKey> keys;
   for (int i = 0; i < 40; ++i) keys.push_back(cells->key_of({0.09f * static_cast<float>(i) - 1.8f, 0.0f, 0.0f}, kUp));
   LightCache cache(bench.context, small_cache(), kOwnCandidates, bias, seed, cells);
-  cache.prepare(keys, 0, {});
+  prepare(cache, keys, 0, {});
   Renewals result{std::vector<int>(cache.cell_count())};
   for (uint32_t frame = 1; frame <= frames; ++frame) {
     std::vector<std::vector<CachedReservoir>> before;
     for (uint32_t cell = 0; cell < cache.cell_count(); ++cell) before.push_back(copy_of(cache, cell));
-    cache.prepare(keys, frame, {});
+    prepare(cache, keys, frame, {});
     int at_once = 0;
     for (uint32_t cell = 0; cell < cache.cell_count(); ++cell) {
       const bool is_new = !is_same(before[cell][0], cache.reservoirs(cell)[0]);
@@ -154,7 +159,7 @@ double error_of_long_run(Bias bias) {
     LightCache cache(bench.context, small_cache(), kOwnCandidates, bias, seed, cells);
     double sum = 0.0;
     for (uint32_t frame = 0; frame < kFrames; ++frame) {
-      cache.prepare(std::span(&key, 1), frame, {});
+      prepare(cache, std::span(&key, 1), frame, {});
       sum += mean_of(bench, cache.reservoirs(0), visible);
     }
     squares.add(sqr(static_cast<float>(sum / kFrames / exact - 1.0)));
@@ -173,10 +178,10 @@ TEST(LightCache, StopsAndGoesOn) {
   const auto cells = cells_of(bench);
   const LightCacheKey keys[] = {cells->key_of(kPlace, kUp), kNoLightCacheKey, cells->key_of({1, 1, 0}, kUp)};
   LightCache cache(bench.context, small_cache(), kOwnCandidates, Bias::UNBIASED, 1, cells);
-  EXPECT_FALSE(cache.prepare(keys, 0, {[] { return true; }}));
+  EXPECT_FALSE(prepare(cache, keys, 0, {[] { return true; }}));
   EXPECT_FALSE(cache.find(keys[0]));
   float last = 0.0f;
-  EXPECT_TRUE(cache.prepare(keys, 0, {[] { return false; }, [&](float done) { last = done; }}));
+  EXPECT_TRUE(prepare(cache, keys, 0, {[] { return false; }, [&](float done) { last = done; }}));
   EXPECT_EQ(last, 1.0f);
   EXPECT_TRUE(cache.find(keys[0]) && cache.find(keys[2]));
   EXPECT_FALSE(cache.find(kNoLightCacheKey));
@@ -194,7 +199,7 @@ TEST(LightCache, DoesNotDependOnThreads) {
   for (const int threads : {1, 2, 7}) {
     LightCache cache(bench.context, small_cache(), kOwnCandidates, Bias::UNBIASED, 1, cells);
     tbb::task_arena(threads).execute([&] {
-      for (uint32_t frame = 0; frame < 2; ++frame) cache.prepare(keys, frame, {});
+      for (uint32_t frame = 0; frame < 2; ++frame) prepare(cache, keys, frame, {});
     });
     std::vector<CachedReservoir> all;
     for (uint32_t cell = 0; cell < cache.cell_count(); ++cell)
