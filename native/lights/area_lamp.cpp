@@ -159,7 +159,9 @@ AreaLamp make_area_lamp(const AreaLight& light) {
   lamp.length_u = length(light.edge_u), lamp.length_v = length(light.edge_v);
   lamp.axis_u = normalize_or(light.edge_u, {1.0f, 0.0f, 0.0f});
   lamp.axis_v = normalize_or(light.edge_v, {0.0f, 1.0f, 0.0f});
-  lamp.normal = normalize_or(light.normal, {0.0f, 0.0f, -1.0f});
+  // Of the plane that the edges span, on the side that was asked for: sheared lamps come with others.
+  const Vec3 side = normalize_or(light.normal, {0.0f, 0.0f, -1.0f}), across = cross(light.edge_u, light.edge_v);
+  lamp.normal = normalize_or(dot(across, side) < 0.0f ? -across : across, side);
   lamp.is_ellipse = light.is_ellipse;
   lamp.is_rectangular = std::abs(dot(lamp.axis_u, lamp.axis_v)) < kOrthogonal;
   lamp.area = length(cross(light.edge_u, light.edge_v)) * (light.is_ellipse ? kPi / 4.0f : 1.0f);

@@ -106,6 +106,15 @@ TEST(LampIrradiance, RectangleMatchesConfigurationFactor) {
   }
 }
 
+TEST(LampIrradiance, AreaLightsFaceTheirEdgesWhateverNormalTheyCameWith) {
+  const Light upright = area({1.0f, 0.0f, 0.0f}, {0.0f, 0.5f, 0.0f}, false, kPi);
+  Light sheared = upright;
+  std::get<AreaLight>(sheared.shape).normal = normalize(Vec3{0.5f, 0.3f, -1.0f});
+  EXPECT_EQ(irradiance(make_lamp(sheared)), irradiance(make_lamp(upright)));
+  std::get<AreaLight>(sheared.shape).normal = normalize(Vec3{0.5f, 0.3f, 1.0f});  // the other side
+  EXPECT_EQ(irradiance(make_lamp(sheared)), 0.0);
+}
+
 TEST(LampIrradiance, DiskAndEllipseMatchQuadrature) {
   Light light = area({2.0f, 0.0f, 0.0f}, {0.0f, 2.0f, 0.0f}, true, kPi);
   std::get<AreaLight>(light.shape).center = {0.0f, 0.0f, 2.0f};
