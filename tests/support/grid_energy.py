@@ -16,7 +16,7 @@ NORMAL_BINS_PER_FACE = 3
 
 @dataclass(frozen=True)
 class GridEnergy:
-    """`aligned`: mean square of the error's cell means, over what independent pixels would give (1: no structure).
+    """`aligned`: mean square of the error's cell means, over that within cells, of what is not smooth.
     `displaced`: the same for cells of the same size that lie elsewhere, mean and standard deviation over displacements:
     what blotches of no relation to the cells give. `amplitude`: root mean square, in the unit of the error, of what the
     true cells have beyond the displaced ones."""
@@ -50,9 +50,33 @@ def normal_bins(normals: NDArray) -> NDArray:
 
 def cell_labels(positions: NDArray, normals: NDArray, origin: NDArray, edges: NDArray) -> NDArray:
     """Number of each point's cell, counting up from 0 without gaps."""
-    cells = np.floor((positions - origin) / edges).astype(np.int64)
-    keys = np.concatenate([cells, normal_bins(normals)[:, None]], axis=1)
-    return np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+    key = normal_bins(normals)
+    for cell in np.floor((positions - origin) / edges).astype(np.int64).T:
+        key = key * (np.ptp(cell) + 1) + (cell - cell.min())
+    return np.unique(key, return_inverse=True)[1].ravel()
+
+
+@dataclass(frozen=True)
+class Grids:
+    """Labels of the cells of a grid, and of the same grid displaced: to compare with, and to smooth by."""
+
+    true: NDArray
+    displaced: list[NDArray]
+    smoothing: list[NDArray]
+
+
+def make_grids(positions: NDArray, normals: NDArray, origin: NDArray, edges: NDArray, displacements: int = 24) -> Grids:
+    """For (pixels, 3) surface points and the grid of cells with corner `origin`."""
+    random = np.random.default_rng(7)
+    corners = [origin + random.uniform(0.0, 1.0, 3) * edges for _ in range(2 * displacements)]
+    labels = [cell_labels(positions, normals, corner, edges) for corner in (origin, *corners)]
+    return Grids(labels[0], labels[1 : 1 + displacements], labels[1 + displacements :])
+
+
+def cell_means(errors: NDArray, labels: NDArray) -> NDArray:
+    """(pixels, channels): the mean of each pixel's cell."""
+    counts = np.bincount(labels)[:, None]
+    return (np.stack([np.bincount(labels, channel) for channel in errors.T], 1) / counts)[labels]
 
 
 def between_and_within(errors: NDArray, labels: NDArray) -> tuple[float, float, float]:
@@ -74,17 +98,11 @@ def between_and_within(errors: NDArray, labels: NDArray) -> tuple[float, float, 
     return between, within, len(errors) / len(counts)
 
 
-def grid_energy(
-    errors: NDArray, positions: NDArray, normals: NDArray, origin: NDArray, edges: NDArray, displacements: int = 24
-) -> GridEnergy:
-    """Of (pixels, channels) errors at (pixels, 3) surface points, for the grid of cells with corner `origin`."""
-    random = np.random.default_rng(7)
-    between, within, pixels_per_cell = between_and_within(errors, cell_labels(positions, normals, origin, edges))
-    displaced = []
-    for _ in range(displacements):
-        moved = origin + random.uniform(0.2, 0.8, 3) * edges
-        b, w, _ = between_and_within(errors, cell_labels(positions, normals, moved, edges))
-        displaced.append(b / w)
+def grid_energy(errors: NDArray, grids: Grids) -> GridEnergy:
+    """Of (pixels, channels). What is smooth at the scale of cells, such as a bias by brightness, is taken off first."""
+    errors = errors - np.mean([cell_means(errors, labels) for labels in grids.smoothing], axis=0)
+    between, within, pixels_per_cell = between_and_within(errors, grids.true)
+    displaced = [b / w for b, w, _ in (between_and_within(errors, labels) for labels in grids.displaced)]
     elsewhere = float(np.mean(displaced))
     amplitude = float(np.sqrt(max(between - within * elsewhere, 0.0) / pixels_per_cell))
     return GridEnergy(between / within, elsewhere, float(np.std(displaced, ddof=1)), amplitude)
