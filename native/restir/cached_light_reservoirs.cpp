@@ -121,11 +121,14 @@ LightReservoir CachedLightReservoirs::merge(const VisiblePoint& visible, const L
   }
   const std::span all(candidates.data(), chosen.count + 1);
   const float albedo = albedo_of(visible.receiver);
+  size_t known = 0;
   const auto target = [&](size_t i, const LightSample& sample) {
     if (i == 0) return light_target(context_, light_candidates, visible, sample);
-    // All cached reservoirs are of one cell: its target is known for every sample there is.
-    size_t known = 0;
-    while (known + 1 < all.size() && !is_same(all[known].sample, sample)) ++known;
+    // All cached reservoirs are of one cell, whose target is known for every sample there is. They ask in turn.
+    if (!is_same(all[known].sample, sample)) {
+      known = 0;
+      while (known + 1 < all.size() && !is_same(all[known].sample, sample)) ++known;
+    }
     return albedo * cell_targets[known];
   };
   return resample<LightSample>(all, target, is_fast ? MisWeight::CONSTANT : MisWeight::BALANCE, rng, non_finite);

@@ -85,8 +85,7 @@ uint32_t LightCache::number_of(LightCacheKey key) {
 bool LightCache::prepare(uint32_t frame, const WorkMonitor& monitor) {
   if (context_.lights.is_empty()) return true;
   const std::vector<uint32_t> wanted = take_requests();
-  points_.resize(cells_made_.size() * kPointsPerCell);
-  reservoirs_.resize(cells_made_.size() * static_cast<size_t>(settings_.reservoirs));
+  make_room();
   std::atomic<bool> stopped{false};
   std::atomic<size_t> done{0};
   parallel_blocks(wanted.size(), kCellBlock, [&](size_t, size_t begin, size_t end) {
@@ -103,6 +102,19 @@ bool LightCache::prepare(uint32_t frame, const WorkMonitor& monitor) {
     if (monitor.report) monitor.report(static_cast<float>(n) / static_cast<float>(wanted.size()));
   });
   return !stopped;
+}
+
+/// Later frames add few cells to those of the first: doubling would waste half of the memory.
+void LightCache::make_room() {
+  constexpr size_t kSpare = 8;  // one cell more for each of so many
+  const auto reservoirs_per_cell = static_cast<size_t>(settings_.reservoirs);
+  const size_t count = cells_made_.size();
+  if (reservoirs_.capacity() < count * reservoirs_per_cell) {
+    points_.reserve((count + count / kSpare) * kPointsPerCell);
+    reservoirs_.reserve((count + count / kSpare) * reservoirs_per_cell);
+  }
+  points_.resize(count * kPointsPerCell);
+  reservoirs_.resize(count * reservoirs_per_cell);
 }
 
 bool LightCache::needs_reservoirs(uint32_t cell, uint32_t frame) const {

@@ -84,6 +84,7 @@ class LightCache {
   std::vector<uint32_t> take_requests();
   uint32_t number_of(LightCacheKey key);
   bool needs_reservoirs(uint32_t cell, uint32_t frame) const;
+  void make_room();
   void find_points(uint32_t cell, uint32_t frame);
   void make_reservoirs(uint32_t cell, uint32_t frame, Pool& pool);
   float measure_floor(uint32_t cell, Rng& rng) const;
