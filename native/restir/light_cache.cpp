@@ -55,6 +55,7 @@ LightCache::LightCache(const PathContext& context, const LightCacheSettings& set
 
 void LightCache::request(std::span<const LightCacheKey> keys) {
   requested_.resize(LightCacheCells::kSpatialCells);
+  pixel_count_ = keys.size();
   parallel_blocks(keys.size(), kKeyBlock, [&](size_t, size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       if (keys[i] == kNoLightCacheKey) continue;
@@ -122,6 +123,12 @@ bool LightCache::needs_reservoirs(uint32_t cell, uint32_t frame) const {
   return !made.is_ready || (bias_ == Bias::UNBIASED && frame >= made.made_next);
 }
 
+uint32_t LightCache::renewal_period() const {
+  const double candidates = static_cast<double>(cells_made_.size()) * settings_.candidates;
+  const double affordable = double{settings_.renewals_per_pixel} * static_cast<double>(pixel_count_);
+  return std::max(static_cast<uint32_t>(settings_.refresh_frames), static_cast<uint32_t>(candidates / affordable));
+}
+
 void LightCache::find_points(uint32_t cell, uint32_t frame) {
   Cell& made = cells_made_[cell];
   std::vector<SurfacePosition> found;
@@ -141,7 +148,7 @@ void LightCache::make_reservoirs(uint32_t cell, uint32_t frame, Pool& pool) {
   choose_reservoirs(cell, pool, rng);
   made.is_ready = true;
   // Each cell has its own turn, so that every frame has as much to do.
-  const auto period = static_cast<uint32_t>(settings_.refresh_frames);
+  const auto period = renewal_period();
   made.made_next = frame + period - static_cast<uint32_t>((frame + mix_bits(made.key)) % period);
 }
 

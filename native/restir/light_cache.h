@@ -20,6 +20,9 @@ struct LightCacheSettings {
   int merged = 4;                ///< X, reservoirs of its cell that a visible point takes
   int target_points = 2;         ///< UNBIASED: surface points whose mean is the target of a cell
   int refresh_frames = 32;       ///< UNBIASED: frames after which the reservoirs of a cell are made anew
+  /// Candidates that this may cost for each pixel and frame: a few per cent of a frame. Small pictures see as many
+  /// cells as large ones, and take longer to renew them all.
+  float renewals_per_pixel = 2.0f;
 };
 
 /// A light sample that a cell offers. W in the measure of light_target.h; W = 0: a null sample.
@@ -86,6 +89,7 @@ class LightCache {
   bool needs_reservoirs(uint32_t cell, uint32_t frame) const;
   void make_room();
   void find_points(uint32_t cell, uint32_t frame);
+  uint32_t renewal_period() const;
   void make_reservoirs(uint32_t cell, uint32_t frame, Pool& pool);
   float measure_floor(uint32_t cell, Rng& rng) const;
   void draw_pool(uint32_t cell, Rng& rng, Pool& pool);
@@ -104,7 +108,8 @@ class LightCache {
   std::vector<Cell> cells_made_;
   std::vector<SurfacePosition> points_;      // kPointsPerCell for each cell
   std::vector<CachedReservoir> reservoirs_;  // settings_.reservoirs for each cell
-  std::vector<uint64_t> requested_;          // per spatial cell, a bit per normal bin
+  size_t pixel_count_ = 1;
+  std::vector<uint64_t> requested_;  // per spatial cell, a bit per normal bin
   std::atomic<uint64_t> non_finite_weights_{0};
 };
 

@@ -154,19 +154,19 @@ bool LightCacheCells::fits(const Scene& scene) const {
 void LightCacheCells::set_box(const Bounds3& box) {
   if (box.is_empty()) return;
   const Vec3 extent = box.diagonal();
-  // Flat scenes get cells as thick as they are wide.
-  const float thickest = std::max({extent.x, extent.y, extent.z});
-  const auto fill = [&](float e) { return e > 1e-3f * thickest ? e : (thickest > 0.0f ? thickest : 1.0f); };
-  const Vec3 size{fill(extent.x), fill(extent.y), fill(extent.z)};
+  const float longest = std::max({extent.x, extent.y, extent.z}), edge = longest > 0.0f ? longest : 1.0f;
+  const Vec3 size{edge, edge, edge};
   lower_ = box.lower - size * kLowerMargin;
   cell_size_ = size * (Vec3{1.0f, 1.0f, 1.0f} + kLowerMargin + kUpperMargin) * (1.0f / kResolution);
+  const Vec3 last = (box.upper - lower_) * (1.0f / cell_size_.x);  // cells are cubes
+  last_ = {std::floor(last.x), std::floor(last.y), std::floor(last.z)};
 }
 
 uint32_t LightCacheCells::spatial_cell(Vec3 position) const {
   uint32_t cell = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const float steps = (position[axis] - lower_[axis]) / cell_size_[axis];
-    cell = cell * kResolution + static_cast<uint32_t>(std::clamp(steps, 0.0f, kResolution - 1.0f));
+    cell = cell * kResolution + static_cast<uint32_t>(std::clamp(steps, 0.0f, last_[axis]));
   }
   return cell;
 }

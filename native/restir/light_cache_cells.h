@@ -28,7 +28,8 @@ inline constexpr LightCacheKey kNoLightCacheKey = ~LightCacheKey{0};
 /// [Stefanescu 2025] V. T. Stefanescu: Worldspace ReSTIR for Direct Illumination. Thesis, TU Delft, §3.1 and §4.2:
 /// 64^3 cells over the box of the scene, 64 bins of normals in each, points distributed evenly over all surfaces.
 ///
-/// Departures: bins are 8 x 8 squares of an octahedron [Cigolle et al. 2014], turned so that normals along the axes
+/// Departures: cells are cubes, 64 along the longest side of the box: slices of a flat scene would hold next to nothing
+/// each. Bins are 8 x 8 squares of an octahedron [Cigolle et al. 2014], turned so that normals along the axes
 /// lie inside a bin, since those of the printed (theta, phi) differ in size and meet at poles; both sides of a triangle
 /// count; points lie at equal distances along the sum of all areas.
 class LightCacheCells {
@@ -80,9 +81,10 @@ class LightCacheCells {
   void sort_points(std::vector<PackedPoint> points);
 
   Vec3 lower_, cell_size_{1.0f, 1.0f, 1.0f};
-  std::vector<PackedPoint> points_;    // by spatial cell
-  std::vector<uint32_t> first_point_;  // per spatial cell, and the end
-  std::vector<uint64_t> occupied_;     // per spatial cell, a bit per normal bin
+  Vec3 last_{kResolution - 1.0f, kResolution - 1.0f, kResolution - 1.0f};  // cells along each axis that meet the box
+  std::vector<PackedPoint> points_;                                        // by spatial cell
+  std::vector<uint32_t> first_point_;                                      // per spatial cell, and the end
+  std::vector<uint64_t> occupied_;                                         // per spatial cell, a bit per normal bin
   std::vector<uint32_t> occupied_list_;
   Fingerprint fingerprint_;
 };

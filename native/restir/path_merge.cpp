@@ -4,6 +4,21 @@
 
 namespace cistern {
 
+PathReservoir keep_one_direction(const VisiblePoint& finder, const PathReservoir& found, const PathMergeRules& rules,
+                                 Rng& rng) {
+  if (rules.reflection == Reflection::AS_FOUND || found.W == 0.0f) return found;
+  PathReservoir light = found, continuation = found;
+  light.sample.continuation.radiance = continuation.sample.light.radiance = Rgb();
+  const float of_light = path_target(finder, light.sample, rules.target, rules.reflection);
+  const float of_continuation = path_target(finder, continuation.sample, rules.target, rules.reflection);
+  const float sum = of_light + of_continuation;
+  if (!(sum > 0.0f)) return found;
+  const bool keeps_light = rng.next_float() * sum < of_light;
+  PathReservoir& kept = keeps_light ? light : continuation;
+  kept.W *= sum / (keeps_light ? of_light : of_continuation);
+  return kept;
+}
+
 PathReference PathCandidates::merge(const PathContext& context, const PathMergeRules& rules, Rng& rng,
                                     uint64_t& non_finite) const {
   const MisWeight weights = mis_weight_for(rules.bias, static_cast<int>(count_));

@@ -15,6 +15,13 @@ struct PathMergeRules {
   Reflection reflection = Reflection::EVALUATED;
 };
 
+/// What a path from `finder` found, with one of the two directions of light at its sample point, picked in proportion
+/// to its target, and W made up for the other. For samples that are to be merged: MIS weights are shares of targets and
+/// must not depend on who found a sample. How much comes from either direction does, by the densities it was drawn
+/// with; of one direction that is a factor which all targets have in common. Samples taken as found keep both.
+PathReservoir keep_one_direction(const VisiblePoint& finder, const PathReservoir& found, const PathMergeRules& rules,
+                                 Rng& rng);
+
 /// Path reservoirs to merge, each with the point it was made for; the receiver is the first. A sample point is only
 /// found where it is seen, so unless weights are 1/M each target asks for a ray to the sample.
 class PathCandidates {

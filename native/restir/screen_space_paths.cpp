@@ -8,7 +8,7 @@ namespace {
 /// [Ouyang 2021] §4.2: 25 degrees, 5 % of the depth.
 constexpr Similarity kSimilarity{0.9063f, 1.05f};
 
-enum Stream : uint32_t { TEMPORAL = 0x100, SPATIAL };
+enum Stream : uint32_t { TEMPORAL = 0x100, SPATIAL, DIRECTION };
 
 }  // namespace
 
@@ -18,6 +18,12 @@ std::optional<uint32_t> ScreenSpacePaths::previous_pixel(const VisiblePoint& vis
   const std::optional<uint32_t> before = reproject(image_, previous.camera, visible, pixel);
   if (!before || !is_reusable(visible, previous.visible_points[*before], kSimilarity)) return std::nullopt;
   return before;
+}
+
+PathReservoir ScreenSpacePaths::keep_one_direction(const VisiblePoint& visible, const PathReservoir& found,
+                                                   uint32_t pixel, uint32_t frame) const {
+  Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, DIRECTION);
+  return cistern::keep_one_direction(visible, found, reuse_.rules, rng);
 }
 
 PathReservoir ScreenSpacePaths::reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial,

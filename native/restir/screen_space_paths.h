@@ -52,6 +52,10 @@ class ScreenSpacePaths {
   /// Alg. 2: a reservoir of confidence 1 from what the path found.
   static PathReservoir initial_sample(const PathLink& link) { return {link.to, link.W, 1.0f}; }
 
+  /// The same once all its light is known, ready to be merged; see path_merge.h.
+  PathReservoir keep_one_direction(const VisiblePoint& visible, const PathReservoir& found, uint32_t pixel,
+                                   uint32_t frame) const;
+
   /// Alg. 3.
   PathReservoir reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial, const PathFrame& previous,
                               uint32_t pixel, uint32_t frame, uint64_t& non_finite) const;

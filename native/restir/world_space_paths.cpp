@@ -10,9 +10,15 @@ constexpr Similarity kHistorySimilarity{0.9063f, 1.05f};
 /// [Zhang and Wang 2023] §4.3: 15 degrees.
 constexpr float kSmallestNormalCosine = 0.9659f;
 
-enum Stream : uint32_t { TEMPORAL = 0x200, CELLS, INSERTION };
+enum Stream : uint32_t { TEMPORAL = 0x200, CELLS, INSERTION, DIRECTION = INSERTION + 2 };
 
 }  // namespace
+
+PathReservoir WorldSpacePaths::keep_one_direction(const VisiblePoint& point, const PathReservoir& found, uint32_t pixel,
+                                                  uint32_t frame, bool is_deep) const {
+  Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, is_deep ? DIRECTION + 1 : DIRECTION);
+  return cistern::keep_one_direction(point, found, reuse_.rules, rng);
+}
 
 PathReservoir WorldSpacePaths::reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial,
                                              const PathCells& previous, uint32_t pixel, uint32_t frame,

@@ -51,6 +51,10 @@ class WorldSpacePaths {
 
   static PathReservoir initial_sample(const PathLink& link) { return {link.to, link.W, 1.0f}; }
 
+  /// The same once all its light is known, ready to be merged; see path_merge.h.
+  PathReservoir keep_one_direction(const VisiblePoint& point, const PathReservoir& found, uint32_t pixel,
+                                   uint32_t frame, bool is_deep) const;
+
   /// Alg. 2 l.4-8: in screen space.
   PathReservoir reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial, const PathCells& previous,
                               uint32_t pixel, uint32_t frame, uint64_t& non_finite) const;

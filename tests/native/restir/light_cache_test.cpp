@@ -19,6 +19,7 @@ LightCacheSettings small_cache() {
   settings.reservoirs = 16;
   settings.candidates = 64;
   settings.refresh_frames = 4;
+  settings.renewals_per_pixel = 1e9f;
   return settings;
 }
 
