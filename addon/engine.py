@@ -29,6 +29,8 @@ DISPLAY_SHARE = 0.1
 
 BYTES_PER_MB = 1e6
 
+CACHING_STAGE = "Caching light"  # of the core's Progress
+
 
 class RenderFailedError(RuntimeError):
     """The core stopped a render; the text is the core's sentence."""
@@ -120,7 +122,7 @@ class LayerRender:
         engine = self.engine
         megabytes = progress.memory_bytes / BYTES_PER_MB
         self.figures.peak_memory_mb = max(self.figures.peak_memory_mb, megabytes)
-        engine.update_progress(done_before + share * progress.frames_done / max(progress.frames, 1))
+        engine.update_progress(done_before + share * stage_share(progress))
         engine.update_memory_stats(memory_used=megabytes, memory_peak=self.figures.peak_memory_mb)
         engine.update_stats("", status_text(progress))
 
@@ -174,9 +176,18 @@ def clock_text(seconds: float) -> str:
     return f"{hours}:{minutes:02}:{whole_seconds:02}" if hours else f"{minutes:02}:{whole_seconds:02}"
 
 
+def stage_share(progress: Any) -> float:  # noqa: ANN401
+    """How much of the present stage is done, 0 to 1: light is cached before the first sample."""
+    if progress.stage == CACHING_STAGE:
+        return progress.stage_done
+    return progress.frames_done / max(progress.frames, 1)
+
+
 def status_text(progress: Any) -> str:  # noqa: ANN401
     """The line beside Blender's own render statistics."""
     parts = [progress.stage]
+    if progress.stage == CACHING_STAGE:
+        parts.append(f"{progress.stage_done:.0%}")
     if progress.frames_done > 0:
         parts.append(f"Sample {progress.frames_done}/{progress.frames}")
     if progress.remaining_seconds >= 0.0:

@@ -34,8 +34,8 @@ class ReuseSettings:
     use_temporal_reuse: BoolProperty(
         name="Temporal Reuse",
         description=(
-            "Carry the choice of each pixel over to its next sample [Bitterli 2020, §4]. The first samples gain; the "
-            "average of many gains nothing, because they are no longer independent: the preset Final does without"
+            "Carry choices of light and of paths over to the next sample [Bitterli 2020, §4]. The first samples gain; "
+            "the average of many gains nothing, because they are no longer independent: the preset Final does without"
         ),
         default=True,
     )
@@ -53,7 +53,7 @@ class ReuseSettings:
     )
     use_spatial_reuse: BoolProperty(
         name="Spatial Reuse",
-        description="Pass the choice of each pixel on to pixels nearby [Bitterli 2020, §4]",
+        description="Pass each pixel's choice of direct light on to pixels nearby [Bitterli 2020, §4]",
         default=True,
     )
     spatial_neighbours: IntProperty(
@@ -96,6 +96,14 @@ class ReuseSettings:
             "shadow ray for each pixel"
         ),
         default=False,
+    )
+    use_path_spatial_reuse: BoolProperty(
+        name="Spatial Reuse of Paths",
+        description=(
+            "Take light paths from pixels nearby [Ouyang 2021, §4], or from what lay in the same cell of the scene one "
+            "sample before [Zhang 2023, §4]"
+        ),
+        default=True,
     )
     cache_reservoirs: IntProperty(
         name="Cached Samples",

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import properties, view_modes
 from .passes import CELL_PASSES, RenderPass
-from .techniques import CELL_PARAMETERS, settings_in_force, used_parameters
+from .techniques import CELL_PARAMETERS, REFERENCE, is_reference, settings_in_force, used_parameters, works_with_cells
 
 # Material, light and world icons are small and are drawn often.
 PREVIEW_SAMPLES = 32
@@ -64,18 +64,17 @@ def technique_settings(scene: bpy.types.Scene, core: ModuleType, is_preview: boo
     """The answers in force, and by the core's names the parameters that they use; icons, being small, reuse nothing."""
     in_force: dict[str, Any] = dict(settings_in_force(scene.cistern))
     if is_preview:
-        in_force["direct"] = "NEE"
-    arguments = {name: in_force[name] for name in ("direct", "secondary", "indirect")}
+        in_force |= REFERENCE
+    arguments = {name: in_force[name] for name in REFERENCE}
     arguments["light_sampling"] = core.LightSampling[in_force["light_sampler"]]
-    parameters = used_parameters(in_force["direct"])
-    if parameters:
+    if not is_reference(in_force):
         arguments["bias"] = in_force["bias"]
-    return arguments | {parameter.core_name: in_force[parameter.name] for parameter in parameters}
+    return arguments | {parameter.core_name: in_force[parameter.name] for parameter in used_parameters(in_force)}
 
 
-def cell_settings(scene: bpy.types.Scene, direct: str, core_passes: list[str]) -> dict[str, Any]:
+def cell_settings(scene: bpy.types.Scene, technique: dict[str, Any], core_passes: list[str]) -> dict[str, Any]:
     """Size and shape of the cells, by the core's names, where reuse works with cells or a pass shows them."""
-    if direct != "RESTIR_CACHE" and not CELL_PASSES & set(core_passes):
+    if not works_with_cells(technique) and not CELL_PASSES & set(core_passes):
         return {}
     return {parameter.core_name: getattr(scene.cistern, parameter.name) for parameter in CELL_PARAMETERS}
 
@@ -121,5 +120,5 @@ def core_settings(
         "time_limit": settings.time_limit,
         "passes": core_passes,
         **technique,
-        **cell_settings(scene, technique["direct"], core_passes),
+        **cell_settings(scene, technique, core_passes),
     }

@@ -30,8 +30,33 @@ DIRECT_ITEMS = (
         "As ReSTIR, and cells of the scene offer light samples prepared before the first sample [Stefanescu 2025]",
     ),
 )
-SECONDARY_ITEMS = (NEXT_EVENT_ITEM,)
-INDIRECT_ITEMS = (("PATH", "Path Tracing", "Each pixel uses only the light paths it traced itself"),)
+SECONDARY_ITEMS = (
+    NEXT_EVENT_ITEM,
+    (
+        "RIS",
+        "RIS",
+        "The best of 16 light samples, chosen by what they would send to the point without shadows [Talbot 2005]",
+    ),
+    (
+        "CELL_RESERVOIRS",
+        "Cell Reservoirs",
+        "As RIS, and points in the same cell of the scene share their choices, also with the next sample [Boissé 2021]",
+    ),
+)
+INDIRECT_ITEMS = (
+    ("PATH", "Path Tracing", "Each pixel uses only the light paths it traced itself"),
+    (
+        "SCREEN_REUSE",
+        "ReSTIR GI",
+        "Pixels pass the light paths they found on to their neighbours and to the next sample [Ouyang 2021]",
+    ),
+    (
+        "WORLD_REUSE",
+        "World-Space Paths",
+        "Pixels take light paths from their own previous sample, and from all that met their cell of the scene then "
+        "[Zhang 2023]",
+    ),
+)
 BIAS_ITEMS = (
     ("UNBIASED", "Unbiased", "The expected picture is exactly the true one"),
     ("FAST", "Fast", "Cheaper weights as first published: edges and shadows come out too dark, and cells may show"),
@@ -43,6 +68,7 @@ LIGHT_SAMPLER_ITEMS = (
 )
 
 TECHNIQUES = ("direct", "secondary", "indirect", "bias", "light_sampler")
+REFERENCE = {"direct": "NEE", "secondary": "NEE", "indirect": "PATH"}  # the path tracer without reuse
 
 
 @dataclass(frozen=True)
@@ -52,6 +78,7 @@ class Parameter:
 
     name: str  # in `scene.cistern`
     defaults: dict[str, Value]
+    others: frozenset[str] = frozenset()  # answers to `secondary` and `indirect` that use it
 
     @property
     def core_name(self) -> str:
@@ -61,22 +88,28 @@ class Parameter:
     def is_switch(self) -> bool:
         return self.name.startswith("use_")
 
+    def is_used(self, in_force: dict[str, Value]) -> bool:
+        return in_force["direct"] in self.defaults or bool({in_force["secondary"], in_force["indirect"]} & self.others)
+
 
 # Where the core's name is another one.
 CORE_NAMES = {"cache_reservoirs": "cache_merged"}
 
 ON = dict.fromkeys(("RESTIR", "RESTIR_CACHE"), True)
 OFF = dict.fromkeys(("RESTIR", "RESTIR_CACHE"), False)
+PATH_REUSE = frozenset({"SCREEN_REUSE", "WORLD_REUSE"})
+CELL_REUSE = frozenset({"RESTIR_CACHE", "CELL_RESERVOIRS", "WORLD_REUSE"})  # work with cells of the scene
 
 PARAMETERS = (
     Parameter("light_candidates", {"RIS": 8, "RESTIR": 32, "RESTIR_CACHE": 8}),
-    Parameter("use_temporal_reuse", ON),
+    Parameter("use_temporal_reuse", ON, PATH_REUSE | {"CELL_RESERVOIRS"}),
     Parameter("confidence_cap", {"RESTIR": 20, "RESTIR_CACHE": 10}),
     Parameter("use_spatial_reuse", ON),
     Parameter("spatial_neighbours", {"RESTIR": 5, "RESTIR_CACHE": 8}),
     Parameter("spatial_radius", {"RESTIR": 30.0, "RESTIR_CACHE": 5.0}),
     Parameter("spatial_rounds", {"RESTIR": 1, "RESTIR_CACHE": 1}),
     Parameter("use_visibility_reuse", OFF),
+    Parameter("use_path_spatial_reuse", {}, PATH_REUSE),
     Parameter("cache_reservoirs", {"RESTIR_CACHE": 4}),
     Parameter("cache_candidates", {"RESTIR_CACHE": 1024}),
     Parameter("cache_refresh", {"RESTIR_CACHE": 32}),
@@ -101,6 +134,17 @@ PRESET_ITEMS = (
     ),
     ("CELL_CACHE", "Cell Cache [Stefanescu 2025]", "ReSTIR with a cell cache of light samples, as published: biased"),
     ("CELL_CACHE_UNBIASED", "Cell Cache, Unbiased", "ReSTIR with a cell cache of light samples, with unbiased weights"),
+    (
+        "CELL_RESERVOIRS",
+        "Cell Reservoirs [Boissé 2021]",
+        "Light samples shared in the cells of the scene at all points after the visible one, with unbiased weights",
+    ),
+    ("RESTIR_GI", "ReSTIR GI [Ouyang 2021]", "Light paths reused between pixels and samples, with unbiased weights"),
+    (
+        "WORLD_PATHS",
+        "World-Space Paths [Zhang 2023]",
+        "Light paths reused between samples and in the cells of the scene, with unbiased weights",
+    ),
     ("CUSTOM", "Custom", "The techniques chosen below"),
 )
 
@@ -125,6 +169,9 @@ PRESETS: dict[str, dict[str, Value]] = {
     "CELL_CACHE": _REUSING
     | {"direct": "RESTIR_CACHE", "bias": "FAST", "light_sampler": "UNIFORM", "use_visibility_reuse": True},
     "CELL_CACHE_UNBIASED": _REUSING | {"direct": "RESTIR_CACHE"},
+    "CELL_RESERVOIRS": _INTERACTIVE | {"secondary": "CELL_RESERVOIRS"},
+    "RESTIR_GI": _INTERACTIVE | {"indirect": "SCREEN_REUSE"},
+    "WORLD_PATHS": _INTERACTIVE | {"indirect": "WORLD_REUSE"},
 }
 
 
@@ -158,6 +205,16 @@ def effective_value(parameter: Parameter, in_force: dict[str, Value]) -> Value:
     return parameter.defaults[str(in_force["direct"])]
 
 
-def used_parameters(direct: str) -> list[Parameter]:
-    """Those that this answer to the first question looks at."""
-    return [parameter for parameter in PARAMETERS if direct in parameter.defaults]
+def used_parameters(in_force: dict[str, Value]) -> list[Parameter]:
+    """Those that the answers in force look at."""
+    return [parameter for parameter in PARAMETERS if parameter.is_used(in_force)]
+
+
+def works_with_cells(in_force: dict[str, Value]) -> bool:
+    """Whether any answer in force reuses light by the cells of the scene."""
+    return not CELL_REUSE.isdisjoint(in_force[name] for name in REFERENCE)
+
+
+def is_reference(in_force: dict[str, Value]) -> bool:
+    """Whether nothing is resampled, so that there is nothing to be biased."""
+    return all(in_force[name] == answer for name, answer in REFERENCE.items())

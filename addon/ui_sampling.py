@@ -84,14 +84,14 @@ class CISTERN_RENDER_PT_techniques_advanced(CisternPanel, Panel):
     def poll(cls, context: Context) -> bool:
         if context.engine != ENGINE:
             return False
-        return bool(techniques.used_parameters(techniques.settings_in_force(context.scene.cistern)["direct"]))
+        return bool(techniques.used_parameters(techniques.settings_in_force(context.scene.cistern)))
 
     def draw(self, context: Context) -> None:
-        """The parameters of the chosen system; beside a 0, what it stands for."""
+        """The parameters of the chosen systems; beside a 0, what it stands for."""
         layout = split_layout(self)
         settings = context.scene.cistern
         in_force = techniques.settings_in_force(settings)
-        for parameter in techniques.used_parameters(in_force["direct"]):
+        for parameter in techniques.used_parameters(in_force):
             row = layout.row(align=True)
             row.prop(settings, parameter.name)
             shown = techniques.effective_value(parameter, in_force)

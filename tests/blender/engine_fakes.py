@@ -69,6 +69,7 @@ class FakeCore(ModuleType):
         self.failure = ""
         self.non_finite_samples = 0
         self.non_finite_weights = 0
+        self.caching = []  # shares of "Caching light" to tell of before the first sample
         self.settings = []
         self.cancelled_sessions = 0
 
@@ -80,6 +81,7 @@ class FakeSession:
         self.core = core
         self.settings = settings
         self.frames_done = 0
+        self.caching = list(core.caching)
         self.status = Status.RUNNING
         core.settings.append(settings)
 
@@ -88,7 +90,8 @@ class FakeSession:
 
     def wait(self, seconds):
         assert 0.05 <= seconds <= 0.2
-        if self.status is Status.RUNNING:
+        cached = self.caching.pop(0) if self.caching else None
+        if cached is None and self.status is Status.RUNNING:
             self.frames_done += 1
             if self.core.failure:
                 self.status = Status.FAILED
@@ -100,7 +103,8 @@ class FakeSession:
             frames=self.settings.samples,
             seconds=0.1 * self.frames_done,
             remaining_seconds=1.0,
-            stage="Rendering",
+            stage="Rendering" if cached is None else "Caching light",
+            stage_done=1.0 if cached is None else cached,
             error=self.core.failure,
             memory_bytes=3_000_000,
             non_finite_samples=self.core.non_finite_samples,

@@ -1,6 +1,7 @@
 """The engine's own part of a render: geometry of the result, layers, figures, cancelling, errors."""
 
 import json
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -8,7 +9,7 @@ import OpenImageIO
 import pytest
 
 import addon
-from addon.engine import CisternEngine
+from addon.engine import CisternEngine, LayerRender
 from addon.sync import SyncError
 from tests.blender.engine_fakes import FakeExport, fresh_scene, install, read_channels, render
 
@@ -32,6 +33,32 @@ def test_full_frame_arrives_unflipped(core, tmp_path):
     expect_frame(channels, 0, 0, 8, 6)
     assert (core.settings[0].width, core.settings[0].height) == (8, 6)
     assert (report.samples, report.error, report.layer) == (2, None, "ViewLayer")
+
+
+def test_caching_of_light_is_shown_with_its_own_progress(core, tmp_path, monkeypatch):
+    texts, shares = [], []
+    status_bar = SimpleNamespace(
+        update_stats=lambda stats, info: texts.append(info),
+        update_progress=shares.append,
+        update_memory_stats=lambda **_: None,
+    )
+    show = LayerRender.show
+
+    def show_recorded(layer, *arguments):
+        engine, layer.engine = layer.engine, status_bar
+        show(layer, *arguments)
+        layer.engine = engine
+
+    monkeypatch.setattr(LayerRender, "show", show_recorded)
+    core.caching = [0.25, 0.5]
+    _, [report] = render(fresh_scene(samples=2), tmp_path)
+    assert [text.split(" | ")[:2] for text in texts] == [
+        ["Caching light", "25%"],
+        ["Caching light", "50%"],
+        ["Rendering", "Sample 1/2"],
+        ["Rendering", "Sample 2/2"],
+    ]
+    assert (shares, report.samples) == ([0.25, 0.5, 0.5, 1.0], 2)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import addon
+from addon import techniques
 from addon.engine import CisternEngine
 from tests.blender.engine_fakes import fresh_scene, read_channels, render
 from tests.blender.test_passes import blender_names, enable_all
@@ -182,9 +183,7 @@ def number(channels, name):
     return next(pixels for channel, pixels in channels.items() if channel.startswith(f"ViewLayer.{name}."))
 
 
-@pytest.mark.parametrize(
-    "preset", ["RIS", "RESTIR_DI", "RESTIR_DI_FAST", "CELL_CACHE", "CELL_CACHE_UNBIASED", "FINAL", "INTERACTIVE"]
-)
+@pytest.mark.parametrize("preset", [identifier for identifier, *_ in techniques.PRESET_ITEMS if identifier != "CUSTOM"])
 def test_every_preset_renders_nearly_the_same_picture(tmp_path, preset):
     """At 16 samples of 24 x 16 pixels the mean is within 2 %, and the largest bias of these presets is about 3 %."""
     scene = small_scene(samples=16)
@@ -195,6 +194,49 @@ def test_every_preset_renders_nearly_the_same_picture(tmp_path, preset):
         assert (report.error, report.warnings) == (None, [])
         means.append(plane(channels, "Combined").mean())
     assert means[0] == pytest.approx(means[1], rel=0.1)
+
+
+def light_means(scene, folder, **answers):
+    """Means of the picture and of its indirect light."""
+    for name, answer in answers.items():
+        setattr(scene.cistern, name, answer)
+    channels, [report] = render(scene, folder)
+    assert (report.error, report.warnings) == (None, [])
+    return plane(channels, "Combined").mean(), plane(channels, "Indirect").mean()
+
+
+@pytest.fixture(scope="module")
+def path_traced_means(registered_addon, tmp_path_factory):
+    """Standard errors: 0.2 % and 1 %."""
+    return light_means(small_scene(samples=1024), tmp_path_factory.mktemp("path"))
+
+
+def is_near(means, expected):
+    """At 256 samples four standard errors or more: false alarms once in 10,000 seeds, of which one is tried."""
+    return means == (pytest.approx(expected[0], rel=0.02), pytest.approx(expected[1], rel=0.08))
+
+
+@pytest.mark.parametrize(
+    "answers",
+    [
+        {"secondary": "RIS"},
+        {"secondary": "CELL_RESERVOIRS"},
+        {"indirect": "SCREEN_REUSE"},
+        {"indirect": "WORLD_REUSE"},
+        {"secondary": "RIS", "indirect": "SCREEN_REUSE"},
+        {"direct": "RESTIR", "secondary": "CELL_RESERVOIRS", "indirect": "WORLD_REUSE"},
+    ],
+    ids=lambda answers: "-".join(answers.values()),
+)
+def test_answers_about_later_points_find_the_light_of_path_tracing(tmp_path, path_traced_means, answers):
+    assert is_near(light_means(small_scene(samples=256), tmp_path, **answers), path_traced_means)
+
+
+def test_light_of_later_bounces_would_be_missed(tmp_path, path_traced_means):
+    """Planted: an answer that stops after two bounces."""
+    scene = small_scene(samples=256)
+    scene.cistern.max_bounces = 1
+    assert not is_near(light_means(scene, tmp_path), path_traced_means)
 
 
 @pytest.mark.parametrize("preset", ["FINAL", "RESTIR_DI", "CELL_CACHE"])

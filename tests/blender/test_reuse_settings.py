@@ -1,11 +1,13 @@
 """Techniques, presets and the papers' parameters on their way to the core."""
 
 import ast
+import re
 
 import bpy
 import pytest
 
 from addon import techniques
+from addon.settings import technique_settings
 from tests.blender.engine_fakes import fresh_scene, install, render
 from tests.blender.fake_core import STUB
 
@@ -36,9 +38,51 @@ def test_parameters_of_the_system_reach_the_core(core, tmp_path, direct):
     settings = rendered_settings(core, scene, tmp_path)
     assert (settings["direct"], settings["bias"], settings["light_candidates"]) == (direct, "FAST", 17)
     given = {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings)
-    assert given == {parameter.core_name for parameter in techniques.used_parameters(direct)}
+    assert given == {parameter.core_name for parameter in techniques.PARAMETERS if direct in parameter.defaults}
     if direct != "RIS":
         assert (settings["spatial_radius"], settings["temporal_reuse"], settings["confidence_cap"]) == (2.5, True, 0)
+
+
+@pytest.mark.parametrize(
+    ("question", "answer", "switches"),
+    [
+        ("secondary", "RIS", set()),
+        ("secondary", "CELL_RESERVOIRS", {"temporal_reuse"}),
+        ("indirect", "SCREEN_REUSE", {"temporal_reuse", "path_spatial_reuse"}),
+        ("indirect", "WORLD_REUSE", {"temporal_reuse", "path_spatial_reuse"}),
+    ],
+)
+def test_answers_about_later_points_reach_the_core_with_their_switches_alone(
+    core, tmp_path, question, answer, switches
+):
+    scene = fresh_scene()
+    setattr(scene.cistern, question, answer)
+    scene.cistern.bias, scene.cistern.use_path_spatial_reuse, scene.cistern.light_candidates = "FAST", False, 17
+    settings = rendered_settings(core, scene, tmp_path)
+    assert (settings[question], settings["bias"]) == (answer, "FAST")
+    assert {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings) == switches
+    assert not any(settings[name] for name in switches)  # FINAL keeps no history
+    assert ("cell_pixels" in settings) == (answer in {"CELL_RESERVOIRS", "WORLD_REUSE"})
+
+
+def test_answers_are_those_of_the_core():
+    """The comments of the contract list them."""
+    for question, items in (
+        ("direct", techniques.DIRECT_ITEMS),
+        ("secondary", techniques.SECONDARY_ITEMS),
+        ("indirect", techniques.INDIRECT_ITEMS),
+        ("bias", techniques.BIAS_ITEMS),
+    ):
+        listed = re.search(rf"^    {question}: str  # (.+)$", STUB.read_text(), re.MULTILINE)
+        assert listed and re.findall(r"\w+", listed[1]) == [identifier for identifier, _, _ in items]
+
+
+def test_icons_reuse_nothing(core):
+    scene = fresh_scene()
+    scene.cistern.direct, scene.cistern.secondary, scene.cistern.indirect = "RESTIR", "CELL_RESERVOIRS", "WORLD_REUSE"
+    arguments = technique_settings(scene, core, is_preview=True)
+    assert set(arguments) == {"direct", "secondary", "indirect", "light_sampling"}
+    assert (arguments["direct"], arguments["secondary"], arguments["indirect"]) == ("NEE", "NEE", "PATH")
 
 
 @pytest.mark.parametrize("shown", ["use_pass_cells", "use_pass_cell_occupancy", "view"])
@@ -59,7 +103,11 @@ def test_all_names_are_in_the_contract_of_the_core(core, tmp_path):
     members = next(node for node in classes if node.name == "Settings").body
     contract = {node.target.id for node in members if isinstance(node, ast.AnnAssign)}
     scene = fresh_scene()
-    scene.cistern.direct = "RESTIR_CACHE"
+    scene.cistern.direct, scene.cistern.secondary, scene.cistern.indirect = (
+        "RESTIR_CACHE",
+        "CELL_RESERVOIRS",
+        "WORLD_REUSE",
+    )
     assert set(rendered_settings(core, scene, tmp_path)) <= contract
 
 
@@ -94,6 +142,25 @@ def test_presets_by_paper(core, tmp_path, preset, direct, bias, sampler):
     )
 
 
+@pytest.mark.parametrize(
+    ("preset", "secondary", "indirect"),
+    [
+        ("FINAL", "NEE", "PATH"),
+        ("INTERACTIVE", "NEE", "PATH"),
+        ("CELL_RESERVOIRS", "CELL_RESERVOIRS", "PATH"),
+        ("RESTIR_GI", "NEE", "SCREEN_REUSE"),
+        ("WORLD_PATHS", "NEE", "WORLD_REUSE"),
+    ],
+)
+def test_presets_by_papers_on_indirect_light(core, tmp_path, preset, secondary, indirect):
+    scene = fresh_scene()
+    bpy.ops.cistern.choose_preset(preset=preset)
+    settings = rendered_settings(core, scene, tmp_path)
+    assert (settings["direct"], settings["secondary"], settings["indirect"]) == ("NEE", secondary, indirect)
+    assert (settings.get("bias", "UNBIASED"), settings["light_sampling"].name) == ("UNBIASED", "TREE")
+    assert settings.get("temporal_reuse", True) and settings.get("path_spatial_reuse", True)
+
+
 def test_custom_starts_from_the_preset_and_a_preset_forgets_it():
     settings = fresh_scene().cistern
     bpy.ops.cistern.choose_preset(preset="CELL_CACHE")
@@ -117,7 +184,7 @@ def test_values_outside_the_range_are_held_at_its_ends():
         assert getattr(settings, name) == prop.hard_max
 
 
-@pytest.mark.parametrize("name", ["direct", "bias", "view", "preset"])
+@pytest.mark.parametrize("name", ["direct", "secondary", "indirect", "bias", "view", "preset"])
 def test_unknown_answers_are_refused(name):
     with pytest.raises(TypeError, match="MAGIC"):
         setattr(fresh_scene().cistern, name, "MAGIC")

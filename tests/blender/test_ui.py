@@ -98,7 +98,7 @@ def draw(cls, **context):
 
 def test_render_and_view_layer_panels_draw_every_setting():
     scene = fresh_scene()
-    scene.cistern.preset, scene.cistern.direct = "CUSTOM", "RESTIR_CACHE"
+    scene.cistern.preset, scene.cistern.direct, scene.cistern.indirect = "CUSTOM", "RESTIR_CACHE", "WORLD_REUSE"
     drawn = []
     for cls in ui.CLASSES:
         if cls.bl_context in {"render", "view_layer"}:
@@ -116,20 +116,44 @@ def test_techniques_are_menus_under_custom_and_read_out_under_a_preset(preset):
     drawn = draw(ui_sampling.CISTERN_RENDER_PT_techniques, scene=scene)
     assert (set(techniques.TECHNIQUES) <= set(drawn)) == (preset == "CUSTOM")
     in_force = techniques.settings_in_force(scene.cistern)
-    answer, sentence = ui_sampling.item_texts(techniques.DIRECT_ITEMS, in_force["direct"])
-    assert (f"label Direct Light: {answer}" in drawn) == (preset != "CUSTOM")
     labels = " ".join(entry.removeprefix("label ") for entry in drawn)
-    assert sentence in labels
+    for name, title, items in ui_sampling.QUESTIONS:
+        answer, sentence = ui_sampling.item_texts(items, in_force[name])
+        assert (f"label {title}: {answer}" in drawn) == (preset != "CUSTOM")
+        assert (sentence in labels) == (name in ui_sampling.SENTENCES)
 
 
-@pytest.mark.parametrize(("direct", "count"), [("NEE", 0), ("RIS", 1), ("RESTIR", 8), ("RESTIR_CACHE", 11)])
-def test_advanced_shows_what_the_system_uses(direct, count):
+@pytest.mark.parametrize(
+    ("question", "answer", "count"),
+    [
+        ("direct", "NEE", 0),
+        ("direct", "RIS", 1),
+        ("direct", "RESTIR", 8),
+        ("direct", "RESTIR_CACHE", 11),
+        ("secondary", "RIS", 0),
+        ("secondary", "CELL_RESERVOIRS", 1),
+        ("indirect", "SCREEN_REUSE", 2),
+        ("indirect", "WORLD_REUSE", 2),
+    ],
+)
+def test_advanced_shows_what_the_system_uses(question, answer, count):
     scene = fresh_scene()
-    scene.cistern.direct = direct
+    setattr(scene.cistern, question, answer)
     panel = ui_sampling.CISTERN_RENDER_PT_techniques_advanced
     assert panel.poll(SimpleNamespace(engine=ui.ENGINE, scene=scene)) == (count > 0)
     names = [entry for entry in draw(panel, scene=scene) if not entry.startswith("label ")]
     assert len(names) == count and set(names) <= {parameter.name for parameter in techniques.PARAMETERS}
+
+
+def test_advanced_has_the_reuse_of_paths_where_paths_are_reused():
+    scene = fresh_scene()
+    panel = ui_sampling.CISTERN_RENDER_PT_techniques_advanced
+    scene.cistern.direct = "RESTIR"
+    assert "use_path_spatial_reuse" not in draw(panel, scene=scene)
+    for answer in ("SCREEN_REUSE", "WORLD_REUSE"):
+        scene.cistern.indirect = answer
+        drawn = draw(panel, scene=scene)
+        assert drawn.count("use_path_spatial_reuse") == drawn.count("use_temporal_reuse") == 1
 
 
 def test_advanced_says_what_zero_stands_for():
