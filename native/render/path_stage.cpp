@@ -1,5 +1,7 @@
 #include "render/path_stage.h"
 
+#include <algorithm>
+
 #include "render/cell_layout.h"
 
 namespace cistern {
@@ -8,6 +10,13 @@ namespace {
 size_t pixel_count(const FrameContext& context) {
   const Region& region = context.settings.region;
   return static_cast<size_t>(region.width) * static_cast<size_t>(region.height);
+}
+
+/// Whether some lamp stops shining before paths end.
+bool has_lamps_that_count_bounces(const PathContext& context) {
+  return std::ranges::any_of(context.scene.lights, [&](const Light& light) {
+    return !light.removed && light.max_bounces <= std::min(context.limits.max_bounces, Light().max_bounces - 1);
+  });
 }
 
 class ScreenPathStage final : public PathStage {
@@ -32,9 +41,9 @@ class ScreenPathStage final : public PathStage {
     current_.visible_points = visible;
     previous_.visible_points = previous_.temporal.empty() ? std::span<const VisiblePoint>() : previous;
     const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
-      if (visible[pixel].exists)
-        current_.temporal[pixel] =
-            paths_.reuse_in_time(visible[pixel], current_.temporal[pixel], previous_, pixel, run.frame, non_finite);
+      if (!visible[pixel].exists) return;
+      const PathReservoir found = paths_.keep_one_direction(visible[pixel], current_.temporal[pixel], pixel, run.frame);
+      current_.temporal[pixel] = paths_.reuse_in_time(visible[pixel], found, previous_, pixel, run.frame, non_finite);
     });
     return done && run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
       current_.spatial[pixel] = visible[pixel].exists
@@ -70,16 +79,18 @@ class WorldPathStage final : public PathStage {
  public:
   explicit WorldPathStage(const FrameContext& context)
       : context_(context),
-        paths_(context.paths, context.settings.world_paths, image_region(context.settings), context.settings.seed) {
+        paths_(context.paths, context.settings.world_paths, image_region(context.settings), context.settings.seed),
+        link_count_(has_lamps_that_count_bounces(context.paths) ? 1 : 2) {
     resize(current_);
     spatial_.resize(pixel_count(context));
     keys_.resize(current_.points.size());
   }
 
-  int link_count() const override { return 2; }
+  /// Second links lie a bounce deeper than those of visible points: lamps that count would give them less.
+  int link_count() const override { return link_count_; }
   void start_pixel(const PathCapture& capture, uint32_t pixel) override {
     const size_t entry = 2 * size_t{pixel};
-    const bool has_deep_vertex = capture.links[0].W > 0.0f;
+    const bool has_deep_vertex = link_count_ > 1 && capture.links[0].W > 0.0f;
     current_.points[entry] = capture.visible;
     current_.points[entry + 1] = has_deep_vertex ? capture.links[1].from : VisiblePoint{};
     current_.reservoirs[entry] = WorldSpacePaths::initial_sample(capture.links[0]);
@@ -94,8 +105,11 @@ class WorldPathStage final : public PathStage {
     current_.layout = cell_layout(context_, run.frame);
     const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
       const size_t entry = 2 * size_t{pixel};
-      for (const size_t i : {entry, entry + 1})
+      for (const size_t i : {entry, entry + 1}) {
         keys_[i] = paths_.key(current_.layout, current_.points[i], pixel, run.frame, i != entry);
+        current_.reservoirs[i] =
+            paths_.keep_one_direction(current_.points[i], current_.reservoirs[i], pixel, run.frame, i != entry);
+      }
       if (visible[pixel].exists)
         current_.reservoirs[entry] =
             paths_.reuse_in_time(visible[pixel], current_.reservoirs[entry], previous_, pixel, run.frame, non_finite);
@@ -137,6 +151,7 @@ class WorldPathStage final : public PathStage {
 
   const FrameContext& context_;
   WorldSpacePaths paths_;
+  int link_count_;
   PathCells current_, previous_;
   std::vector<PathReservoir> spatial_;  // by pixel
   std::vector<CellKey> keys_;           // by entry
