@@ -130,7 +130,8 @@ class ReuseSettings:
         name="Cache Refresh",
         description=(
             "Samples per pixel after which the prepared samples of a cell are drawn anew, so that its errors average "
-            "out; small pictures take more. 0 means 32; with fast weights they stay as they are, as published [Stefanescu 2025, §3.1]"
+            "out; small pictures take more. 0 means 32; with fast weights they stay as they are, as published "
+            "[Stefanescu 2025, §3.1]"
         ),
         default=0,
         min=0,
