@@ -1,0 +1,195 @@
+"""Indirect light, and light at later path vertices, by reuse against the reference path tracer.
+
+As in test_direct_reuse.py the unit of evidence is the replica: a whole session from a cold start, several frames with
+what the system carries from one to the next; block means of both estimators meet in Welch's t-tests.
+
+False-alarm rate of all comparisons in this file together: FALSE_ALARM_RATE, shared out by Šidák over the cases and the
+values of each. Where few paths bring most of the light, means over few replicas are not normal and t-tests call false
+alarms: lamps here are big.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+
+import cistern_core as core
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.support.core_scenes import SceneDescription, render
+from tests.support.path_scenes import SCENES, lamp_to_ceiling, room
+from tests.support.statistics import Comparison, block_means, compare_replicas, sidak
+
+FALSE_ALARM_RATE = 0.01
+REPLICAS = 48
+FRAMES = 8
+REFERENCE_SAMPLES = 24
+SIZE = 20
+BLOCKS = 3
+
+DIRECT = ("NEE", "RIS", "RESTIR", "RESTIR_CACHE")
+SECONDARY = ("NEE", "RIS", "CELL_RESERVOIRS")
+INDIRECT = ("PATH", "SCREEN_REUSE", "WORLD_REUSE")
+Answers = tuple[str, str, str]
+REFERENCE: Answers = ("NEE", "NEE", "PATH")
+COMBINATIONS: list[Answers] = [c for c in itertools.product(DIRECT, SECONDARY, INDIRECT) if c != REFERENCE]
+
+SETTINGS = dict(light_candidates=4, spatial_radius=6.0, cache_candidates=16, cache_refresh=4)
+"""Few candidates, a small radius and a small cache, as suits a small picture; the rest as published."""
+
+LIMITS: dict[str, dict] = {
+    "": dict(max_bounces=3),
+    "one bounce": dict(max_bounces=1),
+    "two bounces": dict(max_bounces=2),
+    "one transparent surface": dict(max_bounces=2, max_transparent_bounces=1),
+}
+
+QUICK: list[tuple[Answers, str, str]] = [
+    (("NEE", "NEE", "SCREEN_REUSE"), "indirect_room", ""),
+    (("NEE", "NEE", "WORLD_REUSE"), "glossy_room", ""),
+    (("RIS", "NEE", "WORLD_REUSE"), "indirect_room", ""),
+    (("RESTIR", "NEE", "SCREEN_REUSE"), "mirror_room", ""),
+    (("NEE", "RIS", "PATH"), "mirror_room", ""),
+    (("NEE", "CELL_RESERVOIRS", "PATH"), "indirect_room", ""),
+    (("NEE", "CELL_RESERVOIRS", "SCREEN_REUSE"), "glossy_room", ""),
+    (("RESTIR", "CELL_RESERVOIRS", "WORLD_REUSE"), "open_scene", ""),
+    (("RIS", "RIS", "SCREEN_REUSE"), "panes", ""),
+    (("NEE", "NEE", "WORLD_REUSE"), "panes", ""),
+    (("NEE", "NEE", "WORLD_REUSE"), "open_scene", ""),
+    (("NEE", "RIS", "WORLD_REUSE"), "mirror_room", "one bounce"),
+    (("NEE", "NEE", "SCREEN_REUSE"), "leaning", ""),
+]
+"""Cases of quick runs: each answer but the cache, which is slow to start, and each scene."""
+
+ALL: list[tuple[Answers, str, str]] = [
+    *((answers, name, "") for answers in COMBINATIONS for name in SCENES),
+    *(
+        (("NEE", "CELL_RESERVOIRS", indirect), name, limits)
+        for indirect in INDIRECT[1:]
+        for name in ("glossy_room", "mirror_room", "panes")
+        for limits in LIMITS
+        if limits
+    ),
+]
+SLOW = [case for case in ALL if case not in QUICK]
+CASE_RATE = sidak(FALSE_ALARM_RATE, len(QUICK) + len(SLOW) + 1)
+
+FAST: dict[str, tuple[Answers, str]] = {
+    # Of what a vertex of a large cell finds, much lies behind others: 1/M counts them all the same.
+    "cells that a one-sided lamp lights in part": (("NEE", "CELL_RESERVOIRS", "PATH"), "indirect_room"),
+    # Sample points that a neighbour found are hidden by a thin wall.
+    "pixels beside a thin wall": (("NEE", "NEE", "SCREEN_REUSE"), "indirect_room"),
+    "cells with a thin wall": (("NEE", "NEE", "WORLD_REUSE"), "indirect_room"),
+    # Glossy sample points taken as Lambertian.
+    "glossy sample points": (("NEE", "NEE", "WORLD_REUSE"), "glossy_room"),
+}
+"""Systems that promise no unbiasedness, and scenes built so that it shows."""
+
+
+@functools.cache
+def scene(name: str) -> core.Scene:
+    return SCENES[name]()
+
+
+def members_of(answers: Answers) -> dict:
+    return dict(zip(("direct", "secondary", "indirect"), answers, strict=True)) | SETTINGS
+
+
+def values(passes: dict[str, NDArray]) -> NDArray:
+    """What is compared of a picture: means over blocks and over all of it."""
+    return np.concatenate([block_means(passes["Combined"][..., :3], n, n) for n in (1, BLOCKS)])
+
+
+def sessions(name: str, count: int, first_seed: int, **settings) -> NDArray:
+    """(count, values) of cold starts with different seeds."""
+    return np.array([values(render(scene(name), SIZE, seed=first_seed + k, **settings)) for k in range(count)])
+
+
+@functools.cache
+def reference(name: str, limits: str, count: int = REPLICAS) -> NDArray:
+    return sessions(name, count, 100_000, samples=REFERENCE_SAMPLES, **LIMITS[limits])
+
+
+def compare(
+    answers: Answers, name: str, limits: str = "", replicas: int = REPLICAS, scale: float = 1.0, **settings
+) -> Comparison:
+    members = members_of(answers) | LIMITS[limits] | dict(samples=FRAMES, bias="UNBIASED") | settings
+    return compare_replicas(scale * sessions(name, replicas, 1, **members), reference(name, limits), CASE_RATE)
+
+
+def ids(cases: list[tuple[Answers, str, str]]) -> list[str]:
+    return ["-".join([*answers, name] + ([limits] if limits else [])) for answers, name, limits in cases]
+
+
+@pytest.mark.parametrize(("answers", "name", "limits"), QUICK, ids=ids(QUICK))
+def test_unbiased_systems_agree_with_the_reference(answers: Answers, name: str, limits: str) -> None:
+    result = compare(answers, name, limits)
+    assert result.agrees, result
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("answers", "name", "limits"), SLOW, ids=ids(SLOW))
+def test_all_combinations_agree_with_the_reference(answers: Answers, name: str, limits: str) -> None:
+    result = compare(answers, name, limits)
+    assert result.agrees, result
+
+
+def test_deep_links_get_no_less_of_lamps_that_count_bounces() -> None:
+    """Without the history of pixels, what cells hold counts for more."""
+    result = compare(("NEE", "NEE", "WORLD_REUSE"), "counting_lamp", temporal_reuse=False)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("case", FAST)
+def test_fast_systems_are_seen_to_be_biased(case: str) -> None:
+    """The planted bug of this file is one we ship: 1/M instead of a promise, sample points taken as Lambertian."""
+    answers, name = FAST[case]
+    result = compare(answers, name, replicas=3 * REPLICAS, bias="FAST")
+    assert not result.agrees, result
+
+
+@pytest.mark.parametrize("name", ["indirect_room", "open_scene"])
+def test_five_percent_too_much_light_is_seen(name: str) -> None:
+    """Planted bug: contribution weights 5 % too large."""
+    result = compare(("NEE", "CELL_RESERVOIRS", "WORLD_REUSE"), name, scale=1.05)
+    assert not result.agrees, result
+
+
+BIT_MODES = [
+    pytest.param(answers, bias, id="-".join([*answers, bias]))
+    for answers in COMBINATIONS
+    if answers[1:] != ("NEE", "PATH") and answers[0] in ("NEE", "RESTIR")
+    for bias in ("UNBIASED", "FAST")
+]
+
+
+@pytest.mark.parametrize(("answers", "bias"), BIT_MODES)
+def test_same_bits_for_any_number_of_threads(answers: Answers, bias: str) -> None:
+    passes = ["Direct", "Indirect", "Emission", "Environment"]
+    settings = members_of(answers) | dict(size=SIZE, samples=4, max_bounces=3, bias=bias, passes=passes)
+    one = render(scene("panes"), seed=3, threads=1, **settings)
+    for threads in (2, 7):
+        several = render(scene("panes"), seed=3, threads=threads, **settings)
+        assert all(np.array_equal(one[name], several[name]) for name in one)
+    other = render(scene("panes"), seed=4, threads=1, **settings)
+    assert not np.array_equal(one["Indirect"], other["Indirect"])  # or else equality would prove nothing
+
+
+@pytest.mark.parametrize("bias", ["UNBIASED", "FAST"])
+@pytest.mark.parametrize("indirect", INDIRECT[1:])
+def test_twice_the_light_is_twice_the_picture(indirect: str, bias: str) -> None:
+    """To the last bit: resampling sees only ratios, and a factor of two rounds nothing."""
+
+    def lit(strength: float) -> NDArray:
+        description = SceneDescription()
+        room(description)
+        lamp_to_ceiling(description, strength)
+        answers = ("RESTIR", "CELL_RESERVOIRS", indirect)
+        settings = members_of(answers) | dict(samples=4, seed=3, max_bounces=3, bias=bias)
+        return render(description.snapshot(), SIZE, **settings)["Combined"][..., :3]
+
+    once, twice = lit(2.0), lit(4.0)
+    assert once.mean() > 0.01
+    assert np.array_equal(2.0 * once, twice)
