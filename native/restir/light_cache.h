@@ -22,7 +22,7 @@ struct LightCacheSettings {
   int refresh_frames = 32;       ///< UNBIASED: frames after which the reservoirs of a cell are made anew
   /// Candidates that this may cost for each pixel and frame: a few per cent of a frame. Small pictures see as many
   /// cells as large ones, and take longer to renew them all.
-  float renewals_per_pixel = 2.0f;
+  float renewals_per_pixel = 1.0f;
 };
 
 /// A light sample that a cell offers. W in the measure of light_target.h; W = 0: a null sample.
