@@ -6,7 +6,7 @@ import cistern_core as core
 import numpy as np
 import pytest
 
-from tests.support.core_scenes import DEFAULTS, SceneDescription
+from tests.support.core_scenes import DEFAULTS, SceneDescription, principled
 
 from .test_determinism import room
 
@@ -27,6 +27,65 @@ def test_cancel_returns_soon_and_keeps_what_was_rendered() -> None:
     assert progress.status is core.Status.CANCELLED
     assert s.read("Combined").shape == (1024, 2048, 4)
     assert s.read("Combined").mean() > 0.0
+
+
+REUSE = {
+    "ris": dict(direct="RIS"),
+    "restir": dict(direct="RESTIR"),
+    "cache": dict(direct="RESTIR_CACHE"),
+    "cells": dict(secondary="CELL_RESERVOIRS"),
+    "screen": dict(indirect="SCREEN_REUSE"),
+    "world": dict(indirect="WORLD_REUSE"),
+}
+
+
+@pytest.mark.parametrize("answers", REUSE.values(), ids=REUSE)
+def test_cancel_returns_soon_from_any_stage(answers: dict[str, str]) -> None:
+    """The first ends amid preparation. Small enough that allocating the frame, which cannot be stopped, takes little."""
+    for seconds in (0.1, 0.7):
+        s = session(width=512, height=256, samples=10000, passes=["Cells"], **answers)
+        s.start(room())
+        time.sleep(seconds)
+        start = time.perf_counter()
+        s.cancel()
+        assert time.perf_counter() - start < 0.5
+        assert s.wait(0.0).status is core.Status.CANCELLED
+        assert np.isfinite(s.read("Combined")).all()
+
+
+@pytest.mark.parametrize("answers", REUSE.values(), ids=REUSE)
+@pytest.mark.parametrize("size", [(1, 1), (8192, 1)])
+def test_odd_pictures_render_with_every_answer(answers: dict[str, str], size: tuple[int, int]) -> None:
+    s = session(width=size[0], height=size[1], samples=3, **answers)
+    s.start(room())
+    progress = s.wait(60.0)
+    assert progress.status is core.Status.DONE, progress.error
+    assert progress.non_finite_samples == progress.non_finite_weights == 0
+
+
+@pytest.mark.parametrize("answers", REUSE.values(), ids=REUSE)
+def test_scenes_with_nothing_in_them_render_with_every_answer(answers: dict[str, str]) -> None:
+    scene = SceneDescription()
+    scene.set_camera((0, -1, 0), (0, 0, 0))
+    for _ in range(2):  # the second time with a surface but no light
+        s = session(samples=2, passes=["Cells", "Cell Occupancy"], **answers)
+        s.start(scene.snapshot())
+        progress = s.wait(60.0)
+        assert progress.status is core.Status.DONE, progress.error
+        assert s.read("Combined")[..., :3].max() == 0.0
+        scene.add_quad((-1, 0, -1), (2, 0, 0), (0, 0, 2), principled())
+
+
+def test_a_cache_is_used_again() -> None:
+    cache, scene = core.RenderCache(), room()
+    pictures = []
+    for _ in range(2):
+        s = session(direct="RESTIR_CACHE")
+        s.start(scene, cache)
+        assert s.wait(60.0).status is core.Status.DONE
+        pictures.append(s.read("Combined"))
+    assert cache.memory_bytes > 0
+    assert np.array_equal(*pictures)
 
 
 def test_a_running_session_may_be_dropped() -> None:

@@ -65,12 +65,35 @@ TEST(Settings, EveryMemberOutOfRangeIsNamedWithItsValue) {
          s.region = {0, 0, 5, 0};
        }},
       {"pixels", "4294967296", [](Settings& s) { s.width = s.height = 65536; }},
+      {"light_candidates", "-1", [](Settings& s) { s.direct_reuse.light_candidates = -1; }},
+      {"confidence_cap", "nan", [](Settings& s) { s.direct_reuse.confidence_cap = NAN; }},
+      {"spatial_neighbours", "33", [](Settings& s) { s.direct_reuse.spatial_neighbours = 33; }},
+      {"spatial_radius", "-1", [](Settings& s) { s.direct_reuse.spatial_radius = -1.0f; }},
+      {"spatial_rounds", "17", [](Settings& s) { s.direct_reuse.spatial_rounds = 17; }},
+      {"cache_merged", "33", [](Settings& s) { s.light_cache.merged = 33; }},
+      {"cache_candidates", "-5", [](Settings& s) { s.light_cache.candidates = -5; }},
+      {"min_cell_size", "2", [](Settings& s) { s.grid.min_cell_size = 2.0f; }},
+      {"cell_pixels", "0.5", [](Settings& s) { s.grid.cell_pixels = 0.5f; }},
   };
   for (const Case& c : cases) {
     const std::string error = error_of(c.change);
     EXPECT_NE(error.find(c.name), std::string::npos) << c.name << ": " << error;
     EXPECT_NE(error.find(c.value), std::string::npos) << c.name << ": " << error;
   }
+}
+
+TEST(Settings, ZeroIsTheNumberOfThePaper) {
+  Settings s;
+  s.direct = DirectAnswer::RESTIR_CACHE;
+  s.direct_reuse.spatial_neighbours = 3;
+  check_settings(s);
+  EXPECT_EQ(s.direct_reuse.light_candidates, 8);  // [Stefanescu 2025] §4.2
+  EXPECT_EQ(s.direct_reuse.spatial_neighbours, 3);
+  EXPECT_EQ(s.light_cache.merged, 4);
+  s = {};
+  s.direct = DirectAnswer::RIS;
+  check_settings(s);
+  EXPECT_FALSE(s.direct_reuse.temporal_reuse || s.direct_reuse.spatial_reuse);
 }
 
 TEST(Settings, OnePixelOfAnEnormousFrameIsFine) {
