@@ -115,7 +115,7 @@ LightReservoir CachedLightReservoirs::merge(const VisiblePoint& visible, const L
   const auto most = static_cast<uint32_t>(std::min(static_cast<size_t>(settings_.merged), kMaxMerged));
   const StrideSelection chosen = select_by_stride(static_cast<uint32_t>(cached.size()), most, rng.next_double());
   for (uint32_t i = 0; i < chosen.count; ++i) {
-    const CachedReservoir& reservoir = cached[chosen[i]];
+    const CachedReservoir& reservoir = cached[cache_.place(chosen[i])];
     candidates[i + 1] = {reservoir.sample, reservoir.W, confidence};
     cell_targets[i + 1] = reservoir.p_hat;
   }

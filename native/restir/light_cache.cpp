@@ -226,7 +226,7 @@ void LightCache::choose_reservoirs(uint32_t cell, const Pool& pool, Rng& rng) {
   const auto first = static_cast<size_t>(cell) * static_cast<size_t>(count);
   const double w_sum = pool.w_sum.empty() ? 0.0 : pool.w_sum.back();
   for (int i = 0; i < count; ++i) {
-    CachedReservoir& slot = reservoirs_[first + static_cast<size_t>(i)];
+    CachedReservoir& slot = reservoirs_[first + place(static_cast<uint32_t>(i))];
     slot = {};
     if (w_sum == 0.0) continue;
     const double u = (i + rng.next_double()) / count * w_sum;
@@ -239,6 +239,13 @@ void LightCache::choose_reservoirs(uint32_t cell, const Pool& pool, Rng& rng) {
       non_finite_weights_.fetch_add(1, std::memory_order_relaxed);
     }
   }
+}
+
+uint32_t LightCache::place(uint32_t stratum) const {
+  const auto count = static_cast<uint32_t>(settings_.reservoirs), merged = static_cast<uint32_t>(settings_.merged);
+  if (count % merged != 0) return stratum;
+  const uint32_t groups = count / merged;
+  return stratum % groups * merged + stratum / groups;
 }
 
 /// Luminance of the sample's light that white paint at the point reflects, in the measure of light_target.h.

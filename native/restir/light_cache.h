@@ -64,7 +64,11 @@ class LightCache {
   const LightCacheCells& cells() const { return *cells_; }
   /// Number of a cell that `prepare` has made.
   std::optional<uint32_t> find(LightCacheKey key) const;
+  /// By `place`.
   std::span<const CachedReservoir> reservoirs(uint32_t cell) const;
+  /// Where a cell keeps the reservoir of a stratum: those that a visible point takes, which are of strata at equal
+  /// distances, lie side by side in memory.
+  uint32_t place(uint32_t stratum) const;
   /// Target of a cell. UNBIASED: above zero for every emitter.
   float target(uint32_t cell, const LightSample& sample) const;
 
