@@ -41,7 +41,7 @@ REUSE = {
 
 @pytest.mark.parametrize("answers", REUSE.values(), ids=REUSE)
 def test_cancel_returns_soon_from_any_stage(answers: dict[str, str]) -> None:
-    """The first ends amid preparation. Small enough that allocating the frame, which cannot be stopped, takes little."""
+    """The first ends amid preparation. Small, since the allocation of a frame cannot be stopped."""
     for seconds in (0.1, 0.7):
         s = session(width=512, height=256, samples=10000, passes=["Cells"], **answers)
         s.start(room())
