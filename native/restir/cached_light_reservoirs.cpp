@@ -40,13 +40,6 @@ CachedLightReservoirs::CachedLightReservoirs(const PathContext& context, const D
       own_(context, without_visibility(reuse), image, seed),
       cache_(context, settings, static_cast<float>(reuse.light_candidates), reuse.bias, seed, std::move(cells)) {}
 
-Rng CachedLightReservoirs::random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const {
-  const auto width = static_cast<uint32_t>(image_.width);
-  const uint32_t x = static_cast<uint32_t>(image_.x) + pixel % width,
-                 y = static_cast<uint32_t>(image_.y) + pixel / width;
-  return Rng(seed_, y * static_cast<uint32_t>(image_.full_width) + x, frame, stream);
-}
-
 /// The cell of a place in the tangent plane, up to half a cell away for u in [0, 1]^3.
 LightCacheKey CachedLightReservoirs::key_beside(const VisiblePoint& visible, Vec3 u) const {
   const Vec3 offset = cache_.cells().cell_size() * (u - Vec3{0.5f, 0.5f, 0.5f});
@@ -57,7 +50,7 @@ LightCacheKey CachedLightReservoirs::key_beside(const VisiblePoint& visible, Vec
 LightCacheKey CachedLightReservoirs::choose_cell(const VisiblePoint& visible, uint32_t pixel, uint32_t frame) const {
   if (!visible.exists) return kNoLightCacheKey;
   if (reuse_.bias == Bias::UNBIASED) {
-    Rng rng = random_numbers(pixel, frame, kCellStream);
+    Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, kCellStream);
     const Vec2 xy = rng.next_vec2();
     const LightCacheKey beside = key_beside(visible, {xy.x, xy.y, rng.next_float()});
     if (beside != kNoLightCacheKey) return beside;
@@ -93,7 +86,7 @@ LightReservoir CachedLightReservoirs::initial_candidates(const VisiblePoint& vis
                                                          uint64_t& non_finite) const {
   LightReservoir reservoir = own_.initial_candidates(visible, pixel, frame, non_finite);
   if (const std::optional<uint32_t> cell = cache_.find(keys_[pixel])) {
-    Rng rng = random_numbers(pixel, frame, kMergeStream);
+    Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, kMergeStream);
     reservoir = merge(visible, reservoir, *cell, rng, non_finite);
   }
   if (reuse_.visibility_reuse && reservoir.W > 0.0f && !is_visible(context_, visible, reservoir.sample))

@@ -38,7 +38,6 @@ class CachedLightReservoirs {
   size_t memory_bytes() const { return cache_.memory_bytes() + keys_.capacity() * sizeof(LightCacheKey); }
 
  private:
-  Rng random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const;
   void request_surroundings(std::span<const VisiblePoint> visible_points);
   LightCacheKey key_beside(const VisiblePoint& visible, Vec3 u) const;
   LightCacheKey choose_cell(const VisiblePoint& visible, uint32_t pixel, uint32_t frame) const;
