@@ -63,7 +63,7 @@ class Reference:
 
     @cached_property
     def grids(self) -> Grids:
-        size = self.high - self.low
+        size = np.full(3, np.max(self.high - self.low))  # cells are cubes
         edges = size * (1.0 + LOWER_MARGIN + UPPER_MARGIN) / CELLS_PER_AXIS
         return make_grids(self.positions[self.hit], self.normals[self.hit], self.low - size * LOWER_MARGIN, edges)
 
