@@ -1,0 +1,50 @@
+#pragma once
+
+#include "transport/path_capture.h"
+
+namespace cistern {
+
+/// Throughput of a path split by what the light it finds will be called: `smooth` while no vertex was rough enough to
+/// reconnect (the light is seen: Emission, Environment), `direct` after exactly one scattering there, `indirect` later.
+struct Throughput {
+  Rgb smooth{1.0f}, direct, indirect;
+
+  Rgb total() const { return smooth + direct + indirect; }
+  void scale(Rgb s) { smooth *= s, direct *= s, indirect *= s; }
+  void scatter(Rgb rough_weight, Rgb smooth_weight) {
+    indirect = (direct + indirect) * (rough_weight + smooth_weight);
+    direct = smooth * rough_weight;
+    smooth = smooth * smooth_weight;
+  }
+};
+
+/// The same where light is left to others: what rough lobes of a captured sample point reflect is left out of the sums
+/// and only counted in `captured`; instead `continuation` carries the throughput from each sample point on, zero before
+/// it is reached.
+struct CapturedThroughput : Throughput {
+  Rgb captured;
+  std::array<Rgb, kMaxPathLinks> continuation;
+
+  Rgb total() const { return Throughput::total() + captured; }
+  void scale(Rgb s) {
+    Throughput::scale(s);
+    captured *= s;
+    for (Rgb& c : continuation) c *= s;
+  }
+  /// What ends here but for one link: `captured` then only says how likely the path goes on.
+  void keep_only_link(size_t link) {
+    captured = total();
+    smooth = direct = indirect = Rgb();
+    for (size_t i = 0; i < kMaxPathLinks; ++i)
+      if (i != link) continuation[i] = Rgb();
+  }
+  void scatter(Rgb rough_weight, Rgb smooth_weight, bool captures_rough) {
+    const Rgb weight = rough_weight + smooth_weight, reflected = direct + indirect;
+    captured = captured * weight + (captures_rough ? reflected * rough_weight : Rgb());
+    Throughput::scatter(rough_weight, smooth_weight);
+    if (captures_rough) indirect = reflected * smooth_weight;
+    for (Rgb& c : continuation) c *= weight;
+  }
+};
+
+}  // namespace cistern
