@@ -5,14 +5,11 @@
 Everything is Lambertian. A lamp's light is a lantern of emissive panes (8 triangles each), or a sphere light.
 """
 
-import argparse
-from pathlib import Path
-
 import bpy
 import numpy as np
 
 import scene_tools as tools
-from cistern_hall.shapes import TAU, Shape, box, joined, lathe, patch, to_mesh
+from cistern_hall.shapes import TAU, Shape, box, joined, lathe, to_mesh
 
 LAMPS_PER_BLOCK = 8
 MOST_LAMPS = 2000
@@ -30,13 +27,6 @@ WHITE = (0.85, 0.92, 1.0)
 WALL, TRIM, PANE = 0, 1, 2
 
 
-def upright_quad(corner: tuple[float, float, float], along: float, up: float, turn: float) -> Shape:
-    """A rectangle that faces -Y before it is turned about Z."""
-    x, y, z = corner
-    rows = [[(x, y, z), (x + along, y, z)], [(x, y, z + up), (x + along, y, z + up)]]
-    return patch(np.array(rows)).moved(turn=turn)
-
-
 def building(width: float, storeys: int) -> Shape:
     """A square house of flat walls with rows of dark windows, ledges and a roof edge, standing on the origin."""
     height = STOREY * storeys
@@ -49,7 +39,7 @@ def building(width: float, storeys: int) -> Shape:
             bottom = STOREY * storey + (0.4 if storey == 0 else 1.0)
             for x in across:
                 corner = (x + 0.4, -0.5 * width - 0.02, bottom)
-                parts.append(upright_quad(corner, 1.2, STOREY * (storey + 1) - 0.6 - bottom, turn).painted(PANE))
+                parts.append(tools.upright_quad(corner, 1.2, STOREY * (storey + 1) - 0.6 - bottom, turn).painted(PANE))
     return joined(parts)
 
 
@@ -66,7 +56,7 @@ def lantern() -> Shape:
     """Four upright panes."""
     x, _, z = LANTERN
     corner = (-0.5 * x, -0.5 * x, LAMP_HEIGHT - 0.5 * z)
-    return joined([upright_quad(corner, x, z, turn) for turn in TAU * np.arange(4) / 4.0])
+    return joined([tools.upright_quad(corner, x, z, turn) for turn in TAU * np.arange(4) / 4.0])
 
 
 def car() -> Shape:
@@ -134,9 +124,7 @@ def build_lamps(scene: bpy.types.Scene, middles: list[tuple[float, float]], lamp
 
 def build_streets(scene: bpy.types.Scene, middles: list[tuple[float, float]], random: np.random.Generator) -> None:
     reach = max(abs(c) for middle in middles for c in middle) + PITCH
-    ground = patch(
-        np.array([[(-reach, -reach, 0.0), (reach, -reach, 0.0)], [(-reach, reach, 0.0), (reach, reach, 0.0)]])
-    )
+    ground = tools.ground((-reach, -reach), (reach, reach))
     tools.place(scene, "Streets", to_mesh("Streets", ground, [tools.matt("Asphalt", (0.16, 0.16, 0.17))]), (0, 0, 0))
     paint = [tools.matt(f"Paint {k}", c) for k, c in enumerate([(0.5, 0.06, 0.05), (0.1, 0.2, 0.45), (0.7, 0.7, 0.68)])]
     rest = [tools.matt("Cabin", (0.12, 0.13, 0.15)), tools.matt("Tyre", (0.03, 0.03, 0.03))]
@@ -168,21 +156,12 @@ def build(scene: bpy.types.Scene, lamps: int = 512, lights: str = "EMISSIVE", vi
     build_lamps(scene, middles, lamps, lights)
     build_streets(scene, middles, random)
     aim(scene, view, lamps)
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 960, 540, 100
-    scene.view_settings.view_transform = "AgX"
-
-
-def lamp_count(text: str) -> int:
-    count = int(text)
-    if not 1 <= count <= MOST_LAMPS:
-        raise argparse.ArgumentTypeError(f"{count} is not between 1 and {MOST_LAMPS}")
-    return count
+    tools.set_picture(scene)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("blend", nargs="?", type=Path, default=Path("out/city_grid.blend"))
-    parser.add_argument("--lamps", type=lamp_count, default=512, help=f"1 to {MOST_LAMPS}")
+    parser = tools.argument_parser(__doc__, "city_grid")
+    parser.add_argument("--lamps", type=tools.count_between(1, MOST_LAMPS), default=512, help=f"1 to {MOST_LAMPS}")
     parser.add_argument("--lights", choices=("EMISSIVE", "SPHERE"), default="EMISSIVE")
     parser.add_argument("--view", choices=("STREET", "ABOVE"), default="STREET")
     arguments = parser.parse_args()

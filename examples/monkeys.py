@@ -6,14 +6,11 @@ Everything is Lambertian. The lights hang and lie close to the surfaces, so that
 case in which a coarse cache of light samples shows its cells.
 """
 
-import argparse
-from pathlib import Path
-
 import bpy
 import numpy as np
 
 import scene_tools as tools
-from cistern_hall.shapes import Shape, lathe, patch, sphere, to_mesh
+from cistern_hall.shapes import Shape, lathe, sphere, to_mesh
 
 FLOOR = 40.0  # side, metres
 FIELD = 14.0  # things stand within this square's side
@@ -90,24 +87,15 @@ def build(scene: bpy.types.Scene, lights: int = 60, is_emissive: bool = False) -
     build_things(scene, random)
     build_lights(scene, lights, is_emissive, random)
     half = 0.5 * FLOOR
-    corners = np.array([[(-half, -half, 0.0), (half, -half, 0.0)], [(-half, half, 0.0), (half, half, 0.0)]])
-    tools.place(scene, "Floor", to_mesh("Floor", patch(corners), [tools.matt("Floor", (0.6, 0.6, 0.6))]), (0, 0, 0))
+    floor = tools.ground((-half, -half), (half, half))
+    tools.place(scene, "Floor", to_mesh("Floor", floor, [tools.matt("Floor", (0.6, 0.6, 0.6))]), (0, 0, 0))
     tools.aim_camera(scene, (1.5, -12.6, 4.6), (-0.4, -2.2, 0.5), 32.0)
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 960, 540, 100
-    scene.view_settings.view_transform = "AgX"
-
-
-def light_count(text: str) -> int:
-    count = int(text)
-    if not 1 <= count <= MOST_LIGHTS:
-        raise argparse.ArgumentTypeError(f"{count} is not between 1 and {MOST_LIGHTS}")
-    return count
+    tools.set_picture(scene)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("blend", nargs="?", type=Path, default=Path("out/monkeys.blend"))
-    parser.add_argument("--lights", type=light_count, default=60, help=f"1 to {MOST_LIGHTS}")
+    parser = tools.argument_parser(__doc__, "monkeys")
+    parser.add_argument("--lights", type=tools.count_between(1, MOST_LIGHTS), default=60, help=f"1 to {MOST_LIGHTS}")
     parser.add_argument("--emissive", action="store_true", help="spheres of triangles in place of sphere lights")
     arguments = parser.parse_args()
     build(tools.empty_scene(), arguments.lights, arguments.emissive)

@@ -1,10 +1,16 @@
-"""What the scripts that build scenes share: an empty scene, materials without gloss, placing things, saving."""
+"""What the scripts that build scenes share: an empty scene, plain materials and shapes, placing things, saving, and the
+command line."""
 
+import argparse
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
+import numpy as np
 from mathutils import Matrix, Vector
+
+from cistern_hall.shapes import Shape, box, patch
 
 Colour = tuple[float, float, float]
 Place = tuple[float, float, float]
@@ -59,6 +65,26 @@ def place(scene: bpy.types.Scene, name: str, what: bpy.types.ID, at: Place, turn
     return thing
 
 
+def block(low: Place, high: Place) -> Shape:
+    """A box between two corners, its edges hardly broken."""
+    size, middle = np.subtract(high, low), 0.5 * np.add(low, high)
+    return box(tuple(size), 0.02 * float(size.min())).moved(middle)
+
+
+def ground(low: tuple[float, float], high: tuple[float, float], height: float = 0.0, tile: float = 1.0) -> Shape:
+    """A level rectangle that faces up, with UVs that repeat every `tile` metres."""
+    (x0, y0), (x1, y1) = low, high
+    corners = np.array([[(x0, y0, height), (x1, y0, height)], [(x0, y1, height), (x1, y1, height)]])
+    return patch(corners, ((x1 - x0) / tile, (y1 - y0) / tile))
+
+
+def upright_quad(corner: Place, along: float, up: float, turn: float = 0.0, tile: float = 1.0) -> Shape:
+    """A rectangle that faces -Y before it is turned about Z, with UVs that repeat every `tile` metres."""
+    x, y, z = corner
+    rows = [[(x, y, z), (x + along, y, z)], [(x, y, z + up), (x + along, y, z + up)]]
+    return patch(np.array(rows), (along / tile, up / tile)).moved(turn=turn)
+
+
 def sphere_light(name: str, colour: Colour, power_w: float, radius: float) -> bpy.types.Light:
     light = bpy.data.lights.new(name, "POINT")
     light.color, light.energy, light.shadow_soft_size = colour, power_w, radius
@@ -75,6 +101,12 @@ def aim_camera(scene: bpy.types.Scene, eye: Place, target: Place, lens_mm: float
     scene.camera = camera
 
 
+def set_picture(scene: bpy.types.Scene) -> None:
+    """The shape and the view of all these scenes' pictures."""
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 960, 540, 100
+    scene.view_settings.view_transform = "AgX"
+
+
 def save(path: Path) -> None:
     """Saves what is open in Blender; the file gets its name when it is whole."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -84,3 +116,29 @@ def save(path: Path) -> None:
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def count_between(low: int, high: int) -> Callable[[str], int]:
+    """A type for argparse."""
+
+    def parse(text: str) -> int:
+        if not low <= int(text) <= high:
+            raise argparse.ArgumentTypeError(f"{text} is not between {low} and {high}")
+        return int(text)
+
+    return parse
+
+
+def argument_parser(description: str, name: str) -> argparse.ArgumentParser:
+    """For a script that writes a scene; more options may be added."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("blend", nargs="?", type=Path, default=Path(f"out/{name}.blend"))
+    return parser
+
+
+def run_script(description: str, name: str, build: Callable[[bpy.types.Scene], None]) -> None:
+    """All of a script that builds one scene without options."""
+    blend = argument_parser(description, name).parse_args().blend
+    build(empty_scene())
+    save(blend)
+    print(f"Wrote {blend}")

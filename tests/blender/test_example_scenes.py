@@ -1,5 +1,6 @@
 """The scenes that examples/ builds: as many lights as asked for, where they belong, saved whole."""
 
+import importlib
 import sys
 from pathlib import Path
 
@@ -59,6 +60,28 @@ def test_monkeys_have_their_lights_above_the_floor(count, emissive):
         assert head.location.z >= radius
     names = {thing.data.name.split()[0] for thing in scene.objects if thing.type == "MESH"}
     assert {"Suzanne", "Ball", "Cone", "Floor"} <= {name.split(".")[0] for name in names}
+
+
+# Triangles of emissive meshes, lamps, whether there is a world.
+LIGHTS = {
+    "market": (480 * 64, 0, False),
+    "door_ajar": (2, 0, False),
+    "glossy_hall": (5 * 2, 4, False),
+    "bright_interior": (2 * 2, 0, True),
+    "outdoor": (0, 1, True),
+    "far_lamp": (144, 0, False),
+}
+
+
+@pytest.mark.parametrize("name", LIGHTS)
+def test_benchmark_scenes_have_their_lights(name):
+    import scene_tools
+
+    scene = scene_tools.empty_scene()
+    importlib.import_module(name).build(scene)
+    triangles = sum(len(p.vertices) - 2 for thing in emissive_meshes(scene) for p in thing.data.polygons)
+    assert (triangles, len(lamps(scene)), scene.world is not None) == LIGHTS[name]
+    assert scene.camera is not None
 
 
 def test_the_file_is_there_when_it_is_whole(tmp_path):
