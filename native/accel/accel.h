@@ -68,5 +68,7 @@ class FlushDenormals {
 void check_embree_version();
 /// Version of the Embree compiled against, "3.13.5".
 std::string embree_version();
+/// Path of the library whose Embree answers.
+std::string embree_library();
 
 }  // namespace cistern

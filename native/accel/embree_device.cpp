@@ -2,6 +2,7 @@
 
 #include "accel/accel.h"
 #include "base/check.h"
+#include "base/shared_library.h"
 
 namespace cistern {
 namespace {
@@ -69,5 +70,7 @@ void check_embree_version() {
 }
 
 std::string embree_version() { return RTC_VERSION_STRING; }
+
+std::string embree_library() { return library_of(reinterpret_cast<const void*>(&rtcNewDevice)); }
 
 }  // namespace cistern

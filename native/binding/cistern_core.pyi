@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 __version__: str
 EMBREE_VERSION: str
+EMBREE_LIBRARY: str  # path of the shared library that answers, among those of the process
+TBB_LIBRARY: str
 
 class Error(RuntimeError): ...
 
