@@ -74,7 +74,10 @@ Progress Session::progress_locked() const {
 void Session::cancel() {
   cancelled_ = true;
   std::unique_lock lock(mutex_);
-  ended_.wait(lock, [this] { return progress_.status != Status::RUNNING; });
+  const auto has_ended = [this] { return progress_.status != Status::RUNNING; };
+  // Not wait(): it would bind the module to the C++ library of GCC 12, newer than that of RHEL 9.
+  while (!ended_.wait_for(lock, std::chrono::seconds(1), has_ended)) {
+  }
 }
 
 std::vector<float> Session::read(Pass pass) {
