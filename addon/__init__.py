@@ -3,7 +3,7 @@
 `register()` never needs the native core; the first render loads it.
 """
 
-from . import engine, operators, properties, report, ui
+from . import engine, operators, preferences, properties, report, ui
 
 __all__ = ["register", "report", "unregister"]
 
@@ -13,9 +13,11 @@ def register() -> None:
     operators.register()
     ui.register()
     engine.register()
+    preferences.register()
 
 
 def unregister() -> None:
+    preferences.unregister()
     engine.unregister()
     ui.unregister()
     operators.unregister()

@@ -10,6 +10,9 @@ from types import ModuleType
 
 MODULE_NAME = "cistern_core"
 
+# For the user: what the extension brings.
+SUPPORTED = "Python 3.11 (Blender 4.2 to 5.0) and 3.13 (Blender 5.1 and 5.2) on Linux x86-64"
+
 
 class CoreUnavailableError(RuntimeError):
     """The native core cannot be loaded; the text is a sentence for the user."""
@@ -31,7 +34,16 @@ def explain(error: Exception, search_path: list[Path]) -> str:
     others = sorted({binary.name for folder in search_path for binary in folder.glob(f"{MODULE_NAME}*.so")})
     if others:
         return f"Cistern's native core is not built for Python {running}; found only {', '.join(others)}."
-    return f"Cistern's native core ({MODULE_NAME}) is not installed for Python {running}."
+    return f"Cistern's native core is not installed for Python {running}; its extension has it for {SUPPORTED}."
+
+
+def status() -> tuple[bool, str]:
+    """Whether the core can be loaded, and a sentence for the user: which core it is, or why it cannot."""
+    try:
+        module = load()
+    except CoreUnavailableError as error:
+        return False, str(error)
+    return True, f"Native core {module.__version__} with Embree {module.EMBREE_VERSION} is ready."
 
 
 def is_core_error(error: BaseException) -> bool:
