@@ -3,7 +3,7 @@
 `register()` never needs the native core; the first render loads it.
 """
 
-from . import engine, operators, preferences, properties, report, ui
+from . import command_line, engine, operators, preferences, properties, report, ui
 
 __all__ = ["register", "report", "unregister"]
 
@@ -14,9 +14,11 @@ def register() -> None:
     ui.register()
     engine.register()
     preferences.register()
+    command_line.register()
 
 
 def unregister() -> None:
+    command_line.unregister()
     preferences.unregister()
     engine.unregister()
     ui.unregister()

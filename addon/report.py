@@ -29,6 +29,9 @@ class RenderReport:
 # The reports of this process, newest last.
 last: list[RenderReport] = []
 
+# View layers of this process whose render failed.
+error_count = 0
+
 
 def last_report() -> RenderReport | None:
     """The newest report, or None before the first render."""
@@ -43,6 +46,8 @@ def line(report: RenderReport) -> str:
 
 def publish(report: RenderReport) -> None:
     """Keep the report and print its line."""
+    global error_count
+    error_count += report.error is not None
     last.append(report)
     del last[:-KEPT_REPORTS]
     sys.stdout.write(line(report) + "\n")

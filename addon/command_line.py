@@ -1,0 +1,204 @@
+"""Renders started by Blender's command line: `blender -b FILE -E CISTERN -o OUT -f 1 -- --cistern-samples 64 ...`.
+
+Options come after `--`, as those of Cycles do. Each frame is written into a hidden folder beside its place and moved
+there when it is whole, and Blender's exit status is 1 when a frame failed: by itself Blender leaves half a file when it
+is killed while it writes, and ends with 0 whatever an engine reported.
+"""
+
+import argparse
+import atexit
+import os
+import shutil
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import report, techniques
+from .properties import MAX_INT, MAX_SAMPLES
+
+RENDER_OPTIONS = frozenset({"-f", "--render-frame", "-a", "--render-anim"})
+OPTION_PREFIX = "--cistern-"
+
+STATUS_FAILED = 1
+STATUS_BAD_OPTIONS = 2
+
+MAX_THREADS = 1024  # Blender's own limit
+
+
+class OptionError(Exception):
+    """An option that cannot be obeyed; the text says why."""
+
+
+class _OptionParser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise OptionError(message)
+
+
+@dataclass
+class CommandLineRender:
+    """What the command line asked for, and how it went."""
+
+    options: argparse.Namespace
+    unwritten_frame: int | None = None  # being rendered, or never written
+    path_in_scene: str = ""
+    has_failed: bool = False
+
+    def exit_status(self) -> int:
+        failed = self.has_failed or self.unwritten_frame is not None or report.error_count > 0
+        return STATUS_FAILED if failed else 0
+
+
+def is_render(argv: list[str]) -> bool:
+    """Whether Blender's own part of the command line renders."""
+    own = argv[: argv.index("--")] if "--" in argv else argv
+    return not RENDER_OPTIONS.isdisjoint(own)
+
+
+def _number(kind: type, low: float, high: float) -> Callable[[str], float]:
+    def number(text: str) -> float:
+        value = kind(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text} is not between {low} and {high}")
+        return value
+
+    return number
+
+
+def parse(argv: list[str]) -> argparse.Namespace:
+    """The options after `--` that begin with `--cistern-`; others are left to their owners. Raises OptionError."""
+    parser = _OptionParser(prog="blender", add_help=False, allow_abbrev=False)
+    add = parser.add_argument
+    add("--cistern-samples", dest="samples", type=_number(int, 1, MAX_SAMPLES))
+    add("--cistern-preset", dest="preset", type=str.upper, choices=[item[0] for item in techniques.PRESET_ITEMS])
+    add("--cistern-seed", dest="seed", type=_number(int, 0, MAX_INT))
+    add("--cistern-threads", dest="threads", type=_number(int, 0, MAX_THREADS))
+    add("--cistern-time-limit", dest="time_limit", type=_number(float, 0.0, float("inf")))
+    add("--cistern-resume", dest="resume", action="store_true")
+    after = argv[argv.index("--") + 1 :] if "--" in argv else []
+    options, others = parser.parse_known_args(after)
+    unknown = [other for other in others if other.startswith(OPTION_PREFIX)]
+    if unknown:
+        raise OptionError(f"there is no option {unknown[0]}")
+    return options
+
+
+def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
+    """Give the scene the values that the command line names."""
+    settings, render = scene.cistern, scene.render
+    if options.preset is not None:
+        techniques.choose_preset(settings, options.preset)
+    if options.samples is not None:
+        settings.samples = options.samples
+        for layer in scene.view_layers:
+            layer.samples = 0  # its own number would win
+    if options.seed is not None:
+        settings.seed = options.seed
+    if options.time_limit is not None:
+        settings.time_limit = options.time_limit
+    if options.threads is not None:
+        render.threads_mode = "FIXED" if options.threads > 0 else "AUTO"
+        if options.threads > 0:
+            render.threads = options.threads
+    if options.resume:
+        render.use_overwrite = render.use_placeholder = False
+
+
+running: CommandLineRender | None = None
+
+
+@persistent
+def begin_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
+    """Blender copies the scene's render settings after this."""
+    apply(running.options, scene)
+
+
+@persistent
+def begin_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
+    """Point Blender to a hidden folder beside the file's place; it makes the folder when it writes. Movies stay."""
+    running.has_failed |= running.unwritten_frame is not None
+    if scene.render.is_movie_format:
+        return
+    running.unwritten_frame = scene.frame_current
+    running.path_in_scene = scene.render.filepath
+    folder, name = os.path.split(running.path_in_scene)  # not pathlib: it takes Blender's leading // for one slash
+    scene.render.filepath = os.path.join(folder, f".cistern-{os.getpid()}", name)  # noqa: PTH118
+
+
+@persistent
+def end_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
+    """The frame's files (one, or one for each view) are whole: move them to their place."""
+    if running.unwritten_frame is None:
+        return
+    written = Path(bpy.path.abspath(scene.render.frame_path(frame=running.unwritten_frame))).parent
+    scene.render.filepath = running.path_in_scene
+    try:
+        for file in written.iterdir():
+            sys.stdout.write(f"Wrote {file.replace(written.parent / file.name)}\n")
+        written.rmdir()
+    except OSError as error:
+        sys.stderr.write(f"cistern: frame {running.unwritten_frame} cannot be moved to its place: {error}\n")
+        running.has_failed = True
+    running.unwritten_frame = None
+
+
+@persistent
+def abandon_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
+    """The frame failed, or could not be written."""
+    if running.unwritten_frame is not None:
+        scene.render.filepath = running.path_in_scene
+        running.has_failed, running.unwritten_frame = True, None
+
+
+HANDLERS = {
+    "render_init": begin_job,
+    "render_pre": begin_frame,
+    "render_write": end_frame,
+    "render_cancel": abandon_frame,
+}
+
+
+def exit_now(status: int) -> NoReturn:
+    """End the process with this status. Blender offers no other way to give one, and its temporary files go with it."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    if bpy.app.tempdir:
+        shutil.rmtree(bpy.app.tempdir, ignore_errors=True)
+    os._exit(status)
+
+
+def exit_with_status() -> None:
+    """As Blender ends: nothing to do unless a frame failed."""
+    status = running.exit_status() if running else 0
+    if status != 0:
+        exit_now(status)
+
+
+def start(argv: list[str]) -> None:
+    """Watch the renders of this process. Raises OptionError."""
+    global running
+    running = CommandLineRender(parse(argv))
+    for event, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, event).append(handler)
+
+
+def register() -> None:
+    if not (bpy.app.background and bpy.app.binary_path and is_render(sys.argv)):
+        return
+    try:
+        start(sys.argv)
+    except OptionError as error:
+        sys.stderr.write(f"cistern: {error}\n")
+        exit_now(STATUS_BAD_OPTIONS)
+    atexit.register(exit_with_status)
+
+
+def unregister() -> None:
+    for event, handler in HANDLERS.items():
+        handlers = getattr(bpy.app.handlers, event)
+        if handler in handlers:
+            handlers.remove(handler)
