@@ -45,12 +45,7 @@ def measure(blend: str, engine: str, scale: float, samples: list[int]) -> dict[s
     scene = bpy.context.scene
     factor = scene.render.resolution_percentage / 100.0 * scale
     width, height = round(scene.render.resolution_x * factor), round(scene.render.resolution_y * factor)
-    prepare(scene, width, height)
-    for settings in (scene.cycles, scene.cistern):
-        settings.max_bounces = 12
-    for kind in ("diffuse", "glossy", "transmission"):
-        setattr(scene.cycles, f"{kind}_bounces", 12)
-        setattr(scene.cistern, f"max_{kind}_bounces", 12)
+    prepare(scene, width, height, bounces=12)
     times, pictures = [], []
     for count, seed in ((samples[0], 1), (samples[1], 2), (samples[1], 3)):
         before = resource.getrusage(resource.RUSAGE_SELF).ru_utime

@@ -32,10 +32,6 @@ CYCLES = {
     "use_auto_tile": False,
     "min_light_bounces": 0,
     "min_transparent_bounces": 0,
-    "max_bounces": BOUNCES,
-    "diffuse_bounces": BOUNCES,
-    "glossy_bounces": BOUNCES,
-    "transmission_bounces": BOUNCES,
     "transparent_max_bounces": BOUNCES,
 }
 CISTERN = {
@@ -44,19 +40,19 @@ CISTERN = {
     "clamp_direct": 0.0,
     "clamp_indirect": 0.0,
     "min_bounces": 0,
-    "max_bounces": BOUNCES,
-    "max_diffuse_bounces": BOUNCES,
-    "max_glossy_bounces": BOUNCES,
-    "max_transmission_bounces": BOUNCES,
     "max_transparent_bounces": BOUNCES,
 }
 
 
-def prepare(scene: bpy.types.Scene, width: int, height: int) -> None:
+def prepare(scene: bpy.types.Scene, width: int, height: int, bounces: int = BOUNCES) -> None:
     """Equal settings of both engines; float EXR output without compositing."""
     for settings, values in ((scene.cycles, CYCLES), (scene.cistern, CISTERN)):
         for name, value in values.items():
             setattr(settings, name, value)
+        settings.max_bounces = bounces
+    for kind in ("diffuse", "glossy", "transmission"):
+        setattr(scene.cycles, f"{kind}_bounces", bounces)
+        setattr(scene.cistern, f"max_{kind}_bounces", bounces)
     render = scene.render
     render.resolution_x, render.resolution_y, render.resolution_percentage = width, height, 100
     render.use_border = render.use_compositing = render.use_sequencer = render.use_persistent_data = False
