@@ -90,7 +90,8 @@ std::map<std::string, Setter> make_setters() {
       {"indirect", choice<IndirectAnswer>("indirect", &Settings::indirect,
                                           {{"PATH", IndirectAnswer::PATH},
                                            {"SCREEN_REUSE", IndirectAnswer::SCREEN_REUSE},
-                                           {"WORLD_REUSE", IndirectAnswer::WORLD_REUSE}})},
+                                           {"WORLD_REUSE", IndirectAnswer::WORLD_REUSE},
+                                           {"CELL_SHARED", IndirectAnswer::CELL_SHARED}})},
       {"light_sampling", member(&Settings::light_sampling)},
       {"sequence", choice<SampleSequence>("sequence", &Settings::sequence,
                                           {{"SOBOL", SampleSequence::SOBOL}, {"RANDOM", SampleSequence::RANDOM}})},
@@ -135,6 +136,12 @@ std::map<std::string, Setter> make_reuse_setters() {
        [](Settings& s, const py::handle& value) {
          s.screen_paths.spatial_reuse = s.world_paths.spatial_reuse = value.cast<bool>();
        }},
+      {"share_visible", [](Settings& s, const py::handle& value) { s.path_sharing.visible.size = value.cast<int>(); }},
+      {"share_deep", [](Settings& s, const py::handle& value) { s.path_sharing.deep.size = value.cast<int>(); }},
+      {"share_visible_pixels",
+       [](Settings& s, const py::handle& value) { s.path_sharing.visible_pixels = value.cast<float>(); }},
+      {"share_deep_pixels",
+       [](Settings& s, const py::handle& value) { s.path_sharing.deep_pixels = value.cast<float>(); }},
       {"spatial_neighbours", reuse(&DirectReuse::spatial_neighbours)},
       {"spatial_radius", reuse(&DirectReuse::spatial_radius)},
       {"spatial_rounds", reuse(&DirectReuse::spatial_rounds)},

@@ -14,6 +14,7 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Indirect", 3},
     {"Emission", 3},
     {"Environment", 3},
+    {"Noisy", 4},
     {"Depth", 1},
     {"Normal", 3},
     {"Position", 3},
@@ -35,8 +36,9 @@ bool fits(Rgb c) { return fits(c.r) && fits(c.g) && fits(c.b); }
 bool fits(Vec3 v) { return fits(to_rgb(v)); }
 
 bool fits(const PathRecord& r) {
-  return fits(r.direct) && fits(r.indirect) && fits(r.emission) && fits(r.environment) && fits(r.albedo) &&
-         fits(r.denoising_normal) && fits(r.position) && fits(r.normal) && fits(r.depth) && fits(r.alpha);
+  return fits(r.direct) && fits(r.indirect) && fits(r.emission) && fits(r.environment) && fits(r.shared) &&
+         fits(r.albedo) && fits(r.denoising_normal) && fits(r.position) && fits(r.normal) && fits(r.depth) &&
+         fits(r.alpha);
 }
 
 }  // namespace
@@ -77,8 +79,11 @@ void Film::add(uint32_t pixel, const PathRecord& record) {
     ++non_finite_[pixel];
     return;
   }
-  add_color(Pass::COMBINED, pixel, record.direct + record.indirect + record.emission + record.environment);
+  const Rgb combined = record.direct + record.indirect + record.emission + record.environment;
+  add_color(Pass::COMBINED, pixel, combined);
   sum(Pass::COMBINED, pixel)[3] += record.alpha;
+  add_color(Pass::NOISY, pixel, combined - record.shared);
+  if (has(Pass::NOISY)) sum(Pass::NOISY, pixel)[3] += record.alpha;
   add_color(Pass::DIRECT, pixel, record.direct);
   add_color(Pass::INDIRECT, pixel, record.indirect);
   add_color(Pass::EMISSION, pixel, record.emission);

@@ -16,6 +16,7 @@ enum class Pass : uint8_t {
   INDIRECT,
   EMISSION,
   ENVIRONMENT,
+  NOISY,  // Combined without what pixels share, for denoisers: their noise is independent
   DEPTH,
   NORMAL,
   POSITION,

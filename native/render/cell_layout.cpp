@@ -5,6 +5,10 @@ namespace cistern {
 GridLayout cell_layout(const FrameContext& context, uint32_t frame, bool randomised) {
   GridSettings grid = context.settings.grid;
   grid.randomised = randomised;
+  return cell_layout(context, grid, frame);
+}
+
+GridLayout cell_layout(const FrameContext& context, GridSettings grid, uint32_t frame) {
   const Bounds3 bounds = context.paths.accel.bounds();
   const float share = grid.min_cell_size;  // of the scene's diagonal
   grid.min_cell_size = default_min_cell_size(bounds.lower, bounds.upper) * (share / kDefaultMinCellShare);

@@ -9,4 +9,7 @@ namespace cistern {
 /// same in all frames.
 GridLayout cell_layout(const FrameContext& context, uint32_t frame, bool randomised = true);
 
+/// Cells of other sizes; `grid.min_cell_size` as in Settings.
+GridLayout cell_layout(const FrameContext& context, GridSettings grid, uint32_t frame);
+
 }  // namespace cistern

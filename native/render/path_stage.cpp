@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "render/cell_layout.h"
+#include "render/cell_shared_stage.h"
 
 namespace cistern {
 namespace {
@@ -167,6 +168,8 @@ std::unique_ptr<PathStage> PathStage::make(const FrameContext& context) {
       return std::make_unique<ScreenPathStage>(context);
     case IndirectAnswer::WORLD_REUSE:
       return std::make_unique<WorldPathStage>(context);
+    case IndirectAnswer::CELL_SHARED:
+      return std::make_unique<CellSharedStage>(context);
   }
   return nullptr;
 }

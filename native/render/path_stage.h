@@ -12,6 +12,8 @@ class PathStage {
   virtual ~PathStage() = default;
   /// How many links of each path it wants captured.
   virtual int link_count() const = 0;
+  /// See PathCapture.
+  virtual bool leaves_deep_link() const { return false; }
   virtual void start_pixel(const PathCapture& capture, uint32_t pixel) = 0;
   /// Path samples of a pixel, by link, while light can still be added to them.
   virtual std::array<PathSample*, kMaxPathLinks> samples(uint32_t pixel) = 0;
@@ -20,10 +22,12 @@ class PathStage {
                      std::span<const VisiblePoint> previous) = 0;
   /// Radiance at the camera.
   virtual Rgb shade(const VisiblePoint& visible, uint32_t pixel) const = 0;
+  /// The same without what other pixels found, where that is known too.
+  virtual std::optional<Rgb> shade_alone(const VisiblePoint&, uint32_t) const { return std::nullopt; }
   virtual void keep_history() = 0;
   virtual size_t memory_bytes() const = 0;
 
-  /// For SCREEN_REUSE and WORLD_REUSE; null for PATH.
+  /// Null for PATH.
   static std::unique_ptr<PathStage> make(const FrameContext& context);
 };
 

@@ -55,6 +55,7 @@ bool ReuseFrame::trace_paths(const FrameRun& run) {
     if (direct_) capture.direct_candidates = static_cast<float>(s.direct_reuse.light_candidates);
     if (secondary_) capture.secondary_candidates = static_cast<float>(s.secondary_reuse.light_candidates);
     if (paths_) capture.link_count = paths_->link_count();
+    if (paths_) capture.leaves_deep_link = paths_->leaves_deep_link();
     records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path, &capture);
     visible_points_[pixel] = capture.visible;
     if (direct_) direct_->start_pixel(capture.visible, pixel, run.frame, scratch.non_finite);
@@ -85,11 +86,18 @@ bool ReuseFrame::shade(const FrameRun& run, Film& film) {
     const VisiblePoint& visible = visible_points_[pixel];
     if (visible.exists && direct_)
       record.direct += clamp_contribution(direct_->shade(visible, pixel), limits.clamp_direct);
-    if (visible.exists && paths_)
-      record.indirect += clamp_contribution(paths_->shade(visible, pixel), limits.clamp_indirect);
+    if (visible.exists && paths_) shade_paths(visible, pixel, record);
     film.add(pixel, record);
     if (direct_) show_reservoir(film, pixel, direct_->reservoir(pixel));
   });
+}
+
+void ReuseFrame::shade_paths(const VisiblePoint& visible, uint32_t pixel, PathRecord& record) const {
+  const float limit = context_.paths.limits.clamp_indirect;
+  const Rgb reflected = clamp_contribution(paths_->shade(visible, pixel), limit);
+  record.indirect += reflected;
+  if (const std::optional<Rgb> alone = paths_->shade_alone(visible, pixel))
+    record.shared = reflected - clamp_contribution(*alone, limit);
 }
 
 void ReuseFrame::keep_history() {

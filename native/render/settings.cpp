@@ -71,6 +71,14 @@ void check_direct_reuse(const DirectReuse& reuse) {
   require("spatial_rounds", reuse.spatial_rounds, 0, 16);
 }
 
+void check_path_sharing(const PathSharing& sharing) {
+  constexpr int kMost = 64;
+  require("share_visible", sharing.visible.size, 1, kMost);
+  require("share_deep", sharing.deep.size, 1, kMost);
+  require("share_visible_pixels", sharing.visible_pixels, 1.0f, 1e5f);
+  require("share_deep_pixels", sharing.deep_pixels, 1.0f, 1e5f);
+}
+
 void check_light_cache(LightCacheSettings& cache) {
   const LightCacheSettings paper;
   if (cache.merged == 0) cache.merged = paper.merged;
@@ -95,6 +103,7 @@ void check_settings(Settings& s) {
   check_limits(s.limits);
   check_direct_reuse(s.direct_reuse);
   check_light_cache(s.light_cache);
+  check_path_sharing(s.path_sharing);
   if (s.grid.min_cell_size == 0.0f) s.grid.min_cell_size = kDefaultMinCellShare;
   if (s.grid.cell_pixels == 0.0f) s.grid.cell_pixels = GridSettings().cell_pixels;
   require("min_cell_size", s.grid.min_cell_size, 1e-6f, 1.0f);
@@ -104,6 +113,7 @@ void check_settings(Settings& s) {
   const Reflection reflection = bias == Bias::FAST ? Reflection::AS_FOUND : Reflection::EVALUATED;
   s.secondary_reuse.bias = bias;
   s.secondary_reuse.cell_reuse = s.secondary == SecondaryAnswer::CELL_RESERVOIRS;
+  s.path_sharing.weights = bias == Bias::FAST ? PairWeights::EQUAL : PairWeights::BALANCE;
   s.screen_paths.rules = {bias, s.screen_paths.rules.target, reflection};
   s.world_paths.rules = {bias, s.world_paths.rules.target, reflection};
 }

@@ -8,6 +8,7 @@
 #include "grid/cell_key.h"
 #include "lights/light_set.h"
 #include "restir/cached_light_reservoirs.h"
+#include "restir/cell_shared_paths.h"
 #include "restir/screen_space_paths.h"
 #include "restir/secondary_light_reservoirs.h"
 #include "restir/world_space_paths.h"
@@ -32,6 +33,7 @@ enum class IndirectAnswer : uint8_t {
   PATH,
   SCREEN_REUSE,  // [Ouyang 2021]
   WORLD_REUSE,   // [Zhang and Wang 2023]
+  CELL_SHARED,   // our own
 };
 
 /// Part of the full frame to render, in pixels, y up. Width 0: all of it.
@@ -54,6 +56,7 @@ struct Settings {
   SecondaryReuse secondary_reuse;
   ScreenPathReuse screen_paths;
   WorldPathReuse world_paths;
+  PathSharing path_sharing;
   LightCacheSettings light_cache;  // of RESTIR_CACHE
   DirectReuse direct_reuse;        // numbers that are 0 become the chosen answer's own
   /// Cells of the world-space grid; `min_cell_size` is here a share of the diagonal of the scene's box.

@@ -5,24 +5,6 @@
 namespace cistern {
 namespace {
 
-/// The way from a receiver to a sample point, if the sample point sends anything there.
-struct Connection {
-  Vec3 wi;  // unit, towards the sample point
-  float distance = 0.0f;
-  float geometry = 0.0f;  // |cos| at the sample point over the distance squared
-};
-
-std::optional<Connection> connect(const VisiblePoint& visible, const PathSample& sample) {
-  const Vec3 offset = sample.point.receiver.position - visible.receiver.position;
-  const float d2 = length_squared(offset);
-  if (!(d2 > 0.0f)) return std::nullopt;
-  const float distance = std::sqrt(d2);
-  const Vec3 wi = offset / distance;
-  const float cosine = -dot(sample.point.ng, wi);
-  if (!(cosine > 0.0f)) return std::nullopt;
-  return Connection{wi, distance, cosine / d2};
-}
-
 /// By the sample point's Receiver.
 Rgb sent_radiance_guess(const PathSample& sample, Vec3 wo) {
   Receiver point = sample.point.receiver;
@@ -33,6 +15,19 @@ Rgb sent_radiance_guess(const PathSample& sample, Vec3 wo) {
   return sent;
 }
 
+}  // namespace
+
+std::optional<PathConnection> connect(const VisiblePoint& visible, const PathSample& sample) {
+  const Vec3 offset = sample.point.receiver.position - visible.receiver.position;
+  const float d2 = length_squared(offset);
+  if (!(d2 > 0.0f)) return std::nullopt;
+  const float distance = std::sqrt(d2);
+  const Vec3 wi = offset / distance;
+  const float cosine = -dot(sample.point.ng, wi);
+  if (!(cosine > 0.0f)) return std::nullopt;
+  return PathConnection{wi, distance, cosine / d2};
+}
+
 Rgb sent_radiance(const PathContext& context, const PathSample& sample, Vec3 wo) {
   SurfacePoint point = surface_point(sample.point);
   point.wo = wo;
@@ -41,10 +36,8 @@ Rgb sent_radiance(const PathContext& context, const PathSample& sample, Vec3 wo)
   return light + evaluate_bsdf(bsdf, sample.continuation.wi).rough_cos * sample.continuation.radiance;
 }
 
-}  // namespace
-
 float path_target(const VisiblePoint& visible, const PathSample& sample, PathTarget target, Reflection reflection) {
-  const std::optional<Connection> way = connect(visible, sample);
+  const std::optional<PathConnection> way = connect(visible, sample);
   if (!way) return 0.0f;
   // Paths do not leave a smooth-shaded surface through its flat triangles.
   const bool is_one_sided = visible.receiver.side != Vec3{};
@@ -57,7 +50,7 @@ float path_target(const VisiblePoint& visible, const PathSample& sample, PathTar
 }
 
 Rgb path_transmittance(const PathContext& context, const VisiblePoint& visible, const PathSample& sample) {
-  const std::optional<Connection> way = connect(visible, sample);
+  const std::optional<PathConnection> way = connect(visible, sample);
   if (!way) return {};
   IncidentLight end;
   end.wi = way->wi;
@@ -68,7 +61,7 @@ Rgb path_transmittance(const PathContext& context, const VisiblePoint& visible, 
 
 Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, const PathSample& sample,
                    Reflection reflection) {
-  const std::optional<Connection> way = connect(visible, sample);
+  const std::optional<PathConnection> way = connect(visible, sample);
   if (!way) return {};
   const Bsdf bsdf = evaluate_material(context.scene, surface_point(visible), visible.state);
   const BsdfEvaluation evaluation = evaluate_bsdf(bsdf, way->wi);

@@ -23,6 +23,17 @@ enum class Reflection : uint8_t { EVALUATED, AS_FOUND };
 /// transmittance; or of the radiance sent alone, noisier for the receiver and of more use to others.
 enum class PathTarget : uint8_t { REFLECTED, RADIANCE };
 
+/// The way from a point to a sample point: unit direction, distance, and |cos| / d^2 at the sample point. Empty where
+/// that looks the other way.
+struct PathConnection {
+  Vec3 wi;
+  float distance, geometry;
+};
+std::optional<PathConnection> connect(const VisiblePoint& visible, const PathSample& sample);
+
+/// Radiance that the rough lobes of a sample point send towards wo (unit), by its true BSDF.
+Rgb sent_radiance(const PathContext& context, const PathSample& sample, Vec3 wo);
+
 /// Target of a path sample at a visible point, by the Receivers of both ends; zero across a surface.
 float path_target(const VisiblePoint& visible, const PathSample& sample, PathTarget target, Reflection reflection);
 

@@ -355,6 +355,22 @@ void place_constants(MaterialProgram& p) {
   }
 }
 
+/// Whether what `op` returns depends on the direction a surface is seen from. Closures: only by their lobes.
+bool reads_view(Op op) {
+  switch (op) {
+    case Op::REFLECTION_COORDINATE:
+    case Op::INCOMING:
+    case Op::BACKFACING:
+    case Op::LIGHT_PATH:
+    case Op::FRESNEL:
+    case Op::LAYER_WEIGHT_FRESNEL:
+    case Op::LAYER_WEIGHT_FACING:
+      return true;
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
 void finish_program(MaterialProgram& program, int image_count) {
@@ -365,7 +381,7 @@ void finish_program(MaterialProgram& program, int image_count) {
   Validator(program, image_count).check();
 
   program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
-  program.reads_light_path = false;
+  program.reads_light_path = program.depends_on_view = false;
   program.emission_is_constant = true;
   program.constant_emission = {};
   for (const Instruction& instruction : program.instructions) {
@@ -373,6 +389,7 @@ void finish_program(MaterialProgram& program, int image_count) {
     program.needs_tangent |= op == Op::TANGENT || (op == Op::NORMAL_MAP && instruction.parameters[0] == 0);
     program.needs_footprint |= op == Op::BUMP;
     program.reads_light_path |= op == Op::LIGHT_PATH;
+    program.depends_on_view |= reads_view(op);
     if (!describe(op).is_closure) continue;
     program.may_be_transparent |= may_pass_light(program, instruction);
     if (!may_emit_light(program, instruction)) continue;

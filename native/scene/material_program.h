@@ -89,6 +89,7 @@ struct MaterialProgram {
   bool needs_tangent = false;
   bool needs_footprint = false;  // has BUMP
   bool reads_light_path = false;
+  bool depends_on_view = false;  // weights of lobes may depend on where the surface is seen from
 };
 
 struct OpDescription {

@@ -53,6 +53,7 @@ struct PathCapture {
   float direct_candidates = 0.0f;     // light samples taken at the visible point by the caller; 0: none, the path does
   float secondary_candidates = 0.0f;  // the same at all later rough vertices
   int link_count = 0;                 // 1: indirect light of the visible point is left; 2: the next vertex's copied too
+  bool leaves_deep_link = false;      // the second link's light is no longer in the first's either: left, not copied
 
   // Captured.
   VisiblePoint visible;
@@ -61,7 +62,10 @@ struct PathCapture {
 
   void clear() {
     visible.exists = false;
-    for (PathLink& link : links) link.W = 0.0f;
+    for (PathLink& link : links) {
+      link.W = 0.0f;
+      link.from.exists = false;
+    }
     vertices.clear();
   }
 };

@@ -38,12 +38,14 @@ struct CapturedThroughput : Throughput {
     for (size_t i = 0; i < kMaxPathLinks; ++i)
       if (i != link) continuation[i] = Rgb();
   }
-  void scatter(Rgb rough_weight, Rgb smooth_weight, bool captures_rough) {
+  /// `captures_rough`: at the sample point of the first link; `leaves_rough`: of the second, whose light is left.
+  void scatter(Rgb rough_weight, Rgb smooth_weight, bool captures_rough, bool leaves_rough) {
     const Rgb weight = rough_weight + smooth_weight, reflected = direct + indirect;
     captured = captured * weight + (captures_rough ? reflected * rough_weight : Rgb());
     Throughput::scatter(rough_weight, smooth_weight);
     if (captures_rough) indirect = reflected * smooth_weight;
-    for (Rgb& c : continuation) c *= weight;
+    continuation[0] *= leaves_rough ? smooth_weight : weight;
+    continuation[1] *= weight;
   }
 };
 

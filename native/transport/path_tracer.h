@@ -13,6 +13,7 @@ inline constexpr float kNoHitDepth = 1e10f;
 struct PathRecord {
   Rgb direct, indirect, emission, environment;
   float alpha = 1.0f;
+  Rgb shared;  // what `indirect` has from other pixels' paths, less what it lacks of its own
 
   // First surface the camera ray met, through those that are more transparent than not.
   bool hit = false;

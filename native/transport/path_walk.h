@@ -151,7 +151,7 @@ class Walk {
   }
 
   VisiblePoint captured_point(const SurfacePoint& point, const Bsdf& bsdf) const {
-    VisiblePoint captured = make_visible_point(point, bsdf);
+    VisiblePoint captured = make_visible_point(context_.scene, point, bsdf);
     captured.state = state_;
     captured.scattered = scattered_state(bsdf);
     captured.throughput = throughput_.smooth;
@@ -196,14 +196,19 @@ class Walk {
     LightVertex vertex{
         captured, throughput_.smooth, {}, throughput_.continuation, capture_.vertex.sample_point_of.value_or(-1)};
     if (capture_.vertex.sample_point_of != 0) vertex.to_indirect = throughput_.direct + throughput_.indirect;
+    if (is_left_deep()) vertex.to_continuation[0] = Rgb();
     capture_.out->vertices.push_back(vertex);
   }
 
-  /// Light at the current vertex, or met after leaving it, as the continuations of the captured sample points.
-  void add_to_continuations(Rgb radiance) {
+  /// Whether the current vertex is the sample point of a second link whose light is left to the caller.
+  bool is_left_deep() const { return capture_.vertex.sample_point_of == 1 && capture_.out->leaves_deep_link; }
+
+  /// Light reflected at the current vertex, or other that is met, as the continuations of the captured sample points.
+  void add_to_continuations(Rgb by_rough_lobes, Rgb other) {
     if constexpr (Kind::captures) {
-      for (size_t i = 0; i < kMaxPathLinks; ++i)
-        capture_.out->links[i].to.continuation.radiance += throughput_.continuation[i] * radiance;
+      const auto continuation = [&](size_t i) -> Rgb& { return capture_.out->links[i].to.continuation.radiance; };
+      continuation(0) += throughput_.continuation[0] * (is_left_deep() ? other : by_rough_lobes + other);
+      continuation(1) += throughput_.continuation[1] * (by_rough_lobes + other);
     }
   }
 
@@ -233,7 +238,7 @@ class Walk {
     seen += state_.depth == 0 ? seen_light : clamp_contribution(seen_light, limits.clamp_direct);
     record_.direct += clamp_contribution(throughput_.direct * radiance, limits.clamp_direct);
     record_.indirect += clamp_contribution(throughput_.indirect * radiance, limits.clamp_indirect);
-    add_to_continuations(radiance);
+    add_to_continuations({}, radiance);
   }
 
   void add_lamps(const std::optional<Hit>& hit) {
@@ -330,7 +335,7 @@ class Walk {
     const Rgb indirect_cos = is_captured ? smooth_cos : total_cos;
     record_.indirect += clamp_contribution((throughput_.direct + throughput_.indirect) * indirect_cos * radiance,
                                            limits.clamp_indirect);
-    add_to_continuations(total_cos * radiance);
+    add_to_continuations(rough_cos * radiance, smooth_cos * radiance);
   }
 
   // --- continuing ---------------------------------------------------------------------------------------------------
@@ -366,7 +371,7 @@ class Walk {
     const Rgb rough_weight = sample->rough_weight * (1.0f / p_scatter);
     const Rgb smooth_weight = sample->smooth_weight * (1.0f / p_scatter);
     if constexpr (Kind::captures) {
-      throughput_.scatter(rough_weight, smooth_weight, capture_.vertex.sample_point_of == 0);
+      throughput_.scatter(rough_weight, smooth_weight, capture_.vertex.sample_point_of == 0, is_left_deep());
     } else {
       throughput_.scatter(rough_weight, smooth_weight);
     }
@@ -422,7 +427,7 @@ class Walk {
     state_.is_singular = sample.is_delta;
     last_segment_ = exceeds_limits(state_);
     if constexpr (Kind::captures) {
-      if (last_segment_ && continues_deep_link()) extend_deep_link();
+      if (last_segment_ && !capture_.out->leaves_deep_link && continues_deep_link()) extend_deep_link();
     }
   }
 

@@ -57,7 +57,7 @@ Vec3 light_side(const SurfacePoint& point, const Bsdf& bsdf) {
   return point.ns;
 }
 
-VisiblePoint make_visible_point(const SurfacePoint& point, const Bsdf& bsdf) {
+VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf) {
   VisiblePoint visible;
   visible.receiver = describe_receiver(point, bsdf);
   visible.ng = point.ng;
@@ -69,6 +69,8 @@ VisiblePoint make_visible_point(const SurfacePoint& point, const Bsdf& bsdf) {
   visible.footprint = point.footprint;
   visible.is_backface = point.is_backface;
   visible.exists = true;
+  visible.is_lambertian = bsdf.count == 1 && std::holds_alternative<LambertLobe>(bsdf.lobes[0].model) &&
+                          !scene.materials[static_cast<size_t>(point.material)]->depends_on_view;
   return visible;
 }
 

@@ -18,10 +18,11 @@ struct VisiblePoint {
   float footprint = 0.0f;
   bool is_backface = false;
   bool exists = false;
-  PathState state;        // of the ray that arrived
-  PathState scattered;    // of a ray scattered towards a light
-  Rgb throughput;         // of the smooth surfaces on the way
-  float distance = 0.0f;  // from the camera, along the path
+  bool is_lambertian = false;  // sends the same radiance in all directions
+  PathState state;             // of the ray that arrived
+  PathState scattered;         // of a ray scattered towards a light
+  Rgb throughput;              // of the smooth surfaces on the way
+  float distance = 0.0f;       // from the camera, along the path
 };
 
 /// Normal of the half space that light must come from to be scattered, zero where it may come from anywhere: what a
@@ -29,7 +30,7 @@ struct VisiblePoint {
 Vec3 light_side(const SurfacePoint& point, const Bsdf& bsdf);
 
 /// At a surface point with its BSDF. What belongs to the path (states, throughput, distance) is left to the caller.
-VisiblePoint make_visible_point(const SurfacePoint& point, const Bsdf& bsdf);
+VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf);
 
 SurfacePoint surface_point(const VisiblePoint& visible);
 

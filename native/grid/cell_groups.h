@@ -1,0 +1,43 @@
+#pragma once
+
+#include <span>
+
+#include "grid/hash_grid.h"
+
+namespace cistern {
+
+/// How entries are cut into groups. Cells of `2^fine_levels` times the edge bound the groups; within them entries are
+/// taken in the order of the small cells along a Morton curve, so that members of a group lie near each other.
+struct GroupRules {
+  int size = 16;        // members of a group, at most
+  int fine_levels = 3;  // the keys are of cells this many halvings below those that bound the groups
+};
+
+/// Entries in groups of nearly equal size. Built once a frame; buffers stay for the next build.
+class CellGroups {
+ public:
+  /// `keys`: of the entries' small cells; `kNoCell` for entries in no group. `classes`: beside them; entries of
+  /// different classes share no group, but for rare collisions of 12 bits. At most 2^31 keys, else `Error`.
+  void build(std::span<const CellKey> keys, std::span<const uint32_t> classes, const GroupRules& rules);
+
+  size_t count() const { return ends_.size(); }
+  std::span<const uint32_t> members(size_t group) const {
+    const uint32_t begin = group == 0 ? 0 : ends_[group - 1];
+    return grid_.entries().subspan(begin, ends_[group] - begin);
+  }
+  size_t memory_bytes() const;
+
+ private:
+  void cut(std::span<const CellSegment> cells, const GroupRules& rules);
+
+  HashGrid grid_;  // its cells in the order of the curve
+  std::vector<CellKey> curve_;
+  std::vector<uint32_t> ends_;
+};
+
+/// The position of a cell along a Morton curve through all cells with the same level, normal bin and class, which share
+/// the bits above `kMortonBits`: a 12-bit hash.
+uint64_t morton_key(CellKey key, uint32_t entry_class);
+inline constexpr int kMortonBits = 3 * kCellCoordinateBits;
+
+}  // namespace cistern

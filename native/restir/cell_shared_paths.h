@@ -1,0 +1,83 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/rng.h"
+#include "grid/cell_groups.h"
+#include "restir/path_target.h"
+
+namespace cistern {
+
+/// MIS weights within a group. Only BALANCE is unbiased: UNSHADOWED leaves visibility out of the densities, EQUAL is
+/// 1/n. They are what FAST stands for and what tests must tell from it.
+enum class PairWeights : uint8_t { BALANCE, UNSHADOWED, EQUAL };
+
+/// What sharing in cells can be told, for each of the two vertices it happens at.
+struct PathSharing {
+  PairWeights weights = PairWeights::BALANCE;
+  GroupRules visible{.size = 16};  // at the visible point; a size of 1: not shared there
+  GroupRules deep{.size = 16};     // at the next vertex
+  float visible_pixels = 32.0f;    // edge of the cells that bound groups of visible points, in pixels
+  float deep_pixels = 96.0f;       // of next vertices; at least:
+  float deep_size = 1.0f / 64.0f;  // of the scene's diagonal
+};
+
+/// Light that the rough lobes of a vertex reflect of path samples.
+struct ReflectedPaths {
+  Rgb sum;
+  /// The same from one direction, picked in proportion to what it adds: f_cos times its radiance is `sum` in the mean.
+  IncidentRadiance incident;
+  float incident_weight = 0.0f;  // the sum of what directions were picked by
+  Rgb own;                       // what the vertex's own sample would give it alone
+
+  void add(Vec3 wi, Rgb radiance, Rgb f_cos, float u);
+};
+
+/// All-pairs sharing of path samples in the groups of cells: our own estimator.
+///
+/// Each vertex of a group found one sample point y by BSDF sampling (or none), with density p_i(y) per area. All of
+/// them are handed to all: receiver j takes the sum over i of m_i(y_i) F_j(y_i) W_i, by the balance heuristic m_i(y) =
+/// p_i(y) V_i(y) / sum_k p_k(y) V_k(y) [Veach 1997, Eq. 9.8]. Shading needs the visibility of every pair anyway, so
+/// exact weights cost nothing more. Groups are made without looking at the samples, and nothing carries over from frame
+/// to frame: every frame is unbiased and independent of all others.
+///
+/// For Lambertian vertices of equal albedo the sum over a group is what it would be without sharing: sharing moves
+/// light between pixels. So it pays at the visible point for a picture that nobody denoises, and at the next vertex
+/// always, as that vertex belongs to another part of the picture for each of a group.
+class CellSharedPaths {
+ public:
+  CellSharedPaths(const PathContext& context, PairWeights weights) : context_(context), weights_(weights) {}
+
+  /// Memory of one thread.
+  struct Scratch {
+    std::vector<Bsdf> bsdfs;
+    struct Pair {
+      Vec3 wi;
+      float geometry;  // |cos| / d^2 at the sample point
+      Rgb f_cos, transmittance;
+    };
+    std::vector<Pair> pairs;
+  };
+
+  /// Adds what each vertex of a group reflects; links, results and random numbers beside each other.
+  void share(std::span<const PathLink* const> group, std::span<ReflectedPaths* const> reflected, std::span<Rng> rngs,
+             Scratch& scratch) const;
+
+  /// What keeps vertices of paths apart that have not as many bounces left; for CellGroups.
+  static uint32_t group_class(const VisiblePoint& vertex);
+
+  /// Puts light that a sample point reflects into its continuation.
+  static void add_to_sample(PathSample& sample, const ReflectedPaths& reflected, float u);
+
+ private:
+  void share_sample(std::span<const PathLink* const> group, size_t finder, std::span<ReflectedPaths* const> reflected,
+                    std::span<Rng> rngs, Scratch& scratch) const;
+  std::optional<Scratch::Pair> connect_pair(const PathLink& receiver, const Bsdf& bsdf, const PathSample& sample,
+                                            bool is_own, float& density) const;
+
+  const PathContext& context_;
+  PairWeights weights_;
+};
+
+}  // namespace cistern
