@@ -39,6 +39,7 @@ PASSES = (
         "COLOR",
         lambda layer: layer.use_pass_environment,
     ),
+    RenderPass("Noisy", "Noisy", "RGBA", "COLOR", lambda layer: layer.cistern.use_pass_noisy),
     RenderPass("Cells", "Cells", "RGB", "COLOR", lambda layer: layer.cistern.use_pass_cells),
     RenderPass("Cell Occupancy", "Cell Occupancy", "X", "VALUE", lambda layer: layer.cistern.use_pass_cell_occupancy),
     RenderPass(

@@ -202,6 +202,14 @@ class CisternViewLayerSettings(bpy.types.PropertyGroup):
         description="Light that reaches the visible point by way of other surfaces, in scene-linear radiance",
         default=True,
     )
+    use_pass_noisy: BoolProperty(
+        name="Noisy",
+        description=(
+            "Combined without the light paths that visible points hand each other with Cell Sharing: noisier, but the "
+            "noise of neighbouring pixels is independent, as denoisers expect"
+        ),
+        default=False,
+    )
     use_pass_cells: BoolProperty(
         name="Cells",
         description=(

@@ -12,6 +12,7 @@ from bpy.props import BoolProperty, FloatProperty, IntProperty
 MAX_CANDIDATES = 1024
 MAX_NEIGHBOURS = 32
 MAX_ROUNDS = 16
+MAX_GROUP = 64
 MAX_CACHED = 32
 MAX_CACHE_CANDIDATES = 2**16
 MAX_REFRESH = 2**16
@@ -104,6 +105,26 @@ class ReuseSettings:
             "sample before [Zhang 2023, §4]"
         ),
         default=True,
+    )
+    share_visible: IntProperty(
+        name="Group at Visible Points",
+        description=(
+            "Visible points that hand each other the light paths they found. 1 shares nothing there: noise is larger, "
+            "but a denoiser can tell it from the picture. 0 means 16"
+        ),
+        default=0,
+        min=0,
+        max=MAX_GROUP,
+    )
+    share_deep: IntProperty(
+        name="Group at Next Points",
+        description=(
+            "Points one bounce farther that hand each other the light paths they found. 1 shares nothing there. "
+            "0 means 16"
+        ),
+        default=0,
+        min=0,
+        max=MAX_GROUP,
     )
     cache_reservoirs: IntProperty(
         name="Cached Samples",

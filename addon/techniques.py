@@ -56,6 +56,12 @@ INDIRECT_ITEMS = (
         "Pixels take light paths from their own previous sample, and from all that met their cell of the scene then "
         "[Zhang 2023]",
     ),
+    (
+        "CELL_SHARED",
+        "Cell Sharing",
+        "Groups of points in the same cell of the scene hand each other the light paths they found; samples stay "
+        "independent",
+    ),
 )
 BIAS_ITEMS = (
     ("UNBIASED", "Unbiased", "The expected picture is exactly the true one"),
@@ -79,6 +85,7 @@ class Parameter:
     name: str  # in `scene.cistern`
     defaults: dict[str, Value]
     others: frozenset[str] = frozenset()  # answers to `secondary` and `indirect` that use it
+    default: Value = 0  # there
 
     @property
     def core_name(self) -> str:
@@ -97,6 +104,7 @@ CORE_NAMES = {"cache_reservoirs": "cache_merged"}
 
 ON = dict.fromkeys(("RESTIR", "RESTIR_CACHE"), True)
 OFF = dict.fromkeys(("RESTIR", "RESTIR_CACHE"), False)
+CELL_SHARED = frozenset({"CELL_SHARED"})
 PATH_REUSE = frozenset({"SCREEN_REUSE", "WORLD_REUSE"})
 CELL_REUSE = frozenset({"RESTIR_CACHE", "CELL_RESERVOIRS", "WORLD_REUSE"})  # work with cells of the scene
 
@@ -110,6 +118,8 @@ PARAMETERS = (
     Parameter("spatial_rounds", {"RESTIR": 1, "RESTIR_CACHE": 1}),
     Parameter("use_visibility_reuse", OFF),
     Parameter("use_path_spatial_reuse", {}, PATH_REUSE),
+    Parameter("share_visible", {}, CELL_SHARED, 16),
+    Parameter("share_deep", {}, CELL_SHARED, 16),
     Parameter("cache_reservoirs", {"RESTIR_CACHE": 4}),
     Parameter("cache_candidates", {"RESTIR_CACHE": 1024}),
     Parameter("cache_refresh", {"RESTIR_CACHE": 32}),
@@ -202,7 +212,7 @@ def effective_value(parameter: Parameter, in_force: dict[str, Value]) -> Value:
         return value
     if parameter.name == "spatial_rounds" and in_force["direct"] == "RESTIR" and in_force["bias"] == "FAST":
         return 2
-    return parameter.defaults[str(in_force["direct"])]
+    return parameter.defaults.get(str(in_force["direct"]), parameter.default)
 
 
 def used_parameters(in_force: dict[str, Value]) -> list[Parameter]:

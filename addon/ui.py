@@ -112,6 +112,7 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
             column.prop(view_layer, f"use_pass_{name}", text=text)
         column.prop(view_layer.cistern, "use_pass_denoising_albedo")
         column.prop(view_layer.cistern, "use_pass_denoising_normal")
+        column.prop(view_layer.cistern, "use_pass_noisy")
         column = layout.column(heading="Reuse")
         for name in ("cells", "cell_occupancy", "reservoir_confidence", "reservoir_weight"):
             column.prop(view_layer.cistern, f"use_pass_{name}")

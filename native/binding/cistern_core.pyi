@@ -186,7 +186,7 @@ class Settings:
     threads: int  # 0: all
     direct: str  # "NEE", "RIS", "RESTIR", "RESTIR_CACHE"
     secondary: str  # "NEE", "RIS", "CELL_RESERVOIRS"
-    indirect: str  # "PATH", "SCREEN_REUSE", "WORLD_REUSE"
+    indirect: str  # "PATH", "SCREEN_REUSE", "WORLD_REUSE", "CELL_SHARED"
     bias: str  # "UNBIASED", "FAST"
     # Of reservoirs for direct light; numbers that are 0 become the chosen answer's own.
     light_candidates: int  # M
@@ -198,6 +198,11 @@ class Settings:
     spatial_radius: float  # pixels
     spatial_rounds: int
     visibility_reuse: bool
+    # Of CELL_SHARED: how many vertices share their paths, at the visible point and at the next one; 1: not there, 0: 16.
+    share_visible: int
+    share_deep: int
+    share_visible_pixels: float  # edge of the cells that bound groups, in pixels
+    share_deep_pixels: float
     cache_merged: int  # reservoirs of its cell that a visible point takes
     cache_candidates: int  # (surface point, light) pairs behind the reservoirs of a cell
     cache_refresh: int  # frames until all reservoirs of a cell have been made anew

@@ -71,8 +71,11 @@ void check_direct_reuse(const DirectReuse& reuse) {
   require("spatial_rounds", reuse.spatial_rounds, 0, 16);
 }
 
-void check_path_sharing(const PathSharing& sharing) {
+void check_path_sharing(PathSharing& sharing) {
   constexpr int kMost = 64;
+  const PathSharing ours;
+  if (sharing.visible.size == 0) sharing.visible.size = ours.visible.size;
+  if (sharing.deep.size == 0) sharing.deep.size = ours.deep.size;
   require("share_visible", sharing.visible.size, 1, kMost);
   require("share_deep", sharing.deep.size, 1, kMost);
   require("share_visible_pixels", sharing.visible_pixels, 1.0f, 1e5f);

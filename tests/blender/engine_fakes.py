@@ -23,6 +23,7 @@ CONSTANTS = {
     "Depth": (12.5,),
     "Normal": (0.0, 0.0, 1.0),
     "Position": (-1.0, -2.0, -3.0),
+    "Noisy": (0.75, 1.5, 2.5, 0.875),
     "Cells": (0.125, 0.75, 0.5),
     "Cell Occupancy": (64.0,),
     "Reservoir Confidence": (16.0,),

@@ -98,11 +98,13 @@ def draw(cls, **context):
 
 def test_render_and_view_layer_panels_draw_every_setting():
     scene = fresh_scene()
-    scene.cistern.preset, scene.cistern.direct, scene.cistern.indirect = "CUSTOM", "RESTIR_CACHE", "WORLD_REUSE"
+    scene.cistern.preset, scene.cistern.direct = "CUSTOM", "RESTIR_CACHE"
     drawn = []
-    for cls in ui.CLASSES:
-        if cls.bl_context in {"render", "view_layer"}:
-            drawn += draw(cls, scene=scene, view_layer=scene.view_layers[0])
+    for indirect in ("WORLD_REUSE", "CELL_SHARED"):
+        scene.cistern.indirect = indirect
+        for cls in ui.CLASSES:
+            if cls.bl_context in {"render", "view_layer"}:
+                drawn += draw(cls, scene=scene, view_layer=scene.view_layers[0])
     for owner in (scene.cistern, scene.view_layers[0].cistern):
         names = {prop.identifier for prop in owner.bl_rna.properties} - {"name", "rna_type"}
         assert names - {"preset"} <= set(drawn)

@@ -19,7 +19,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.support.core_scenes import SceneDescription, render
-from tests.support.path_scenes import SCENES, lamp_to_ceiling, room
+from tests.support.path_scenes import GRAY, SCENES, lamp_to_ceiling, room
 from tests.support.statistics import Comparison, block_means, compare_replicas, sidak
 
 FALSE_ALARM_RATE = 0.01
@@ -31,7 +31,7 @@ BLOCKS = 3
 
 DIRECT = ("NEE", "RIS", "RESTIR", "RESTIR_CACHE")
 SECONDARY = ("NEE", "RIS", "CELL_RESERVOIRS")
-INDIRECT = ("PATH", "SCREEN_REUSE", "WORLD_REUSE")
+INDIRECT = ("PATH", "SCREEN_REUSE", "WORLD_REUSE", "CELL_SHARED")
 Answers = tuple[str, str, str]
 REFERENCE: Answers = ("NEE", "NEE", "PATH")
 COMBINATIONS: list[Answers] = [c for c in itertools.product(DIRECT, SECONDARY, INDIRECT) if c != REFERENCE]
@@ -60,6 +60,11 @@ QUICK: list[tuple[Answers, str, str]] = [
     (("NEE", "NEE", "WORLD_REUSE"), "open_scene", ""),
     (("NEE", "RIS", "WORLD_REUSE"), "mirror_room", "one bounce"),
     (("NEE", "NEE", "SCREEN_REUSE"), "leaning", ""),
+    (("NEE", "NEE", "CELL_SHARED"), "indirect_room", ""),
+    (("NEE", "NEE", "CELL_SHARED"), "panes", ""),
+    (("RESTIR", "CELL_RESERVOIRS", "CELL_SHARED"), "glossy_room", ""),
+    (("NEE", "NEE", "CELL_SHARED"), "leaning", ""),
+    (("NEE", "RIS", "CELL_SHARED"), "mirror_room", "one bounce"),
 ]
 """Cases of quick runs: each answer but the cache, which is slow to start, and each scene."""
 
@@ -82,6 +87,8 @@ FAST: dict[str, tuple[Answers, str]] = {
     # Sample points that a neighbour found are hidden by a thin wall.
     "pixels beside a thin wall": (("NEE", "NEE", "SCREEN_REUSE"), "indirect_room"),
     "cells with a thin wall": (("NEE", "NEE", "WORLD_REUSE"), "indirect_room"),
+    # Groups beside a thin wall: what a few of them see is divided by how many they are.
+    "groups with a thin wall": (("NEE", "NEE", "CELL_SHARED"), "indirect_room"),
     # Glossy sample points taken as Lambertian.
     "glossy sample points": (("NEE", "NEE", "WORLD_REUSE"), "glossy_room"),
 }
@@ -148,6 +155,27 @@ def test_fast_systems_are_seen_to_be_biased(case: str) -> None:
     answers, name = FAST[case]
     result = compare(answers, name, replicas=3 * REPLICAS, bias="FAST")
     assert not result.agrees, result
+
+
+def gray_room() -> core.Scene:
+    description = SceneDescription()
+    room(description, left=GRAY, right=GRAY)
+    lamp_to_ceiling(description)
+    return description.snapshot()
+
+
+def test_sharing_between_like_surfaces_moves_light_and_makes_none() -> None:
+    """Where all that share are Lambertian with one albedo, a sample's weights sum to what its own path would have had:
+    the picture's sum is the same to rounding, while its pixels differ. Planted bug: equal weights."""
+    members = members_of(("NEE", "NEE", "CELL_SHARED")) | dict(samples=4, max_bounces=3, seed=1, passes=["Noisy"])
+    sums = {}
+    for bias in ("UNBIASED", "FAST"):
+        passes = render(gray_room(), SIZE, bias=bias, **members)
+        shared, alone = (passes[name][..., :3].astype(np.float64) for name in ("Combined", "Noisy"))
+        assert np.abs(shared - alone).max() > 0.01 * alone.mean()
+        sums[bias] = shared.sum() / alone.sum()
+    assert abs(sums["UNBIASED"] - 1.0) < 1e-5
+    assert abs(sums["FAST"] - 1.0) > 1e-3
 
 
 @pytest.mark.parametrize("name", ["indirect_room", "open_scene"])
