@@ -4,7 +4,8 @@
 #   bash tests/run.sh [--full]
 #
 # --full adds what takes long: tests marked slow, the core's tests under the address and undefined-behaviour
-# sanitizers, clang-tidy where it is installed, and the Blender tests in Blender 4.2 and 4.5 too.
+# sanitizers, clang-tidy where it is installed, the Blender tests in Blender 4.2 and 4.5 too, and the extension in each
+# Blender (which asks for Python 3.13).
 #
 # CISTERN_TEST_SCENES names a folder of further .blend files; tests that need them are skipped without it.
 set -euo pipefail
@@ -60,6 +61,7 @@ limit=1500
 part "native tests" native_tests Release
 part "render tests" python_tests .venv $limit tests/render
 part "Blender 5.0 tests" python_tests .venv $limit tests/blender
+part "extension tests" python_tests .venv $limit tests/extension
 if [ $full = 1 ]; then
   part "native tests under sanitizers" native_tests Sanitize
   part "clang-tidy" tidy
@@ -68,6 +70,7 @@ if [ $full = 1 ]; then
     part "Blender ${version%.*} set-up" bash examples/setup.sh --tests --bpy $version --venv "$venv"
     part "Blender ${version%.*} tests" python_tests "$venv" $limit tests/blender
   done
+  part "extension in all versions" timeout -k 5 $limit .venv/bin/python -m tests.extension.matrix
 fi
 
 if [ ${#failed[@]} -gt 0 ]; then
