@@ -1,8 +1,8 @@
 """Renders started by Blender's command line: `blender -b FILE -E CISTERN -o OUT -f 1 -- --cistern-samples 64 ...`.
 
 Options come after `--`, as those of Cycles do. Each frame is written into a hidden folder beside its place and moved
-there when it is whole, and Blender's exit status is 1 when a frame failed: by itself Blender leaves half a file when it
-is killed while it writes, and ends with 0 whatever an engine reported.
+there when it is whole, since Blender killed while it writes leaves half a file; what a killed render left in such a
+folder goes when the frame is rendered again. Blender's exit status is 1 when any frame failed.
 """
 
 import argparse
@@ -44,12 +44,12 @@ class CommandLineRender:
     """What the command line asked for, and how it went."""
 
     options: argparse.Namespace
-    unwritten_frame: int | None = None  # being rendered, or never written
+    unwritten: Path | None = None  # the folder of the frame that is being rendered
     path_in_scene: str = ""
     has_failed: bool = False
 
     def exit_status(self) -> int:
-        failed = self.has_failed or self.unwritten_frame is not None or report.error_count > 0
+        failed = self.has_failed or self.unwritten is not None or report.error_count > 0
         return STATUS_FAILED if failed else 0
 
 
@@ -120,38 +120,39 @@ def begin_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
 @persistent
 def begin_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """Point Blender to a hidden folder beside the file's place; it makes the folder when it writes. Movies stay."""
-    running.has_failed |= running.unwritten_frame is not None
+    running.has_failed |= running.unwritten is not None
     if scene.render.is_movie_format:
         return
-    running.unwritten_frame = scene.frame_current
+    place = Path(bpy.path.abspath(scene.render.frame_path(frame=scene.frame_current)))
+    running.unwritten = place.parent / f".{place.name}.partial"
+    shutil.rmtree(running.unwritten, ignore_errors=True)
     running.path_in_scene = scene.render.filepath
-    folder, name = os.path.split(running.path_in_scene)  # not pathlib: it takes Blender's leading // for one slash
-    scene.render.filepath = os.path.join(folder, f".cistern-{os.getpid()}", name)  # noqa: PTH118
+    name = os.path.basename(running.path_in_scene)  # noqa: PTH119  (pathlib would drop a slash at the end)
+    scene.render.filepath = f"{running.unwritten}/{name}"
 
 
 @persistent
 def end_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """The frame's files (one, or one for each view) are whole: move them to their place."""
-    if running.unwritten_frame is None:
+    if running.unwritten is None:
         return
-    written = Path(bpy.path.abspath(scene.render.frame_path(frame=running.unwritten_frame))).parent
+    folder, running.unwritten = running.unwritten, None
     scene.render.filepath = running.path_in_scene
     try:
-        for file in written.iterdir():
-            sys.stdout.write(f"Wrote {file.replace(written.parent / file.name)}\n")
-        written.rmdir()
+        for file in sorted(folder.iterdir()):
+            sys.stdout.write(f"Wrote {file.replace(folder.parent / file.name)}\n")
+        folder.rmdir()
     except OSError as error:
-        sys.stderr.write(f"cistern: frame {running.unwritten_frame} cannot be moved to its place: {error}\n")
+        sys.stderr.write(f"cistern: a frame cannot be moved to its place: {error}\n")
         running.has_failed = True
-    running.unwritten_frame = None
 
 
 @persistent
 def abandon_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """The frame failed, or could not be written."""
-    if running.unwritten_frame is not None:
+    if running.unwritten is not None:
         scene.render.filepath = running.path_in_scene
-        running.has_failed, running.unwritten_frame = True, None
+        running.has_failed, running.unwritten = True, None
 
 
 HANDLERS = {

@@ -10,6 +10,7 @@ import importlib.util
 import shutil
 import sys
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 
 from extension_build import archives, wheels
@@ -35,10 +36,9 @@ def extension_version() -> str:
     return core
 
 
-def gather_wheels(work: Path, target: Path) -> list[Path]:
-    shutil.rmtree(target, ignore_errors=True)
+def gather_wheels(versions: Sequence[str], work: Path, target: Path) -> list[Path]:
     found = []
-    for version in wheels.PYTHON_VERSIONS:
+    for version in versions:
         print(f"Python {version}: compiling the core", flush=True)
         found.append(wheels.build_core(version, REPOSITORY, work, target))
         found.append(wheels.fetch_openimageio(version, work, target))
@@ -81,12 +81,12 @@ def validate(archive: Path) -> None:
     wheels.run(sys.executable, tools[0], "validate", archive)
 
 
-def package(output: Path, work: Path) -> Path:
-    """Builds everything below `work` and writes the zip into `output`. Raises PackagingError and OSError."""
+def package(output: Path, work: Path, versions: Sequence[str] = wheels.PYTHON_VERSIONS) -> Path:
+    """Builds everything below `work` and writes the zip into `output`. Raises PackagingError, OSError, ValueError."""
     name = f"cistern-{extension_version()}-linux-x64.zip"
     stage = work / "stage"
     shutil.rmtree(stage, ignore_errors=True)
-    found = gather_wheels(work, stage / "wheels")
+    found = gather_wheels(versions, work, stage / "wheels")
     lay_out(stage, found)
     unchecked = work / name
     archives.write_zip(stage, unchecked)
@@ -102,9 +102,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Build Cistern's extension for Blender 4.2 to 5.2 on Linux.")
     parser.add_argument("--output", type=Path, default=REPOSITORY / "dist", help="folder of the zip (default: dist)")
     parser.add_argument("--work", type=Path, default=REPOSITORY / "build" / "package", help="folder for what is kept")
+    parser.add_argument(
+        "--python", nargs="+", choices=wheels.PYTHON_VERSIONS, default=wheels.PYTHON_VERSIONS, help="for these only"
+    )
     arguments = parser.parse_args()
     try:
-        package(arguments.output.resolve(), arguments.work.resolve())
+        package(arguments.output.resolve(), arguments.work.resolve(), arguments.python)
     except (PackagingError, OSError, ValueError) as error:
         print(f"package.py: {error}", file=sys.stderr)
         return 1
