@@ -241,6 +241,12 @@ void bind_session(py::module_& m) {
       .def_readonly("memory_bytes", &Progress::memory_bytes)
       .def_readonly("non_finite_samples", &Progress::non_finite_samples)
       .def_readonly("non_finite_weights", &Progress::non_finite_weights)
+      .def_property_readonly("stage_seconds",
+                             [](const Progress& p) {
+                               py::dict result;
+                               for (const auto& [stage, seconds] : p.stage_seconds) result[stage.c_str()] = seconds;
+                               return result;
+                             })
       .def_readonly("version", &Progress::version);
   py::class_<RenderCache, std::shared_ptr<RenderCache>>(m, "RenderCache")
       .def(py::init<>())

@@ -241,6 +241,7 @@ class Progress:
     memory_bytes: int
     non_finite_samples: int
     non_finite_weights: int  # of reservoirs; they counted as zero
+    stage_seconds: dict[str, float]  # CPU time of the process by stage, so far; empty for the path tracer without reuse
     version: int  # changes whenever new pixels can be read
 
 class RenderCache:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "render/frame.h"
+#include "render/stage_times.h"
 
 namespace cistern {
 
@@ -10,6 +11,7 @@ struct FrameRun {
   uint32_t frame;
   const StopCondition& stop;
   std::atomic<uint64_t>& non_finite_weights;
+  StageTimes& stage_times;
 
   /// Calls body(pixel, non_finite) for all pixels of the region in parallel; false if stopped early.
   template <class Body>

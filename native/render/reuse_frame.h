@@ -27,6 +27,8 @@ class ReuseFrame {
   uint64_t non_finite_weights() const {
     return non_finite_weights_ + (direct_ ? direct_->cache_non_finite_weights() : 0);
   }
+  /// Of all frames so far.
+  const StageTimes& stage_times() const { return stage_times_; }
 
  private:
   bool trace_paths(const FrameRun& run);
@@ -40,6 +42,7 @@ class ReuseFrame {
   std::optional<SecondaryStage> secondary_;
   std::unique_ptr<PathStage> paths_;
   std::atomic<uint64_t> non_finite_weights_{0};
+  StageTimes stage_times_;
   // By pixel.
   std::vector<PathRecord> records_;
   std::vector<VisiblePoint> visible_points_, previous_visible_points_;

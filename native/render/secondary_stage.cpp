@@ -84,11 +84,15 @@ bool SecondaryStage::reuse(const FrameRun& run) {
     cells_.reservoirs[vertex] = light_.initial_candidates(vertices_[vertex].point, rng, non_finite);
   });
   if (!started) return false;
+  run.stage_times.lap("Later points: candidates");
   if (!reuse.cell_reuse) return true;
   if (!build_cells(run)) return false;
+  run.stage_times.lap("Later points: grid");
   if (reuse.temporal_reuse && !previous_.points.empty() && !merge_with_cells(run, previous_, TEMPORAL)) return false;
+  run.stage_times.lap("Later points: temporal reuse");
   for (uint32_t pass = 0; pass < static_cast<uint32_t>(reuse.spatial_passes); ++pass)
     if (!merge_with_cells(run, cells_, SPATIAL + pass)) return false;
+  run.stage_times.lap("Later points: spatial reuse");
   return true;
 }
 

@@ -156,6 +156,7 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse) {
       if (reuse) {
         progress_.non_finite_weights = reuse->non_finite_weights();
         progress_.memory_bytes = fixed_memory + reuse->memory_bytes();
+        progress_.stage_seconds = reuse->stage_times().seconds();
       }
       publish_now = wants_pixels_ && frame < frames;
     }

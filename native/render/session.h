@@ -25,8 +25,9 @@ struct Progress {
   std::string error;                // why it FAILED
   size_t memory_bytes = 0;          // scene, accel, lights, film: of the core alone
   uint64_t non_finite_samples = 0;
-  uint64_t non_finite_weights = 0;  // of reservoirs; they counted as zero
-  int version = 0;                  // changes whenever `read` returns new pixels
+  uint64_t non_finite_weights = 0;                            // of reservoirs; they counted as zero
+  std::vector<std::pair<std::string, double>> stage_seconds;  // of answers that reuse, see StageTimes
+  int version = 0;                                            // changes whenever `read` returns new pixels
 };
 
 /// One render of one scene on a native thread of its own, TBB inside. All members may be called from any thread and the
