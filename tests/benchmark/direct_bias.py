@@ -9,18 +9,14 @@ two apart (false-alarm rate 1 % per row).
 
 from __future__ import annotations
 
-import argparse
-import dataclasses
-import json
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.benchmark import bias_table
 from tests.render.test_direct_reuse import BLOCKS, BOUNCES, COMMON, MODES, SIZE, scene
 from tests.support.core_scenes import render
 from tests.support.direct_light_scenes import SCENES
-from tests.support.statistics import Comparison, block_means, compare_replicas
+from tests.support.statistics import block_means, compare_replicas
 
 REFERENCE_SAMPLES = 256
 
@@ -32,7 +28,7 @@ def pictures(name: str, count: int, **settings) -> NDArray:
     return np.array([block_means(picture, BLOCKS, BLOCKS) for picture in renders])
 
 
-def rows(replicas: int, frames: int) -> list[tuple[str, str, str, Comparison]]:
+def rows(replicas: int, frames: int) -> list[bias_table.Row]:
     result = []
     for name in SCENES:
         reference = pictures(name, replicas, samples=REFERENCE_SAMPLES)
@@ -46,22 +42,8 @@ def rows(replicas: int, frames: int) -> list[tuple[str, str, str, Comparison]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--replicas", type=int, default=64)
-    parser.add_argument("--frames", type=int, default=8)
-    parser.add_argument("--json", type=Path)
-    arguments = parser.parse_args()
-    table = rows(arguments.replicas, arguments.frames)
-    print("| scene | system | bias | mean / reference | worst block | standard errors | verdict |")
-    print("|---|---|---|---|---|---|---|")
-    for name, mode, bias, c in table:
-        verdict = "agrees" if c.agrees else "differs"
-        mean = f"{c.ratio:.4f} ± {c.ratio_error:.4f}"
-        print(f"| {name} | {mode} | {bias} | {mean} | {c.largest_difference:.3f} | {c.largest_z:.1f} | {verdict} |")
-    if arguments.json:
-        keys = ("scene", "system", "bias")
-        found = [dict(zip(keys, row[:3], strict=True)) | dataclasses.asdict(row[3]) for row in table]
-        arguments.json.write_text(json.dumps(found, indent=1))
+    arguments = bias_table.parser(__doc__).parse_args()
+    bias_table.show(rows(arguments.replicas, arguments.frames), arguments.json)
 
 
 if __name__ == "__main__":

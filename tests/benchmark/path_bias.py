@@ -9,15 +9,12 @@ apart (false-alarm rate 1 % per row).
 
 from __future__ import annotations
 
-import argparse
-import dataclasses
-import json
 from collections.abc import Sequence
-from pathlib import Path
 
+from tests.benchmark import bias_table
 from tests.render.test_path_reuse import LIMITS, members_of, sessions
 from tests.support.path_scenes import SCENES
-from tests.support.statistics import Comparison, compare_replicas
+from tests.support.statistics import compare_replicas
 
 REFERENCE_SAMPLES = 128
 SYSTEMS = [
@@ -30,7 +27,7 @@ SYSTEMS = [
 ]
 
 
-def rows(scenes: Sequence[str], replicas: int, frames: int) -> list[tuple[str, str, str, Comparison]]:
+def rows(scenes: Sequence[str], replicas: int, frames: int) -> list[bias_table.Row]:
     result = []
     limits = LIMITS[""]
     for name in scenes:
@@ -45,23 +42,10 @@ def rows(scenes: Sequence[str], replicas: int, frames: int) -> list[tuple[str, s
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--replicas", type=int, default=64)
-    parser.add_argument("--frames", type=int, default=8)
+    parser = bias_table.parser(__doc__)
     parser.add_argument("--scenes", nargs="+", choices=list(SCENES), default=list(SCENES))
-    parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
-    table = rows(arguments.scenes, arguments.replicas, arguments.frames)
-    print("| scene | system | bias | mean / reference | worst block | standard errors | verdict |")
-    print("|---|---|---|---|---|---|---|")
-    for name, system, bias, c in table:
-        verdict = "agrees" if c.agrees else "differs"
-        mean = f"{c.ratio:.4f} ± {c.ratio_error:.4f}"
-        print(f"| {name} | {system} | {bias} | {mean} | {c.largest_difference:.3f} | {c.largest_z:.1f} | {verdict} |")
-    if arguments.json:
-        keys = ("scene", "system", "bias")
-        found = [dict(zip(keys, row[:3], strict=True)) | dataclasses.asdict(row[3]) for row in table]
-        arguments.json.write_text(json.dumps(found, indent=1))
+    bias_table.show(rows(arguments.scenes, arguments.replicas, arguments.frames), arguments.json)
 
 
 if __name__ == "__main__":
