@@ -151,3 +151,19 @@ def test_a_scene_without_anything_is_black() -> None:
     s.start(scene.snapshot())
     assert s.wait(10.0).status is core.Status.DONE
     assert (s.read("Combined")[..., :3] == 0).all()
+
+
+def test_stages_share_the_time_of_their_frames() -> None:
+    """The reference tracer has no stages; those of an answer that reuses take up most of the process's time."""
+    stages = {}
+    for answer in ("NEE", "CELL_RESERVOIRS"):
+        before = time.process_time()
+        s = session(secondary=answer, samples=16, max_bounces=4)
+        s.start(room())
+        assert s.wait(60.0).status is core.Status.DONE
+        stages[answer] = s.wait(0.0).stage_seconds
+    spent = time.process_time() - before
+    assert stages["NEE"] == {}
+    later = {f"Later points: {part}" for part in ("candidates", "grid", "temporal reuse", "spatial reuse", "shading")}
+    assert set(stages["CELL_RESERVOIRS"]) == {"Paths", "Shading", *later}
+    assert 0.5 * spent < sum(stages["CELL_RESERVOIRS"].values()) <= spent
