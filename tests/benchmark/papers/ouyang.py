@@ -1,0 +1,55 @@
+"""Figure 13 of [Ouyang 2021]: how much less MSE than path tracing a frame has after 32 frames of reuse.
+
+  python -m tests.benchmark.papers.ouyang [--scenes NAME ...] [--frames 32] [--rounds 3] [--output out/papers]
+
+At equal time for each frame, as in the paper, path tracing gets the CPU time of one frame with history; at equal total
+time, that of all frames up to then. The paper's figures are of the first kind, at 1920 x 1080. Needs matplotlib.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from tests.benchmark.papers.comparison import Finding, Range, parser, run
+from tests.benchmark.papers.sessions import Reference, Sessions
+
+SCENES = ("veach_ajar", "door_ajar", "market", "glossy_hall")
+PAPER = {"UNBIASED": Range(9.3, 166.0), "FAST": Range(14.6, 141.0)}
+PILOT_SAMPLES = 16
+
+
+def measure(sessions: Sessions, reference: Reference, arguments: argparse.Namespace, scene: str) -> list[Finding]:
+    """Rounds in turn: both forms of reuse, and path tracing for as long."""
+    ratios: dict[tuple[str, str, str], list[float]] = {}
+    pilot = [sessions.mean(count, 1).seconds for count in (PILOT_SAMPLES, 2 * PILOT_SAMPLES)]
+    per_sample = (pilot[1] - pilot[0]) / PILOT_SAMPLES
+    for seed in range(1, arguments.rounds + 1):
+        for bias in PAPER:
+            frame = sessions.frame(arguments.frames, seed, indirect="SCREEN_REUSE", temporal_reuse=True, bias=bias)
+            for time, frames in (("a frame", 1), ("all frames", arguments.frames)):
+                samples = max(1, round(frames * frame.seconds / per_sample))
+                traced = sessions.mean(samples, 100 + seed).picture
+                for kind, error in (("MSE", reference.mse), ("trimmed MSE", reference.trimmed_mse)):
+                    ratios.setdefault((bias, time, kind), []).append(error(traced) / error(frame.picture))
+    return [
+        Finding(
+            scene,
+            f"{kind} of path tracing in the time of {time} ÷ ReSTIR GI, {bias}",
+            float(np.median(values)),
+            Range.of(values),
+            PAPER[bias] if time == "a frame" and kind == "MSE" else None,
+        )
+        for (bias, time, kind), values in ratios.items()
+    ]
+
+
+def main() -> None:
+    command = parser(__doc__, SCENES, bounces=2)
+    command.add_argument("--frames", type=int, default=32)
+    run("ouyang", "ReSTIR GI against path tracing, after [Ouyang 2021]", command.parse_args(), measure)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+"""The comparisons of [Zhang and Wang 2023] with ReSTIR GI: MSE, frame time, cell size, and the mean of many frames.
+
+  python -m tests.benchmark.papers.zhang [--scenes NAME ...] [--frames 32] [--long 20000] [--output out/papers]
+
+MSE and frame time are those of a frame with history, of both systems, unbiased, at one sample per pixel (§6.1). The MSE
+against the smallest cell size (Figure 9) is given over that of the paper's choice, 1 % of the scene. The mean of many
+frames (Figure 8) is compared with the reference by its mean. Needs matplotlib.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from tests.benchmark.papers.comparison import Finding, Range, parser, run
+from tests.benchmark.papers.sessions import Reference, Sessions
+
+SCENES = ("veach_ajar", "door_ajar", "market", "glossy_hall")
+CELL_SIZES = (0.0067, 0.0133, 0.02)  # of the scene's diagonal, besides PAPER_CELL_SIZE; the paper plots 0.67 to 2 %
+PAPER_CELL_SIZE = 0.01
+IMPROVEMENT = Range(16.6, 41.9, " %")
+OVERHEAD = Range(4.41, 8.36, " %")
+
+
+def measure(sessions: Sessions, reference: Reference, arguments: argparse.Namespace, scene: str) -> list[Finding]:
+    found = compare_systems(sessions, reference, arguments, scene)
+    found += compare_cell_sizes(sessions, reference, arguments, scene)
+    if arguments.long > 0:
+        mean = sessions.mean(arguments.long, 1, indirect="WORLD_REUSE", temporal_reuse=True).picture
+        what = f"mean of {arguments.long} frames ÷ reference"
+        found.append(Finding(scene, what, float(mean.mean() / reference.mean.mean()), None, Range(1.0, 1.0)))
+    return found
+
+
+def compare_systems(
+    sessions: Sessions, reference: Reference, arguments: argparse.Namespace, scene: str
+) -> list[Finding]:
+    improvement, trimmed, overhead = [], [], []
+    for seed in range(1, arguments.rounds + 1):
+        ours, theirs = (
+            sessions.frame(arguments.frames, seed, indirect=answer, temporal_reuse=True)
+            for answer in ("WORLD_REUSE", "SCREEN_REUSE")
+        )
+        improvement.append(100.0 * (1.0 - reference.mse(ours.picture) / reference.mse(theirs.picture)))
+        trimmed.append(100.0 * (1.0 - reference.trimmed_mse(ours.picture) / reference.trimmed_mse(theirs.picture)))
+        overhead.append(100.0 * (ours.seconds / theirs.seconds - 1.0))
+    return [
+        Finding(scene, what, float(np.median(values)), Range.of(values), paper, " %")
+        for what, values, paper in (
+            ("MSE below ReSTIR GI's", improvement, IMPROVEMENT),
+            ("trimmed MSE below ReSTIR GI's", trimmed, None),
+            ("frame time above ReSTIR GI's", overhead, OVERHEAD),
+        )
+    ]
+
+
+def compare_cell_sizes(
+    sessions: Sessions, reference: Reference, arguments: argparse.Namespace, scene: str
+) -> list[Finding]:
+    """Without the worst pixels, whose chance differences are larger than those of cell sizes."""
+    errors: dict[float, list[float]] = {}
+    for seed in range(1, arguments.rounds + 1):
+        for size in (PAPER_CELL_SIZE, *CELL_SIZES):
+            settings = {"indirect": "WORLD_REUSE", "temporal_reuse": True, "min_cell_size": size}
+            frame = sessions.frame(arguments.frames, seed, **settings)
+            errors.setdefault(size, []).append(reference.trimmed_mse(frame.picture))
+    rest = {size: np.divide(errors[size], errors[PAPER_CELL_SIZE]) for size in CELL_SIZES}
+    return [
+        Finding(
+            scene,
+            f"trimmed MSE with cells of {100.0 * size:.3g} %, over that with 1 %",
+            float(np.median(ratios)),
+            Range.of(list(ratios)),
+            Range(1.0, float("inf")),
+        )
+        for size, ratios in rest.items()
+    ]
+
+
+def main() -> None:
+    command = parser(__doc__, SCENES, bounces=8)
+    command.add_argument("--frames", type=int, default=32)
+    command.add_argument("--long", type=int, default=20_000, help="frames whose mean is compared, 0: none")
+    run("zhang", "World-space paths, after [Zhang and Wang 2023]", command.parse_args(), measure)
+
+
+if __name__ == "__main__":
+    main()
