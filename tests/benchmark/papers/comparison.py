@@ -64,7 +64,9 @@ def parser(description: str, scenes: Sequence[str], bounces: int) -> argparse.Ar
     return result
 
 
-def run(name: str, title: str, arguments: argparse.Namespace, measure: Measure) -> list[Finding]:
+def run(
+    name: str, title: str, arguments: argparse.Namespace, measure: Measure, light_sampling: str = "TREE"
+) -> list[Finding]:
     """Measures scene after scene, and writes the table and the plot anew after each."""
     arguments.output.mkdir(parents=True, exist_ok=True)
     findings: list[Finding] = []
@@ -72,7 +74,7 @@ def run(name: str, title: str, arguments: argparse.Namespace, measure: Measure) 
         if not scene.is_there:
             print(f"{scene.name} is not there: CISTERN_TEST_SCENES names no folder with it")
             continue
-        sessions = Sessions(scene, arguments.pixels, arguments.bounces)
+        sessions = Sessions(scene, arguments.pixels, arguments.bounces, light_sampling)
         reference = sessions.reference(arguments.reference_samples)
         findings += measure(sessions, reference, arguments, scene.name)
         write(arguments.output / name, title, arguments, findings)

@@ -65,7 +65,7 @@ def open_scene(scene: Scene) -> None:
 class Sessions:
     """Of one scene, in indirect light of at most so many bounces."""
 
-    def __init__(self, scene: Scene, pixels: int, bounces: int) -> None:
+    def __init__(self, scene: Scene, pixels: int, bounces: int, light_sampling: str) -> None:
         import cistern_core as core
 
         from addon.sync.scene import sync_scene
@@ -80,7 +80,7 @@ class Sessions:
         self._core, self._scene = core, builder.snapshot()
         self._common = size | {
             "max_bounces": bounces,
-            "light_sampling": core.LightSampling.TREE,
+            "light_sampling": core.LightSampling[light_sampling],
             "passes": ["Indirect"],
         }
 
