@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import SyncReport, versions
+from .changes import original_uid
 from .colour import image_colour
 
 if TYPE_CHECKING:
@@ -56,12 +57,30 @@ class ImageCache:
         self._decoded: dict[ImageSource, Future] = {}
         self._used: set[ImageSource] = set()
         self._handles: dict[tuple, int] = {}
+        self._before: dict[tuple, int] = {}
+        self._free_handles: list[int] = []
 
     def begin(self) -> None:
         """Forget the builder's handles, and the files that the sync before did not use."""
         self._decoded = {source: pixels for source, pixels in self._decoded.items() if source in self._used}
         self._used = set()
-        self._handles = {}
+        self._handles, self._before, self._free_handles = {}, {}, []
+
+    def begin_again(self, has_changes: bool) -> None:
+        """Go on with the same builder. With changes, images keep their handles but are taken over anew."""
+        self._decoded, self._used = {}, set()
+        if has_changes:
+            self._before, self._handles = self._handles | self._before, {}
+
+    def free_unused(self, builder: SceneBuilder, used: Set[int]) -> None:
+        """Drop the pixels of images that no program uses; their handles are given to others."""
+        both = {**self._before, **self._handles}
+        gone = {handle for handle in both.values() if handle != _MISSING} - used
+        for handle in gone:
+            builder.add_image("unused", np.zeros((1, 1, 1), np.uint8), replace=handle)
+        self._free_handles += gone
+        self._handles = {key: handle for key, handle in both.items() if handle in used}
+        self._before = {}
 
     def close(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
@@ -69,7 +88,7 @@ class ImageCache:
     def prefetch(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> None:
         """Start decoding an image that `handle` will be asked for."""
         source = image_source(image, image_user)
-        if source is not None:
+        if source is not None and (original_uid(image), source) not in self._handles:
             self._decode(source, image)
 
     def handle(
@@ -77,9 +96,9 @@ class ImageCache:
     ) -> int:
         """The builder's handle, or -1 after a warning for an image that cannot be read."""
         source = image_source(image, image_user)
-        key = (image.as_pointer(), source)
+        key = (original_uid(image), source)
         if key not in self._handles:
-            self._handles[key] = self._add(image, source, builder, report)
+            self._handles[key] = self._add(image, source, builder, report, self._before.pop(key, None))
         return self._handles[key]
 
     def _decode(self, source: ImageSource, image: bpy.types.Image) -> Future:
@@ -90,7 +109,12 @@ class ImageCache:
         return self._decoded[source]
 
     def _add(
-        self, image: bpy.types.Image, source: ImageSource | None, builder: SceneBuilder, report: SyncReport
+        self,
+        image: bpy.types.Image,
+        source: ImageSource | None,
+        builder: SceneBuilder,
+        report: SyncReport,
+        before: int | None,
     ) -> int:
         if image.source == "TILED":
             report.warn(f"Image '{image.name}': only the first tile is used")
@@ -111,7 +135,13 @@ class ImageCache:
             transfer=colour.transfer,
             to_working_space=colour.matrix,
             alpha=_ALPHA_MODES["CHANNEL_PACKED" if colour.is_data else image.alpha_mode],
+            replace=self._handle_for(before),
         )
+
+    def _handle_for(self, before: int | None) -> int | None:
+        if before is None or before == _MISSING:
+            return self._free_handles.pop() if self._free_handles else None
+        return before
 
 
 def image_source(image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> ImageSource | None:
@@ -120,7 +150,7 @@ def image_source(image: bpy.types.Image, image_user: bpy.types.ImageUser | None)
         return None
     path = image_path(image, image_user)
     if image.packed_file is not None and image.source == "FILE":
-        return ImageSource(path, packed_in=image.session_uid, packed_size=image.packed_file.size)
+        return ImageSource(path, packed_in=original_uid(image), packed_size=image.packed_file.size)
     try:
         return ImageSource(path, Path(path).stat().st_mtime)
     except OSError:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import ModuleType
 from typing import TYPE_CHECKING
 
 import bpy
 
 from . import SyncReport
+from .changes import EVERYTHING, Changes, original_uid
 from .images import ImageCache
 from .nodes import compile_light, compile_material, compile_world
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
@@ -31,23 +32,52 @@ class MaterialContext:
     depsgraph: bpy.types.Depsgraph
     images: ImageCache
     report: SyncReport
+    used_images: set[int] = field(default_factory=set)
+    """Handles of the images that were asked for."""
 
     def image_handle(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> int:
         """Handle of an image in the builder; -1 for one that cannot be read, which the core draws magenta."""
-        return self.images.handle(image, image_user, self.builder, self.report)
+        handle = self.images.handle(image, image_user, self.builder, self.report)
+        self.used_images.add(handle)
+        return handle
 
     def warn(self, text: str) -> None:
         self.report.warn(text)
 
 
-class MaterialTable:
-    """Handles of compiled programs, by the address of the evaluated data-block; lives as long as one sync."""
+@dataclass(frozen=True)
+class CompiledMaterial:
+    """A program of the builder; handle None where a data-block needs none."""
 
-    def __init__(self, context: MaterialContext, override: bpy.types.Material | None = None) -> None:
+    handle: int | None
+    images: frozenset[int]
+
+
+@dataclass
+class KeptMaterials:
+    """What the builder holds of earlier syncs, by the session id of the original data-block."""
+
+    compiled: dict[int, CompiledMaterial] = field(default_factory=dict)
+    sets: dict[tuple[int, ...], int] = field(default_factory=dict)
+    free_handles: list[int] = field(default_factory=list)
+
+
+class MaterialTable:
+    """Handles of compiled programs; lives as long as one sync. `compiled` counts what the builder got or lost."""
+
+    def __init__(
+        self,
+        context: MaterialContext,
+        override: bpy.types.Material | None = None,
+        kept: KeptMaterials | None = None,
+        changes: Changes = EVERYTHING,
+    ) -> None:
         self._context = context
         self._override = override
-        self._handles: dict[int, int | None] = {}
-        self._sets: dict[tuple[int, ...], int] = {}
+        self._kept = kept if kept is not None else KeptMaterials()
+        self._changes = changes
+        self._checked: set[int] = set()
+        self.compiled = 0
 
     def set_handle(self, evaluated_object: bpy.types.Object) -> int:
         """Material set of an object's slots, whether they are linked to the object or to its data."""
@@ -55,9 +85,10 @@ class MaterialTable:
         handles = tuple(self._handle(self._override or slot.material, compile_material) for slot in slots)
         if not handles and self._override is not None:
             handles = (self._handle(self._override, compile_material),)
-        if handles not in self._sets:
-            self._sets[handles] = self._context.builder.add_material_set(list(handles), evaluated_object.name)
-        return self._sets[handles]
+        sets = self._kept.sets
+        if handles not in sets:
+            sets[handles] = self._context.builder.add_material_set(list(handles), evaluated_object.name)
+        return sets[handles]
 
     def light_handle(self, light: bpy.types.Light) -> int:
         """The program that multiplies a lamp's light, or -1 for a lamp of one colour."""
@@ -67,12 +98,50 @@ class MaterialTable:
     def world_handle(self, world: bpy.types.World) -> int | None:
         return self._handle(world, compile_world)
 
+    def recompile(self, materials: Iterable[bpy.types.Material]) -> None:
+        """Renew the programs of those that objects use already: nothing asks for these."""
+        for material in materials:
+            if original_uid(material) in self._kept.compiled:
+                self._handle(material, compile_material)
+
+    def finish(self) -> frozenset[int]:
+        """Images in use. Forgets the programs that nothing asked for, if whatever may ask has done so."""
+        kept = self._kept
+        if self._changes.has_unlisted:
+            for uid in set(kept.compiled) - self._checked:
+                handle = kept.compiled.pop(uid).handle
+                if handle is not None:
+                    kept.free_handles.append(handle)
+        return frozenset().union(*(compiled.images for compiled in kept.compiled.values()))
+
     def _handle(self, data_block: bpy.types.ID | None, compile_tree: CompileTree) -> int | None:
-        key = _EMPTY_SLOT if data_block is None else data_block.as_pointer()
-        if key not in self._handles:
-            program = compile_tree(data_block, self._context)
-            self._handles[key] = None if program is None else self._context.builder.add_material(program)
-        return self._handles[key]
+        uid = _EMPTY_SLOT if data_block is None else original_uid(data_block)
+        if uid not in self._checked:
+            self._checked.add(uid)
+            before = self._kept.compiled.get(uid)
+            if before is None or self._is_touched(uid, before):
+                self._kept.compiled[uid] = self._compile(data_block, compile_tree, before)
+        return self._kept.compiled[uid].handle
+
+    def _is_touched(self, uid: int, before: CompiledMaterial) -> bool:
+        changes = self._changes
+        return changes.is_everything or uid in changes.shading or (changes.has_images and bool(before.images))
+
+    def _compile(
+        self, data_block: bpy.types.ID | None, compile_tree: CompileTree, before: CompiledMaterial | None
+    ) -> CompiledMaterial:
+        self._context.used_images.clear()
+        program = compile_tree(data_block, self._context)
+        handle = None if before is None else before.handle
+        self.compiled += program is not None or handle is not None
+        if program is not None:
+            if handle is None and self._kept.free_handles:
+                handle = self._kept.free_handles.pop()
+            handle = self._context.builder.add_material(program, replace=handle)
+        elif handle is not None:
+            self._kept.free_handles.append(handle)
+            handle = None
+        return CompiledMaterial(handle, frozenset(self._context.used_images))
 
 
 @dataclass(frozen=True)

@@ -16,14 +16,14 @@ from .camera import camera_arguments
 from .images import ImageCache
 from .instances import InstanceSync
 from .materials import MaterialContext, MaterialTable, tree_uses
-from .world import sync_world
+from .world import environment_arguments
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
 
 
 class SceneSync:
-    """Syncs scene after scene and keeps what stays valid between them: the decoded image files.
+    """Syncs scene after scene for final renders, and keeps what stays valid between them: the decoded image files.
 
     `builder` holds the last synced scene; it is a new one each time, because Blender hands out no proof that a
     mesh is the same as before.
@@ -75,30 +75,31 @@ def _sync(
     report: SyncReport,
 ) -> None:
     scene = depsgraph.scene_eval
-    with _timed(report, "camera"):
+    with timed(report, "camera"):
         camera_object = camera if camera is not None else scene.camera
         if camera_object is not None:
             camera_object = camera_object.evaluated_get(depsgraph)
         builder.set_camera(**camera_arguments(scene, camera_object, report))
-    with _timed(report, "trees"):
+    with timed(report, "trees"):
         uses = tree_uses(depsgraph)
         images.begin()
         for image, image_user in uses.images:
             images.prefetch(image, image_user)
     context = MaterialContext(core, builder, depsgraph, images, report)
     materials = MaterialTable(context, depsgraph.view_layer_eval.material_override)
-    with _timed(report, "world"):
-        sync_world(depsgraph, builder, materials)
-    with _timed(report, "instances"):
+    with timed(report, "world"):
+        builder.set_environment(**environment_arguments(depsgraph, materials))
+    with timed(report, "instances"):
         instances = InstanceSync(depsgraph, builder, materials, uses.attributes, report)
         instances.run()
-    report.seconds["meshes"] = instances.mesh_seconds
+    report.seconds["meshes"] = instances.meshes.seconds
     if scene.render.use_motion_blur:
         report.warn(f"Scene '{scene.name}': motion blur is not supported")
 
 
 @contextmanager
-def _timed(report: SyncReport, stage: str) -> Iterator[None]:
+def timed(report: SyncReport, stage: str) -> Iterator[None]:
+    """Add the wall time of a stage to the report."""
     start = time.perf_counter()
     try:
         yield

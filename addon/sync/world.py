@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import bpy
 
@@ -10,27 +10,24 @@ from . import versions
 from .instances import RAY_BITS
 from .materials import MaterialTable
 
-if TYPE_CHECKING:
-    from cistern_core import SceneBuilder
+_BLACK = -1  # no material
 
 
-def sync_world(depsgraph: bpy.types.Depsgraph, builder: SceneBuilder, materials: MaterialTable) -> None:
-    """Set the environment; without a world, or where the view layer hides it, the builder's black one stays."""
+def environment_arguments(depsgraph: bpy.types.Depsgraph, materials: MaterialTable) -> dict[str, Any]:
+    """Keyword arguments of `SceneBuilder.set_environment`; black without a world, or where the view layer hides it."""
     view_layer = depsgraph.view_layer_eval
     world = view_layer.world_override or depsgraph.scene_eval.world
-    if world is None or not view_layer.use_sky:
-        return
-    material = materials.world_handle(world)
+    material = materials.world_handle(world) if world is not None and view_layer.use_sky else None
     if material is None:
-        return
+        return {"material": _BLACK}
     method = versions.cycles_setting(world, "sampling_method", "AUTOMATIC")
     resolution = versions.cycles_setting(world, "sample_map_resolution", 0) if method == "MANUAL" else 0
-    builder.set_environment(
-        material=material,
-        visibility=world_visibility(world),
-        importance_width=resolution,
-        importance_sampling=method != "NONE",
-    )
+    return {
+        "material": material,
+        "visibility": world_visibility(world),
+        "importance_width": resolution,
+        "importance_sampling": method != "NONE",
+    }
 
 
 def world_visibility(world: bpy.types.World) -> int:

@@ -9,7 +9,8 @@ import pytest
 from cycles_pixel import cycles_pixel
 
 from addon.sync import SyncReport, materials
-from addon.sync.instances import RAY_BITS, name_random, random_fraction
+from addon.sync.instances import RAY_BITS
+from addon.sync.placements import name_random, random_fraction
 from addon.sync.scene import sync_scene
 
 ALL_RAYS = sum(RAY_BITS.values())
@@ -305,7 +306,7 @@ def test_world_override_visibility_and_sampling(scene, sync) -> None:
         builder, _ = sync()
         assert [c["program"].name for c in builder.of("add_material")] == ["Night"]
     bpy.context.view_layer.use_sky = False
-    assert sync()[0].of("set_environment") == []
+    assert sync()[0].of("set_environment") == [{"material": -1}]
 
 
 def test_objects_without_surface_are_silent_and_unsupported_ones_named(scene, sync) -> None:

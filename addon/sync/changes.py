@@ -1,0 +1,67 @@
+"""What an evaluation of a dependency graph touched."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Set
+from dataclasses import dataclass
+
+import bpy
+
+# Data-blocks whose changes reach objects and materials, which are listed themselves.
+_FOLLOWED = ("Armature", "Camera", "Curve", "Curves", "Key", "Lattice", "Mesh", "MetaBall", "NodeTree", "PointCloud")
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Session ids of the original data-blocks that were touched. What is not listed is as it was at the last sync."""
+
+    has_unlisted: bool = True
+    """Whether objects may also have come, gone, or changed without being listed."""
+    is_everything: bool = True
+    """Whether nothing may be taken for known."""
+    moved: Set[int] = frozenset()
+    """Objects of which nothing but the place changed."""
+    objects: Set[int] = frozenset()
+    shading: Set[int] = frozenset()
+    """Materials, worlds and lamps."""
+    has_images: bool = False
+
+    @property
+    def are_moves_only(self) -> bool:
+        return not (self.has_unlisted or self.objects or self.shading or self.has_images)
+
+    def lists_any(self, uids: Iterable[int]) -> bool:
+        return not (self.objects.isdisjoint(uids) and self.shading.isdisjoint(uids))
+
+
+EVERYTHING = Changes()
+UNLISTED = Changes(is_everything=False)
+
+
+def original_uid(data_block: bpy.types.ID | None) -> int:
+    """Session id of a data-block as the user knows it: the same before and after an undo; 0 for None."""
+    return 0 if data_block is None else (data_block.original or data_block).session_uid
+
+
+def read_changes(depsgraph: bpy.types.Depsgraph) -> Changes:
+    """The changes since the evaluation before this one.
+
+    A deleted object is on no list: then its scene or collection is. An empty list says nothing at all."""
+    moved, objects, shading = set(), set(), set()
+    has_unlisted, has_images = not len(depsgraph.updates), False
+    for update in depsgraph.updates:
+        data_block = update.id
+        if isinstance(data_block, bpy.types.Object):
+            is_move = update.is_updated_transform and not (update.is_updated_geometry or update.is_updated_shading)
+            (moved if is_move else objects).add(original_uid(data_block))
+        elif isinstance(data_block, bpy.types.Material | bpy.types.World | bpy.types.Light):
+            shading.add(original_uid(data_block))
+        elif isinstance(data_block, bpy.types.Image | bpy.types.Texture):
+            has_images = True
+        elif not isinstance(data_block, _followed_types()):
+            has_unlisted = True
+    return Changes(has_unlisted, False, frozenset(moved - objects), frozenset(objects), frozenset(shading), has_images)
+
+
+def _followed_types() -> tuple[type, ...]:
+    return tuple(getattr(bpy.types, name) for name in _FOLLOWED if hasattr(bpy.types, name))

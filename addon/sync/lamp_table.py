@@ -1,0 +1,119 @@
+"""The lamps of a scene in a builder; from sync to sync only those that moved or changed are given to it anew."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from . import SyncReport
+from .changes import Changes
+from .lights import light_call
+from .materials import MaterialTable
+from .placements import Lamp, Placements, PrototypeKey
+
+if TYPE_CHECKING:
+    from cistern_core import SceneBuilder
+
+
+@dataclass(frozen=True)
+class PlacedLamp:
+    """A lamp of the builder; handle None for one that gives no light."""
+
+    handle: int | None
+    lamp: Lamp
+    place: bytes
+    call: tuple = ()
+    """What the builder was told."""
+
+
+@dataclass
+class KeptLamps:
+    """What the builder holds of earlier syncs, by prototype and how many of it came before."""
+
+    placed: dict[tuple[PrototypeKey, int], PlacedLamp] = field(default_factory=dict)
+    free_handles: list[int] = field(default_factory=list)
+    items: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
+    matrices: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 4, 4), np.float32))
+
+    def have_moved(self, matrices: NDArray[np.float32]) -> bool:
+        """Whether one of the lamps, at the same items of the same list, stands elsewhere now."""
+        return not np.array_equal(matrices[self.items], self.matrices)
+
+
+class LampTable:
+    """Lives as long as one sync. `exported` counts the lamps that it gave to the builder or took away."""
+
+    def __init__(
+        self, builder: SceneBuilder, materials: MaterialTable, report: SyncReport, kept: KeptLamps, changes: Changes
+    ) -> None:
+        self._builder = builder
+        self._materials = materials
+        self._report = report
+        self._kept = kept
+        self._changes = changes
+        self.exported = 0
+
+    def place(
+        self,
+        placements: Placements,
+        matrices: NDArray[np.float32],
+        lights: dict[PrototypeKey, bpy.types.Light],
+    ) -> None:
+        """Make the builder's lamps those of the placements; `matrices` (n, 4, 4) hold columns."""
+        kept, before = self._kept, dict(self._kept.placed)
+        kept.items = placements.items_showing(Lamp)
+        kept.matrices = matrices[kept.items]
+        kept.placed = {}
+        counts: Counter[PrototypeKey] = Counter()
+        missing = []
+        for item in kept.items:
+            lamp = placements.prototypes[placements.prototype_of[item]]
+            key = (lamp.key, counts[lamp.key])
+            counts[lamp.key] += 1
+            known, place = before.pop(key, None), matrices[item].tobytes()
+            if known is not None and (known.lamp, known.place) == (lamp, place) and not self._is_touched(lamp):
+                kept.placed[key] = known
+            else:
+                missing.append((key, lamp, matrices[item], known))
+        self._remove(before)
+        for key, lamp, matrix, known in missing:
+            kept.placed[key] = self._add(lamp, lights[lamp.key], matrix, known)
+
+    def _is_touched(self, lamp: Lamp) -> bool:
+        return self._changes.is_everything or self._changes.lists_any(lamp.key)
+
+    def _remove(self, gone: dict[tuple[PrototypeKey, int], PlacedLamp]) -> None:
+        for placed in gone.values():
+            self._free(placed)
+
+    def _free(self, placed: PlacedLamp | None) -> None:
+        if placed is not None and placed.handle is not None:
+            self._builder.remove_light(placed.handle)
+            self._kept.free_handles.append(placed.handle)
+            self.exported += 1
+
+    def _add(
+        self, lamp: Lamp, light: bpy.types.Light, matrix: NDArray[np.float32], known: PlacedLamp | None
+    ) -> PlacedLamp:
+        place = matrix.tobytes()
+        call = light_call(light, matrix.T.astype(np.float64))
+        if call is None:
+            self._report.warn(f"Light '{lamp.name}': it has no size, by its settings or its scale, and gives no light")
+            self._free(known)
+            return PlacedLamp(None, lamp, place)
+        material = self._materials.light_handle(light)
+        told = (call.method, material, *(np.asarray(value).tobytes() for value in call.arguments.values()))
+        handle = known.handle if known is not None else None
+        if handle is not None and (known.lamp, known.call) == (lamp, told):
+            return PlacedLamp(handle, lamp, place, told)
+        if handle is None and self._kept.free_handles:
+            handle = self._kept.free_handles.pop()
+        add = getattr(self._builder, call.method)
+        handle = add(name=lamp.name, visibility=lamp.visibility, material=material, replace=handle, **call.arguments)
+        self.exported += 1
+        return PlacedLamp(handle, lamp, place, told)

@@ -1,0 +1,129 @@
+"""A builder kept up to date with the scene of a 3D viewport, evaluation after evaluation."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass, field
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import bpy
+
+from . import SyncReport
+from .changes import EVERYTHING, Changes, original_uid
+from .images import ImageCache
+from .instances import InstanceSync, KeptInstances, follow_moves
+from .materials import KeptMaterials, MaterialContext, MaterialTable, TreeUses, tree_uses
+from .scene import timed
+from .world import environment_arguments
+
+if TYPE_CHECKING:
+    from cistern_core import SceneBuilder
+
+
+@dataclass
+class Exported:
+    """How much of the builder's scene one sync replaced."""
+
+    materials: int = 0
+    meshes: int = 0
+    lamps: int = 0
+    instances: bool = False
+    environment: bool = False
+
+    @property
+    def is_anything(self) -> bool:
+        return any(vars(self).values())
+
+
+@dataclass
+class KeptScene:
+    """What the builder holds, in plain numbers and arrays: no reference to Blender's data outlives a sync."""
+
+    builder: SceneBuilder
+    scene: int
+    """Session id of the scene, and the view layer's name below: another one shares nothing."""
+    layer: str
+    materials: KeptMaterials = field(default_factory=KeptMaterials)
+    instances: KeptInstances = field(default_factory=KeptInstances)
+    attributes: frozenset[str] = frozenset()
+    environment: dict[str, Any] = field(default_factory=dict)
+
+
+class LiveSync:
+    """Syncs one viewport's scene. Moved objects cost their matrices; touched lamps, materials and meshes themselves;
+    what may have come or gone costs a look at every item. `exported` tells of the last sync."""
+
+    def __init__(self, core: ModuleType | None = None) -> None:
+        self._core = core if core is not None else importlib.import_module("cistern_core")
+        self._images = ImageCache()
+        self._kept: KeptScene | None = None
+        self.exported = Exported()
+
+    @property
+    def builder(self) -> SceneBuilder | None:
+        """Holds the last synced scene, save the camera; None before the first one and after a failed one."""
+        return None if self._kept is None else self._kept.builder
+
+    def close(self) -> None:
+        """Drop the scene and stop the decoding threads."""
+        self._kept = None
+        self._images.close()
+
+    def sync(
+        self, depsgraph: bpy.types.Depsgraph, changes: Changes, space: bpy.types.SpaceView3D | None = None
+    ) -> SyncReport:
+        """Bring the builder up to date; `space` may hide objects. Lets the core's Error through, after which the next
+        sync starts anew."""
+        report = SyncReport()
+        self.exported = Exported()
+        kept = self._kept
+        scene, layer = original_uid(depsgraph.scene), depsgraph.view_layer.name
+        if kept is None or (kept.scene, kept.layer) != (scene, layer):
+            kept, changes = KeptScene(self._core.SceneBuilder(), scene, layer), EVERYTHING
+        self._kept = None
+        placed = kept.instances.arrays
+        if not (changes.are_moves_only and follow_moves(depsgraph, kept.builder, kept.instances)):
+            self._sync(depsgraph, kept, changes, space, report)
+        self.exported.instances = kept.instances.arrays is not placed
+        self._kept = kept
+        return report
+
+    def _sync(
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        kept: KeptScene,
+        changes: Changes,
+        space: bpy.types.SpaceView3D | None,
+        report: SyncReport,
+    ) -> None:
+        if changes.is_everything:
+            self._images.begin()
+        else:
+            self._images.begin_again(changes.has_images)
+        if changes.has_unlisted or changes.shading or changes.has_images:
+            with timed(report, "trees"):
+                kept.attributes = self._look_into_trees(depsgraph).attributes
+        context = MaterialContext(self._core, kept.builder, depsgraph, self._images, report)
+        override = depsgraph.view_layer_eval.material_override
+        materials = MaterialTable(context, override, kept.materials, changes)
+        with timed(report, "world"):
+            environment = environment_arguments(depsgraph, materials)
+            if environment != kept.environment:
+                kept.builder.set_environment(**environment)
+        with timed(report, "instances"):
+            instances = InstanceSync(
+                depsgraph, kept.builder, materials, kept.attributes, report, kept.instances, changes, space
+            )
+            instances.run()
+        self._images.free_unused(kept.builder, materials.finish())
+        self.exported = Exported(materials.compiled, instances.meshes.exported, instances.lamps.exported)
+        self.exported.environment = environment != kept.environment
+        kept.environment = environment
+        report.seconds["meshes"] = instances.meshes.seconds
+
+    def _look_into_trees(self, depsgraph: bpy.types.Depsgraph) -> TreeUses:
+        uses = tree_uses(depsgraph)
+        for image, image_user in uses.images:
+            self._images.prefetch(image, image_user)
+        return uses

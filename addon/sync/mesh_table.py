@@ -1,0 +1,124 @@
+"""The meshes of a scene in a builder: each evaluated geometry once, and from sync to sync only what changed."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Set
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from . import SyncReport
+from .meshes import MeshArrays, mesh_arrays
+
+if TYPE_CHECKING:
+    from cistern_core import SceneBuilder
+
+# Ray tracing leaves out triangles beyond this, in metres (Embree's largest coordinate, rounded).
+_LARGEST_COORDINATE = 1.8e18
+
+
+@dataclass(frozen=True)
+class PlacedMesh:
+    """A mesh of the builder."""
+
+    handle: int
+    flat_axis: int
+    version: int
+    """Session id of the evaluated mesh: Blender gives a new one to the result of every evaluation. 0: unknown, as while
+    the mesh is edited."""
+
+
+@dataclass
+class KeptMeshes:
+    """What the builder holds of earlier syncs, by the object that showed a geometry first and a count of its own."""
+
+    by_owner: dict[tuple[int, int], PlacedMesh] = field(default_factory=dict)
+    attributes: frozenset[str] = frozenset()
+    free_handles: list[int] = field(default_factory=list)
+
+
+class MeshTable:
+    """Lives as long as one sync. `exported` counts the meshes that were read from Blender."""
+
+    def __init__(
+        self, builder: SceneBuilder, wanted_attributes: Set[str], report: SyncReport, kept: KeptMeshes
+    ) -> None:
+        self._builder = builder
+        self._wanted_attributes = frozenset(wanted_attributes)
+        self._report = report
+        self._kept = kept
+        is_known = self._wanted_attributes <= kept.attributes
+        self._by_version = {mesh.version: mesh for mesh in kept.by_owner.values() if mesh.version} if is_known else {}
+        self._by_address: dict[int, PlacedMesh | None] = {}
+        self._by_owner: dict[tuple[int, int], PlacedMesh] = {}
+        self._used: set[int] = set()
+        self._counts: Counter[int] = Counter()
+        self.seconds = 0.0
+        self.exported = 0
+
+    def placed(self, obj: bpy.types.Object, owner: int) -> PlacedMesh | None:
+        """The mesh that an evaluated object shows; None for one without polygons. `owner` is the object's id."""
+        address = obj.data.as_pointer()
+        if address not in self._by_address:
+            start = time.perf_counter()
+            self._by_address[address] = self._place(obj, owner)
+            self.seconds += time.perf_counter() - start
+        return self._by_address[address]
+
+    def finish(self) -> None:
+        """Free what no object showed, and remember the rest for the next sync."""
+        kept = self._kept
+        for handle in {mesh.handle for mesh in kept.by_owner.values()} - self._used:
+            self._builder.remove_mesh(handle)
+            kept.free_handles.append(handle)
+        kept.by_owner, kept.attributes = self._by_owner, self._wanted_attributes
+
+    def _place(self, obj: bpy.types.Object, owner: int) -> PlacedMesh | None:
+        key = (owner, self._counts[owner])
+        self._counts[owner] += 1
+        mesh = self._by_version.get(obj.data.session_uid) or self._export(obj, key)
+        if mesh is not None:
+            self._used.add(mesh.handle)
+            self._by_owner[key] = mesh
+        return mesh
+
+    def _handle_for(self, key: tuple[int, int]) -> int | None:
+        """The handle whose mesh is to be replaced; None for a new one."""
+        before = self._kept.by_owner.get(key)
+        if before is not None and before.handle not in self._used:
+            self._by_version.pop(before.version, None)
+            return before.handle
+        return self._kept.free_handles.pop() if self._kept.free_handles else None
+
+    def _export(self, obj: bpy.types.Object, key: tuple[int, int]) -> PlacedMesh | None:
+        arrays = read_mesh(obj, self._wanted_attributes)
+        if arrays is None:
+            return None
+        self.exported += 1
+        name = obj.data.name
+        flat_axis = next((axis for axis in range(3) if not arrays.positions[:, axis].any()), -1)
+        handle = self._builder.add_mesh(name, **vars(arrays), replace=self._handle_for(key))
+        # Triangles without area are dropped too, but nobody misses them.
+        dropped = self._builder.mesh_statistics(handle)["dropped_triangles"]
+        if dropped and not np.isfinite(arrays.positions).all():
+            self._report.warn(f"Mesh '{name}': coordinates are not finite, {dropped} triangles are left out")
+        elif np.abs(arrays.positions).max(initial=0.0) > _LARGEST_COORDINATE:
+            self._report.warn(f"Mesh '{name}': triangles beyond {_LARGEST_COORDINATE:.1e} m are left out")
+        return PlacedMesh(handle, flat_axis, 0 if obj.data.is_editmode else obj.data.session_uid)
+
+
+def read_mesh(obj: bpy.types.Object, wanted_attributes: Set[str]) -> MeshArrays | None:
+    """Arrays of the mesh of an evaluated object; None for one without polygons.
+
+    While a mesh is edited, Blender keeps it in another form and has to be asked for a copy."""
+    if not obj.data.is_editmode:
+        return mesh_arrays(obj.data, wanted_attributes) if len(obj.data.polygons) else None
+    mesh = obj.to_mesh()
+    try:
+        return mesh_arrays(mesh, wanted_attributes) if len(mesh.polygons) else None
+    finally:
+        obj.to_mesh_clear()

@@ -1,0 +1,127 @@
+"""What instances show and where: prototypes, the arrays of the core, and Cycles' random numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+_LARGEST_BELOW_ONE = np.nextafter(np.float32(1.0), np.float32(0.0))
+_UINT32_MASK = 0xFFFFFFFF
+_COPLANAR = 1e-6  # kCoplanar of native/scene/scene_checks.cpp
+
+# Of an object, of what instances it (0: nothing) and of its evaluated geometry or lamp.
+PrototypeKey = tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What all instances of one geometry of one object have in common."""
+
+    mesh: int
+    material_set: int
+    object: int
+    visibility: int
+    holdout: bool
+    random: float
+    """Object Info > Random; not a number where each instance has its own."""
+    flat_axis: int = -1
+    """Local axis along which every coordinate of the mesh is 0; -1 for a solid."""
+    key: PrototypeKey = (0, 0, 0)
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """What all instances of one lamp object have in common."""
+
+    name: str
+    visibility: int
+    key: PrototypeKey = (0, 0, 0)
+
+
+@dataclass(frozen=True)
+class Placements:
+    """The prototype that each item of `depsgraph.object_instances` shows; -1 for items that show nothing."""
+
+    prototypes: list[Surface | Lamp] = field(default_factory=list)
+    prototype_of: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
+
+    def items_showing(self, kind: type) -> NDArray[np.intp]:
+        """Items that show a surface, or a lamp, in order."""
+        chosen = np.array([isinstance(p, kind) for p in self.prototypes] + [False], np.bool_)
+        return np.flatnonzero(chosen[self.prototype_of])  # -1 looks up the last entry
+
+
+def instance_arrays(
+    placements: Placements, matrices: NDArray[np.float32], random_ids: NDArray[np.int32]
+) -> dict[str, NDArray]:
+    """The arguments of `SceneBuilder.add_instances` for all placed surfaces; `matrices` (n, 4, 4) hold columns."""
+    items = placements.items_showing(Surface)
+    prototype = placements.prototype_of[items]
+
+    def column(member: str, dtype: type) -> NDArray:
+        return np.array([getattr(p, member, 0) for p in placements.prototypes], dtype)[prototype]
+
+    random = column("random", np.float32)
+    columns = np.ascontiguousarray(matrices[items])
+    restore_normal_axis(columns, column("flat_axis", np.int32))
+    return {
+        "mesh": column("mesh", np.int32),
+        "material_set": column("material_set", np.int32),
+        "object": column("object", np.int32),
+        "object_to_world": np.ascontiguousarray(columns.transpose(0, 2, 1)),
+        "visibility": column("visibility", np.uint8),
+        "holdout": column("holdout", np.uint8),
+        "random": np.where(np.isnan(random), random_fraction(random_ids[items]), random),
+    }
+
+
+def restore_normal_axis(columns: NDArray[np.float32], flat_axes: NDArray[np.int32]) -> None:
+    """Make matrices invertible that scale a flat mesh by 0 across its plane, where scale changes nothing."""
+    for axis in range(3):
+        flattened = np.flatnonzero((flat_axes == axis) & ~columns[:, axis, :3].any(axis=1))
+        normals = np.cross(columns[flattened, (axis + 1) % 3, :3], columns[flattened, (axis + 2) % 3, :3])
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        columns[flattened, axis, :3] = normals / np.where(lengths > 0.0, lengths, 1.0)
+
+
+def is_flattened(matrices: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which object-to-world matrices the core leaves out: those without a useful inverse (scene_checks.cpp)."""
+    linear = matrices[:, :3, :3].astype(np.float64)
+    determinants = np.abs(np.linalg.det(linear))
+    edges = np.prod(np.linalg.norm(linear, axis=1), axis=1)
+    range_of_floats = np.finfo(np.float32)
+    in_range = (determinants >= range_of_floats.tiny) & (determinants <= range_of_floats.max)
+    return ~(in_range & (determinants > _COPLANAR * edges))
+
+
+def random_fraction(random_ids: NDArray[np.int32]) -> NDArray[np.float32]:
+    """Object Info > Random of instance ids, in [0, 1): the id as an unsigned fraction, as in Cycles."""
+    fraction = (random_ids.view(np.uint32) / float(_UINT32_MASK)).astype(np.float32)
+    return np.minimum(fraction, _LARGEST_BELOW_ONE)
+
+
+def name_random(name: str) -> float:
+    """Object Info > Random of an object that is no instance: a hash of its name, as in Cycles."""
+    code = 0
+    for byte in name.encode():
+        code = (code * 37 + byte) & _UINT32_MASK
+    return float(random_fraction(np.array([hash_pair(code, 0)], np.uint32).view(np.int32))[0])
+
+
+def hash_pair(x: int, y: int) -> int:
+    """Jenkins' lookup3 for two words (burtleburtle.net/bob/c/lookup3.c, `final`)."""
+
+    def rotated(v: int, bits: int) -> int:
+        return ((v << bits) | (v >> (32 - bits))) & _UINT32_MASK
+
+    start = (0xDEADBEEF + (2 << 2) + 13) & _UINT32_MASK
+    a, b, c = (start + x) & _UINT32_MASK, (start + y) & _UINT32_MASK, start
+    c = ((c ^ b) - rotated(b, 14)) & _UINT32_MASK
+    a = ((a ^ c) - rotated(c, 11)) & _UINT32_MASK
+    b = ((b ^ a) - rotated(a, 25)) & _UINT32_MASK
+    c = ((c ^ b) - rotated(b, 16)) & _UINT32_MASK
+    a = ((a ^ c) - rotated(c, 4)) & _UINT32_MASK
+    b = ((b ^ a) - rotated(a, 14)) & _UINT32_MASK
+    return ((c ^ b) - rotated(b, 24)) & _UINT32_MASK
