@@ -1,13 +1,16 @@
-"""The render engine as Blender sees it: final renders of view layers, and material, light and world icons.
+"""The render engine as Blender sees it: final renders of view layers, 3D viewports, and icons.
 
 Departures from Blender's template, each forced by a crash or a leak seen in a supported version:
 no `__init__` (5.2 runs it twice) and no `__del__` (there is none to call upward): everything native is local to
-`render`, except the exported scene under Persistent Data, which may be freed from any thread.
+`render`, except the exported scene under Persistent Data, which may be freed from any thread, and a viewport, which a
+finalizer ends.
 """
 
+import contextlib
 import math
 import time
 import traceback
+import weakref
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +18,9 @@ import bpy
 
 from . import core as core_loader
 from . import passes, report, settings, view_modes
+from .progress import stage_share, status_text
+from .viewport import Viewport
+from .viewport_render import stop_all
 from .views import place_view_camera, view_names
 
 if TYPE_CHECKING:
@@ -28,8 +34,6 @@ DISPLAY_SECONDS = 1.0
 DISPLAY_SHARE = 0.1
 
 BYTES_PER_MB = 1e6
-
-CACHING_STAGE = "Caching light"  # of the core's Progress
 
 
 class RenderFailedError(RuntimeError):
@@ -169,32 +173,6 @@ class DisplayClock:
         self.due = now + max(DISPLAY_SECONDS, (now - self.started) / DISPLAY_SHARE)
 
 
-def clock_text(seconds: float) -> str:
-    """Hours (if any), minutes and seconds."""
-    minutes, whole_seconds = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{whole_seconds:02}" if hours else f"{minutes:02}:{whole_seconds:02}"
-
-
-def stage_share(progress: Any) -> float:  # noqa: ANN401
-    """How much of the present stage is done, 0 to 1: light is cached before the first sample."""
-    if progress.stage == CACHING_STAGE:
-        return progress.stage_done
-    return progress.frames_done / max(progress.frames, 1)
-
-
-def status_text(progress: Any) -> str:  # noqa: ANN401
-    """The line beside Blender's own render statistics."""
-    parts = [progress.stage]
-    if progress.stage == CACHING_STAGE:
-        parts.append(f"{progress.stage_done:.0%}")
-    if progress.frames_done > 0:
-        parts.append(f"Sample {progress.frames_done}/{progress.frames}")
-    if progress.remaining_seconds >= 0.0:
-        parts.append(f"Remaining {clock_text(progress.remaining_seconds)}")
-    return " | ".join(parts)
-
-
 class CisternEngine(bpy.types.RenderEngine):
     bl_idname = "CISTERN"
     bl_label = "Cistern"
@@ -204,6 +182,7 @@ class CisternEngine(bpy.types.RenderEngine):
     bl_use_eevee_viewport = True
 
     kept_export = None  # the exporter of the previous frame, under Persistent Data
+    viewport: Viewport | None = None  # of a 3D viewport; each has an engine of its own
 
     def update_render_passes(
         self, scene: bpy.types.Scene | None = None, renderlayer: bpy.types.ViewLayer | None = None
@@ -222,6 +201,25 @@ class CisternEngine(bpy.types.RenderEngine):
         figures.cpu_seconds = time.process_time() - cpu_start
         if not self.is_preview:
             self.announce(figures)
+
+    def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        self.call_viewport("update", context, depsgraph)
+
+    def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        self.call_viewport("draw", context, depsgraph)
+
+    def call_viewport(self, method: str, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Call the viewport; an error becomes the line in its corner, until a call succeeds."""
+        try:
+            if self.viewport is None:
+                self.viewport = open_viewport(self)
+            getattr(self.viewport, method)(self, context, depsgraph)
+            self.viewport.error = None
+        except Exception as error:
+            sentence = error_sentence(error)
+            self.update_stats("Cistern", f"Error: {sentence}")
+            if self.viewport is not None:
+                self.viewport.error = sentence
 
     def is_stop_wanted(self) -> bool:
         """Whether the user pressed Esc."""
@@ -257,6 +255,21 @@ class CisternEngine(bpy.types.RenderEngine):
             result.stamp_data_add_field(f"cistern.{figures.layer}.seconds", f"{figures.seconds:.2f}")
 
 
+def open_viewport(engine: CisternEngine) -> Viewport:
+    """A viewport that ends with its engine, or with the process, and keeps neither alive."""
+    reference = weakref.ref(engine)
+
+    def redraw() -> None:
+        owner = reference()
+        if owner is not None:
+            with contextlib.suppress(ReferenceError):  # Blender has freed it already
+                owner.tag_redraw()
+
+    viewport = Viewport(core_loader.load(), redraw)
+    weakref.finalize(engine, viewport.stop).atexit = False  # stop_all waits for the threads then
+    return viewport
+
+
 def error_sentence(error: Exception) -> str:
     """The sentence for the user; the traceback of an unforeseen error goes to standard error as well."""
     from .sync import SyncError
@@ -274,4 +287,5 @@ def register() -> None:
 
 
 def unregister() -> None:
+    stop_all()
     bpy.utils.unregister_class(CisternEngine)

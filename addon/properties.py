@@ -15,6 +15,7 @@ from .techniques import (
     LIGHT_SAMPLER_ITEMS,
     PRESET_ITEMS,
     SECONDARY_ITEMS,
+    VIEWPORT_PRESET_ITEMS,
 )
 
 MAX_INT = 2**31 - 1
@@ -48,6 +49,35 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         subtype="TIME_ABSOLUTE",
         step=100,
         precision=2,
+    )
+    viewport_samples: IntProperty(
+        name="Viewport Samples",
+        description="Number of samples per pixel of the finest picture in a 3D viewport; then it rests",
+        default=1024,
+        min=1,
+        soft_max=4096,
+        max=MAX_SAMPLES,
+    )
+    viewport_time_limit: FloatProperty(
+        name="Viewport Time Limit",
+        description="A 3D viewport rests after this many seconds of its finest picture; 0 means no limit",
+        default=0.0,
+        min=0.0,
+        unit="TIME_ABSOLUTE",
+        subtype="TIME_ABSOLUTE",
+        step=100,
+        precision=2,
+    )
+    viewport_preset: EnumProperty(
+        name="Viewport Preset",
+        description="Which techniques 3D viewports use",
+        items=VIEWPORT_PRESET_ITEMS,
+        default="INTERACTIVE",
+    )
+    viewport_pause: BoolProperty(
+        name="Pause",
+        description="Stop rendering in 3D viewports; what they show stays as it is",
+        default=False,
     )
     seed: IntProperty(
         name="Seed",

@@ -9,7 +9,15 @@ import numpy as np
 
 from . import properties, view_modes
 from .passes import CELL_PASSES, RenderPass
-from .techniques import CELL_PARAMETERS, REFERENCE, is_reference, settings_in_force, used_parameters, works_with_cells
+from .techniques import (
+    CELL_PARAMETERS,
+    REFERENCE,
+    is_reference,
+    settings_in_force,
+    used_parameters,
+    viewport_settings_in_force,
+    works_with_cells,
+)
 
 # Material, light and world icons are small and are drawn often.
 PREVIEW_SAMPLES = 32
@@ -61,10 +69,13 @@ def view_mode(scene: bpy.types.Scene, is_preview: bool) -> str:
 
 
 def technique_settings(scene: bpy.types.Scene, core: ModuleType, is_preview: bool) -> dict[str, Any]:
-    """The answers in force, and by the core's names the parameters that they use; icons, being small, reuse nothing."""
+    """The techniques of a final render; icons, being small, reuse nothing."""
     in_force: dict[str, Any] = dict(settings_in_force(scene.cistern))
-    if is_preview:
-        in_force |= REFERENCE
+    return technique_arguments(in_force | REFERENCE if is_preview else in_force, core)
+
+
+def technique_arguments(in_force: dict[str, Any], core: ModuleType) -> dict[str, Any]:
+    """The answers in force, and by the core's names the parameters that they use."""
     arguments = {name: in_force[name] for name in REFERENCE}
     arguments["light_sampling"] = core.LightSampling[in_force["light_sampler"]]
     if not is_reference(in_force):
@@ -95,14 +106,29 @@ def core_settings(
 ) -> dict[str, Any]:
     """The keyword arguments of the core's `Settings`; `size` is the full frame's."""
     scene = depsgraph.scene_eval
-    settings = scene.cistern
     technique = technique_settings(scene, core, is_preview)
-    core_passes = pass_names(render_passes, view_mode(scene, is_preview))
     return {
         "width": size[0],
         "height": size[1],
         "region": (region.x, region.y, region.width, region.height),
         "samples": sample_count(scene, depsgraph.view_layer_eval, is_preview),
+        "time_limit": scene.cistern.time_limit,
+        **scene_settings(core, scene, technique, pass_names(render_passes, view_mode(scene, is_preview))),
+    }
+
+
+def viewport_settings(core: ModuleType, scene: bpy.types.Scene) -> dict[str, Any]:
+    """The same for a 3D viewport, save what depends on the size of its pixels."""
+    technique = technique_arguments(viewport_settings_in_force(scene.cistern), core)
+    return scene_settings(core, scene, technique, pass_names([], scene.cistern.view))
+
+
+def scene_settings(
+    core: ModuleType, scene: bpy.types.Scene, technique: dict[str, Any], core_passes: list[str]
+) -> dict[str, Any]:
+    """What final renders and viewports have in common."""
+    settings = scene.cistern
+    return {
         "seed": frame_seed(settings, scene.frame_current),
         "threads": scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
         "pixel_filter": core.PixelFilter[settings.pixel_filter],
@@ -117,7 +143,6 @@ def core_settings(
         "film_transparent_glass": settings.film_transparent_glass,
         "clamp_direct": settings.clamp_direct,
         "clamp_indirect": settings.clamp_indirect,
-        "time_limit": settings.time_limit,
         "passes": core_passes,
         **technique,
         **cell_settings(scene, technique, core_passes),

@@ -184,6 +184,15 @@ PRESETS: dict[str, dict[str, Value]] = {
     "WORLD_PATHS": _INTERACTIVE | {"indirect": "WORLD_REUSE"},
 }
 
+# Of 3D viewports; those not named here are as above.
+VIEWPORT_PRESETS: dict[str, dict[str, Value]] = {
+    "INTERACTIVE": _REUSING | {"direct": "RESTIR", "indirect": "SCREEN_REUSE"},
+}
+VIEWPORT_PRESET_ITEMS = (
+    ("RENDER", "As Final Render", "The techniques of the final render"),
+    *(item for item in PRESET_ITEMS if item[0] != "CUSTOM"),
+)
+
 
 def settings_in_force(settings: "CisternSceneSettings") -> dict[str, Value]:
     """The techniques and parameters in force: what the preset says, except where one was set by hand."""
@@ -192,6 +201,15 @@ def settings_in_force(settings: "CisternSceneSettings") -> dict[str, Value]:
         name: getattr(settings, name) if settings.is_property_set(name) else preset.get(name, getattr(settings, name))
         for name in SETTINGS
     }
+
+
+def viewport_settings_in_force(settings: "CisternSceneSettings") -> dict[str, Value]:
+    """The same for 3D viewports: those of the final render, or a preset's alone."""
+    if settings.viewport_preset == "RENDER":
+        return settings_in_force(settings)
+    preset = VIEWPORT_PRESETS.get(settings.viewport_preset, PRESETS[settings.viewport_preset])
+    defaults = {name: settings.bl_rna.properties[name].default for name in SETTINGS}
+    return defaults | preset
 
 
 def choose_preset(settings: "CisternSceneSettings", preset: str) -> None:

@@ -5,7 +5,7 @@ import bpy
 from bpy.types import Context, Panel, UILayout
 from bpy_extras.node_utils import find_node_input
 
-from . import ui_sampling
+from . import ui_sampling, ui_viewport
 from .ui_base import ENGINE, CisternPanel, split_layout
 
 # Blender's general panels that would show settings of other engines, or of features that this engine does not have;
@@ -320,9 +320,11 @@ def register() -> None:
         bpy.utils.register_class(cls)
     for panel in shared_panels():
         panel.COMPAT_ENGINES.add(ENGINE)
+    ui_viewport.register()
 
 
 def unregister() -> None:
+    ui_viewport.unregister()
     for panel in shared_panels():
         panel.COMPAT_ENGINES.discard(ENGINE)
     for cls in reversed(CLASSES):

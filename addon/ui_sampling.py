@@ -51,6 +51,21 @@ class CISTERN_RENDER_PT_sampling(CisternPanel, Panel):
         layout.prop(settings, "time_limit")
 
 
+class CISTERN_RENDER_PT_viewport(CisternPanel, Panel):
+    bl_label = "Viewport"
+    bl_context = "render"
+    bl_parent_id = "CISTERN_RENDER_PT_sampling"
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        settings = context.scene.cistern
+        layout.prop(settings, "viewport_preset", text="Preset")
+        layout.prop(settings, "viewport_samples", text="Samples")
+        layout.prop(settings, "viewport_time_limit", text="Time Limit")
+        layout.prop(context.scene.render, "preview_pixel_size", text="Pixel Size")
+        layout.prop(settings, "viewport_pause")
+
+
 class CISTERN_RENDER_PT_techniques(CisternPanel, Panel):
     bl_label = "Techniques"
     bl_context = "render"
@@ -138,6 +153,7 @@ class CISTERN_RENDER_PT_view(CisternPanel, Panel):
 
 CLASSES = (
     CISTERN_RENDER_PT_sampling,
+    CISTERN_RENDER_PT_viewport,
     CISTERN_RENDER_PT_techniques,
     CISTERN_RENDER_PT_techniques_advanced,
     CISTERN_RENDER_PT_cells,

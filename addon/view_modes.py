@@ -56,6 +56,11 @@ def core_passes(view: str) -> list[str]:
     return [SOURCES[view][0]] if view in SOURCES else []
 
 
+def shows_cells(view: str) -> bool:
+    """Whether a view shows the cells themselves, or how full they are."""
+    return view in ("CELLS", "CELL_OCCUPANCY")
+
+
 def ramp_colors(numbers: Picture, scale: LogScale) -> Picture:
     """(height, width, 1) -> (height, width, 3)."""
     known = np.isfinite(numbers[..., 0]) & (numbers[..., 0] > 0.0)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from addon import techniques, ui, ui_sampling
+from addon import techniques, ui, ui_sampling, ui_viewport
 from tests.blender.engine_fakes import fresh_scene
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -191,3 +191,14 @@ def test_material_world_and_object_panels_draw():
     assert draw(ui.CISTERN_WORLD_PT_surface, world=scene.world) == ["socket Surface"]
     assert "is_holdout" in draw(ui.CISTERN_OBJECT_PT_visibility, object=cube)
     assert "visible_shadow" in draw(ui.CISTERN_OBJECT_PT_ray_visibility, object=cube)
+
+
+@pytest.mark.parametrize(
+    ("shading", "engine", "is_drawn"), [("RENDERED", ui.ENGINE, True), ("SOLID", ui.ENGINE, False)]
+)
+def test_the_header_of_a_viewport_has_views_and_pause_while_it_renders(shading, engine, is_drawn):
+    drawn = []
+    space = SimpleNamespace(shading=SimpleNamespace(type=shading))
+    header = SimpleNamespace(layout=RecordingLayout(drawn))
+    ui_viewport.draw_header(header, SimpleNamespace(engine=engine, scene=fresh_scene(), space_data=space))
+    assert drawn == (["view", "viewport_pause"] if is_drawn else [])

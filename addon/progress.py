@@ -1,0 +1,31 @@
+"""The core's progress as text and as a share of the whole."""
+
+from typing import Any
+
+CACHING_STAGE = "Caching light"  # of the core's Progress
+
+
+def clock_text(seconds: float) -> str:
+    """Hours (if any), minutes and seconds."""
+    minutes, whole_seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{whole_seconds:02}" if hours else f"{minutes:02}:{whole_seconds:02}"
+
+
+def stage_share(progress: Any) -> float:  # noqa: ANN401
+    """How much of the present stage is done, 0 to 1: light is cached before the first sample."""
+    if progress.stage == CACHING_STAGE:
+        return progress.stage_done
+    return progress.frames_done / max(progress.frames, 1)
+
+
+def status_text(progress: Any) -> str:  # noqa: ANN401
+    """The line beside Blender's own render statistics."""
+    parts = [progress.stage]
+    if progress.stage == CACHING_STAGE:
+        parts.append(f"{progress.stage_done:.0%}")
+    if progress.frames_done > 0:
+        parts.append(f"Sample {progress.frames_done}/{progress.frames}")
+    if progress.remaining_seconds >= 0.0:
+        parts.append(f"Remaining {clock_text(progress.remaining_seconds)}")
+    return " | ".join(parts)

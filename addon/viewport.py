@@ -1,0 +1,134 @@
+"""One 3D viewport: Blender's two callbacks on one side, a live scene and a rendering thread on the other.
+
+Both callbacks come on Blender's main thread and return at once. `view_update` exports what changed; `view_draw` looks
+where the camera is, and draws the newest picture. No reference to Blender's data outlives a call.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from . import settings
+from .viewport_camera import View, viewport_view
+from .viewport_draw import Screen
+from .viewport_render import Job, ViewportRender
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import bpy
+
+    from .sync.changes import Changes
+
+
+class Viewport:
+    """Lives as long as the engine of a viewport. `redraw` is called on another thread when there is a new picture."""
+
+    def __init__(self, core: ModuleType, redraw: Callable[[], None]) -> None:
+        from .sync.live import LiveSync
+
+        self._core = core
+        self._sync = LiveSync(core)
+        self._render = ViewportRender(core, redraw)
+        self._screen = Screen()
+        self._snapshot: Any = None
+        self._view: View | None = None
+        self._job: Job | None = None
+        self._hiding: tuple = ()
+        self.warnings: list[str] = []
+        self.error: str | None = None
+
+    def update(
+        self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph
+    ) -> None:
+        """Something was evaluated: export what changed."""
+        from .sync.changes import read_changes
+
+        self._export(context, depsgraph, read_changes(depsgraph))
+        self._request(engine, context, depsgraph)
+
+    def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Draw the newest picture, and ask for another one if the view or a setting is not what it was."""
+        from .sync.changes import UNLISTED
+
+        if self._hiding != hiding(context.space_data):
+            self._export(context, depsgraph, UNLISTED)
+        self._request(engine, context, depsgraph)
+        picture = self._render.picture
+        if picture is not None:
+            self._screen.draw(engine, depsgraph.scene, picture, (context.region.width, context.region.height))
+        engine.update_stats("Cistern", self.status(depsgraph.scene.cistern.viewport_pause))
+
+    def stop(self, waits: bool = False) -> None:
+        """End the thread and drop the scene."""
+        self._render.stop(waits)
+        self._sync.close()
+
+    def status(self, is_paused: bool) -> str:
+        """The line in the corner of the viewport."""
+        error = self.error or self._render.error
+        if error is not None:
+            return f"Error: {error}"
+        progress = self._render.picture.status if self._render.picture is not None else "Building"
+        parts = [f"{progress} (paused)" if is_paused else progress, *self.warnings[:1]]
+        if len(self.warnings) > 1:
+            parts.append(f"{len(self.warnings) - 1} more warnings")
+        return " | ".join(parts)
+
+    def _export(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph, changes: Changes) -> None:
+        self._hiding = hiding(context.space_data)
+        self.warnings = self._sync.sync(depsgraph, changes, context.space_data).warnings or self.warnings
+        if self._sync.exported.is_anything:
+            self._view = None
+
+    def _request(
+        self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph
+    ) -> None:
+        """Hand a job to the thread, unless it is the one before."""
+        if self._sync.builder is None:
+            return
+        if depsgraph.scene.cistern.viewport_pause:
+            self._pause()
+            return
+        view = viewport_view(context, depsgraph)
+        if view != self._view:
+            self._sync.builder.set_camera(**view.camera_arguments())
+            self._snapshot, self._view = self._sync.builder.snapshot(), view
+        job = self._make_job(depsgraph.scene, engine.get_preview_pixel_size(depsgraph.scene))
+        if job != self._job:
+            self._job = job
+            self._render.submit(job)
+
+    def _pause(self) -> None:
+        if self._job is not None:
+            self._job = None
+            self._render.pause()
+
+    def _make_job(self, scene: bpy.types.Scene, finest_pixel: int) -> Job:
+        arguments = settings.viewport_settings(self._core, scene)
+        arguments["passes"] = tuple(arguments["passes"])
+        return Job(
+            self._snapshot,
+            self._view,
+            tuple(sorted(arguments.items())),
+            scene.cistern.view,
+            scene.cistern.viewport_samples,
+            scene.cistern.viewport_time_limit,
+            finest_pixel,
+        )
+
+
+def hiding(space: bpy.types.SpaceView3D) -> tuple:
+    """What a viewport's own switches hide; they change without an evaluation."""
+    return (space.local_view is not None, space.use_local_collections, *(getattr(space, name) for name in switches()))
+
+
+@cache
+def switches() -> tuple[str, ...]:
+    """Names of a viewport's switches for types of objects."""
+    import bpy
+
+    names = bpy.types.SpaceView3D.bl_rna.properties.keys()
+    return tuple(name for name in names if name.startswith("show_object_viewport_"))

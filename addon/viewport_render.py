@@ -1,0 +1,238 @@
+"""Renders what a 3D viewport shows, on a Python thread of its own: coarse pixels first, then ever finer ones.
+
+The thread never touches Blender's data: it gets snapshots and plain numbers and leaves pictures. Nobody waits for it.
+"""
+
+from __future__ import annotations
+
+import atexit
+import threading
+import time
+import weakref
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import view_modes
+from .progress import status_text
+from .viewport_camera import Rectangle, View
+
+# How often the thread looks up from waiting for the core.
+POLL_SECONDS = 0.005
+# The first picture after a change is as coarse as it has to be to take no longer.
+FIRST_PICTURE_SECONDS = 0.06
+COARSEST_PIXEL = 16
+UNMEASURED_PIXEL = 8
+# A change waits so long for the first picture of the one before it: else nothing would be seen while things move.
+PATIENCE_SECONDS = 0.1
+# Later pictures are shown no more often than this.
+DISPLAY_SECONDS = 0.2
+# A thread that still runs when Python ends would crash it; building a large scene cannot be interrupted.
+STOP_SECONDS = 10.0
+
+BUILDING_STAGE = "Building"  # of the core's Progress
+DEFAULT_CELL_PIXELS = 10.0  # what 0 stands for in the core's Settings
+
+
+@dataclass(frozen=True)
+class Job:
+    """What to render."""
+
+    scene: Any
+    """A snapshot of the core."""
+    view: View
+    settings: tuple[tuple[str, Any], ...]
+    """Arguments of the core's `Settings`, save those that depend on the size of a pixel."""
+    mode: str
+    """Of view_modes."""
+    samples: int
+    """Of the finest picture."""
+    time_limit: float
+    finest_pixel: int
+    """Side of the smallest pixel, in those of the screen."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    number: int
+    request: int
+    """Number of the `submit` that it answers."""
+    pixels: NDArray[np.float32]
+    """(height, width, 4), row 0 at the bottom, premultiplied, scene-linear."""
+    place: Rectangle
+    status: str
+
+
+class Stage:
+    """The session of one size of pixels."""
+
+    def __init__(self, core: ModuleType, job: Job, pixel: int, cache: Any) -> None:  # noqa: ANN401
+        (width, height), region = job.view.frame(pixel)
+        settings = dict(job.settings) | {"width": width, "height": height, "region": region, "samples": 1}
+        if pixel == job.finest_pixel:
+            settings |= {"samples": job.samples, "time_limit": job.time_limit}
+        if view_modes.shows_cells(job.mode):  # at their size on the screen, whatever that of a pixel
+            settings["cell_pixels"] = (settings["cell_pixels"] or DEFAULT_CELL_PIXELS) / pixel
+        left, bottom = region[:2]
+        self.place = (left / width, bottom / height, (left + region[2]) / width, (bottom + region[3]) / height)
+        self.pixels = region[2] * region[3]
+        self.session = core.Session(core.Settings(**settings))
+        self.read = view_modes.reader(job.mode, self.session.read)
+        self._rendering_since: float | None = None
+        self.session.start(job.scene, cache)
+
+    def wait(self) -> Any:  # noqa: ANN401
+        """The session's progress, after a moment or at its end."""
+        progress = self.session.wait(POLL_SECONDS)
+        if self._rendering_since is None and progress.stage != BUILDING_STAGE:
+            self._rendering_since = time.perf_counter()
+        return progress
+
+    @property
+    def rendering_seconds(self) -> float:
+        """Since the scene was built: that cannot be interrupted."""
+        return 0.0 if self._rendering_since is None else time.perf_counter() - self._rendering_since
+
+    def seconds_per_pixel(self, progress: Any) -> float:  # noqa: ANN401
+        """Of one sample."""
+        return max(self.rendering_seconds, POLL_SECONDS) / (progress.frames_done * self.pixels)
+
+
+class ViewportRender:
+    """Renders the newest job and keeps the newest picture. `on_picture` is called on the thread."""
+
+    def __init__(self, core: ModuleType, on_picture: Callable[[], None]) -> None:
+        self._core = core
+        self._on_picture = on_picture
+        self._cache = core.RenderCache()
+        self._condition = threading.Condition()
+        self._job: Job | None = None  # waiting to be taken
+        self._request_in_hand = 0
+        self.requests = 0
+        self._is_wanted = True  # whether the job in hand is to be finished
+        self._is_stopped = False
+        self._seconds_per_pixel: float | None = None
+        self._pictures = 0
+        self.picture: Picture | None = None
+        self.error: str | None = None
+        self._thread = threading.Thread(target=self._run, name="cistern-viewport", daemon=True)
+        self._thread.start()
+        _running.add(self)
+
+    def submit(self, job: Job) -> None:
+        """Render this instead of what came before. Returns at once."""
+        with self._condition:
+            self._job = job
+            self.requests += 1
+            self._is_wanted = True
+            self._condition.notify()
+
+    def pause(self) -> None:
+        """Stop rendering; the picture stays. Returns at once."""
+        with self._condition:
+            self._job, self._is_wanted = None, False
+
+    def stop(self, waits: bool = False) -> None:
+        """End the thread. Returns at once unless told to wait."""
+        with self._condition:
+            self._is_stopped, self._job = True, None
+            self._condition.notify()
+        if waits:
+            self._thread.join(STOP_SECONDS)
+
+    @property
+    def is_alive(self) -> bool:
+        return self._thread.is_alive()
+
+    def _run(self) -> None:
+        while (job := self._next_job()) is not None:
+            try:
+                self._render(job)
+                self.error = None
+            except Exception as error:  # one that ended the thread would freeze the picture without a word
+                self.error = str(error) or type(error).__name__
+                self._on_picture()
+
+    def _next_job(self) -> Job | None:
+        with self._condition:
+            self._condition.wait_for(lambda: self._job is not None or self._is_stopped)
+            job, self._job = self._job, None
+            self._request_in_hand = self.requests
+            return job
+
+    def _must_leave(self, has_waited_enough: bool) -> bool:
+        """Whether the job in hand is to be left; for another one only if that has waited enough."""
+        with self._condition:
+            return self._is_stopped or not self._is_wanted or (self._job is not None and has_waited_enough)
+
+    def _render(self, job: Job) -> None:
+        """All pictures of a job. Raises the core's Error, and RuntimeError with its sentence for a failed render."""
+        pixel = first = self._first_pixel(job)
+        is_complete = True
+        while is_complete and pixel >= job.finest_pixel:
+            stage = Stage(self._core, job, pixel, self._cache)
+            try:
+                is_complete = self._watch(stage, 0.0 if pixel < first else PATIENCE_SECONDS)
+            finally:
+                stage.session.cancel()
+            pixel //= 2
+
+    def _watch(self, stage: Stage, patience: float) -> bool:
+        """Show the pictures of a stage as they come; False if it was left before its end."""
+        shown, next_display = 0, 0.0
+        while True:
+            progress = stage.wait()
+            is_running = progress.status is self._core.Status.RUNNING
+            if progress.status is self._core.Status.FAILED:
+                raise RuntimeError(progress.error)
+            if progress.frames_done > 0 and shown == 0:
+                self._seconds_per_pixel = stage.seconds_per_pixel(progress)
+            is_due = progress.version > 0 and time.perf_counter() >= next_display
+            if progress.frames_done > shown and (is_due or not is_running):
+                self._show(stage, progress)
+                shown, patience = progress.frames_done, 0.0
+                next_display = time.perf_counter() + DISPLAY_SECONDS
+            if not is_running:
+                return progress.frames_done > 0
+            if self._must_leave(stage.rendering_seconds >= patience):
+                if shown == 0 and patience > 0.0:  # so slow that nothing would be seen while things move
+                    self._seconds_per_pixel = 2.0 * max(self._seconds_per_pixel or 0.0, patience / stage.pixels)
+                return False
+
+    def _show(self, stage: Stage, progress: Any) -> None:  # noqa: ANN401
+        pixels = np.ascontiguousarray(stage.read("Combined"), np.float32)
+        self._pictures += 1
+        self.picture = Picture(self._pictures, self._request_in_hand, pixels, stage.place, status_text(progress))
+        self._on_picture()
+
+    def _first_pixel(self, job: Job) -> int:
+        """Side of the coarsest pixels to begin with: the finest ones, doubled as often as need be."""
+        pixel = job.finest_pixel
+        while pixel < COARSEST_PIXEL and self._is_too_slow(job, pixel):
+            pixel *= 2
+        return pixel
+
+    def _is_too_slow(self, job: Job, pixel: int) -> bool:
+        if self._seconds_per_pixel is None:
+            return pixel < UNMEASURED_PIXEL
+        _, (_, _, width, height) = job.view.frame(pixel)
+        return width * height * self._seconds_per_pixel > FIRST_PICTURE_SECONDS
+
+
+_running: weakref.WeakSet[ViewportRender] = weakref.WeakSet()
+
+
+def running() -> list[ViewportRender]:
+    """Those whose thread has not ended, or whose viewport still exists."""
+    return list(_running)
+
+
+@atexit.register
+def stop_all() -> None:
+    """End all threads, and wait for that."""
+    for render in running():
+        render.stop(waits=True)
