@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from . import core as core_loader
-from . import passes, report, settings, view_modes
+from . import denoise, passes, report, settings, view_modes
 from .progress import stage_share, status_text
 from .viewport import Viewport
 from .viewport_render import stop_all
@@ -95,7 +95,7 @@ class LayerRender:
         is_complete = False
         try:
             self.watch(session, result, view, done_before, share)
-            self.write(session, result, view)
+            self.write(self.finished_reader(session), result, view)
             self.warn_of_black_picture(session)
             is_complete = True
         finally:
@@ -117,7 +117,7 @@ class LayerRender:
                 session.cancel()
             elif progress.version != seen and display.is_due():
                 seen = progress.version
-                self.write(session, result, view)
+                self.write(session.read, result, view)
                 self.engine.update_result(result)
                 display.restart()
         self.account(progress)
@@ -152,9 +152,24 @@ class LayerRender:
                 f"Scene '{scene}': view layer '{self.layer_name}' is black, no light reaches the camera"
             )
 
-    def write(self, session: Any, result: bpy.types.RenderResult, view: str) -> None:  # noqa: ANN401
-        read = view_modes.reader(self.view_mode, session.read)
-        passes.write_passes(result.layers[0], view, self.passes, read)
+    def finished_reader(self, session: Any) -> view_modes.Reader:  # noqa: ANN401
+        """Reads the passes of a finished session, Combined denoised where that is wanted and can be done."""
+        scene = self.depsgraph.scene_eval
+        if self.is_cancelled or not settings.is_denoised(scene, self.engine.is_preview):
+            return session.read
+        self.engine.update_stats("", "Denoising")
+        try:
+            threads = settings.thread_count(scene)
+            combined = denoise.denoised_combined(session.read, threads, lambda: not self.engine.is_stop_wanted())
+        except denoise.DenoiserError as error:
+            self.figures.warn_once(f"The picture is not denoised: {error}")
+            return session.read
+        self.is_cancelled = combined is None
+        return session.read if combined is None else lambda name: combined if name == "Combined" else session.read(name)
+
+    def write(self, read: view_modes.Reader, result: bpy.types.RenderResult, view: str) -> None:
+        shown = view_modes.reader(self.view_mode, read)
+        passes.write_passes(result.layers[0], view, self.passes, shown)
 
 
 class DisplayClock:

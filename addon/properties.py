@@ -79,6 +79,14 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         description="Stop rendering in 3D viewports; what they show stays as it is",
         default=False,
     )
+    use_denoising: BoolProperty(
+        name="Denoise",
+        description=(
+            "Filter the finished picture by Open Image Denoise, which Blender brings along, guided by the colours and "
+            "normals of surfaces. Other passes stay as they are"
+        ),
+        default=False,
+    )
     seed: IntProperty(
         name="Seed",
         description="Number that selects the noise pattern; equal seeds give bit-identical pictures",

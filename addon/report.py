@@ -25,6 +25,11 @@ class RenderReport:
     warnings: list[str] = field(default_factory=list)
     error: str | None = None
 
+    def warn_once(self, warning: str) -> None:
+        """Several views of a layer have the same to say."""
+        if warning not in self.warnings:
+            self.warnings.append(warning)
+
 
 # The reports of this process, newest last.
 last: list[RenderReport] = []

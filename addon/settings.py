@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from . import properties, view_modes
+from . import denoise, properties, view_modes
 from .passes import CELL_PASSES, RenderPass
 from .techniques import (
     CELL_PARAMETERS,
@@ -68,10 +68,24 @@ def view_mode(scene: bpy.types.Scene, is_preview: bool) -> str:
     return "COMBINED" if is_preview else scene.cistern.view
 
 
+def thread_count(scene: bpy.types.Scene) -> int:
+    """Threads to work with; 0: one for each core."""
+    return scene.render.threads if scene.render.threads_mode == "FIXED" else 0
+
+
+def is_denoised(scene: bpy.types.Scene, is_preview: bool) -> bool:
+    """Whether Combined is to be denoised: not where it shows something else than the render."""
+    return scene.cistern.use_denoising and not is_preview and scene.cistern.view == "COMBINED"
+
+
 def technique_settings(scene: bpy.types.Scene, core: ModuleType, is_preview: bool) -> dict[str, Any]:
     """The techniques of a final render; icons, being small, reuse nothing."""
     in_force: dict[str, Any] = dict(settings_in_force(scene.cistern))
-    return technique_arguments(in_force | REFERENCE if is_preview else in_force, core)
+    if is_preview:
+        in_force |= REFERENCE
+    if is_denoised(scene, is_preview):
+        in_force |= denoise.TECHNIQUES
+    return technique_arguments(in_force, core)
 
 
 def technique_arguments(in_force: dict[str, Any], core: ModuleType) -> dict[str, Any]:
@@ -107,13 +121,16 @@ def core_settings(
     """The keyword arguments of the core's `Settings`; `size` is the full frame's."""
     scene = depsgraph.scene_eval
     technique = technique_settings(scene, core, is_preview)
+    core_passes = pass_names(render_passes, view_mode(scene, is_preview))
+    if is_denoised(scene, is_preview):
+        core_passes = denoise.with_needed_passes(core_passes)
     return {
         "width": size[0],
         "height": size[1],
         "region": (region.x, region.y, region.width, region.height),
         "samples": sample_count(scene, depsgraph.view_layer_eval, is_preview),
         "time_limit": scene.cistern.time_limit,
-        **scene_settings(core, scene, technique, pass_names(render_passes, view_mode(scene, is_preview))),
+        **scene_settings(core, scene, technique, core_passes),
     }
 
 
@@ -130,7 +147,7 @@ def scene_settings(
     settings = scene.cistern
     return {
         "seed": frame_seed(settings, scene.frame_current),
-        "threads": scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
+        "threads": thread_count(scene),
         "pixel_filter": core.PixelFilter[settings.pixel_filter],
         "filter_width": settings.filter_width,
         "max_bounces": settings.max_bounces,

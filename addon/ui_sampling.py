@@ -5,7 +5,7 @@ import textwrap
 
 from bpy.types import Context, Panel, UILayout
 
-from . import techniques, view_modes
+from . import denoise, techniques, view_modes
 from .ui_base import ENGINE, CisternPanel, split_layout
 
 # The techniques in the order they are drawn: property, title where the preset has decided, answers.
@@ -49,6 +49,9 @@ class CISTERN_RENDER_PT_sampling(CisternPanel, Panel):
         draw_sentence(layout, sentence)
         layout.prop(settings, "samples")
         layout.prop(settings, "time_limit")
+        layout.prop(settings, "use_denoising")
+        if settings.use_denoising:
+            draw_sentence(layout, denoise.state_sentence())
 
 
 class CISTERN_RENDER_PT_viewport(CisternPanel, Panel):

@@ -1,0 +1,240 @@
+"""Denoising of final renders: what is denoised and what is not, and how much nearer to the truth it gets."""
+
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+
+import addon
+from addon import denoise as denoising
+from addon import open_image_denoise, settings
+from addon.engine import CisternEngine, LayerRender
+from tests.blender.engine_fakes import fresh_scene, install, render
+from tests.blender.test_open_image_denoise import error, has_library
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+
+def plane(channels, name, ids="RGB"):
+    return np.stack([channels[f"ViewLayer.{name}.{channel}"] for channel in ids], axis=2)
+
+
+@pytest.fixture
+def core(monkeypatch):
+    return install(monkeypatch)
+
+
+@pytest.fixture
+def stand_in(monkeypatch):
+    """In place of the library: 10 less the picture. Returns the calls."""
+    calls = []
+
+    def play(color, albedo, normal, threads=0, is_wanted=None):
+        calls.append((color.shape, tuple(albedo[0, 0]), tuple(normal[0, 0]), threads))
+        return 10.0 - color if is_wanted() else None
+
+    monkeypatch.setattr(denoising, "denoise", play)
+    return calls
+
+
+def denoised_scene(*size):
+    scene = fresh_scene(*size)
+    scene.cistern.use_denoising = True
+    return scene
+
+
+def stereo(scene, folder):
+    scene.render.use_multiview = True
+    scene.render.image_settings.views_format = "INDIVIDUAL"
+    scene.render.filepath = str(folder / "eye.exr")
+    return scene
+
+
+def test_off_by_default_and_then_nothing_more_is_asked_of_the_core(core, stand_in, tmp_path):
+    render(fresh_scene(), tmp_path)
+    assert stand_in == [] and core.settings[0].passes == ["Direct", "Indirect"]
+
+
+def test_the_picture_is_denoised_with_its_guides_and_nothing_else_is(core, stand_in, tmp_path):
+    scene = denoised_scene()
+    scene.view_layers[0].cistern.use_pass_denoising_albedo = True
+    scene.render.threads_mode, scene.render.threads = "FIXED", 3
+    channels, [report] = render(scene, tmp_path)
+    assert stand_in == [((6, 8, 3), (0.25, 0.5, 0.75), (0.0, 1.0, 0.0), 3)]
+    assert np.all(plane(channels, "Combined", "RGBA") == (9.25, 8.5, 7.5, 0.875)) and report.warnings == []
+    assert np.all(plane(channels, "Direct") == (0.5, 0.25, 0.125))
+    assert {name.split(".")[1] for name in channels} == {"Combined", "Direct", "Indirect", "Denoising Albedo"}
+
+
+def test_the_noisy_picture_is_there_for_who_asks(core, stand_in, tmp_path):
+    scene = denoised_scene()
+    scene.view_layers[0].cistern.use_pass_noisy = True
+    channels, _ = render(scene, tmp_path)
+    assert np.all(plane(channels, "Noisy") == (0.75, 1.5, 2.5)) and np.all(channels["ViewLayer.Combined.R"] == 9.25)
+
+
+def test_pixels_that_will_be_denoised_share_nothing(core, stand_in, tmp_path):
+    scene = denoised_scene()
+    scene.cistern.indirect, scene.cistern.share_visible, scene.cistern.share_deep = "CELL_SHARED", 8, 4
+    for is_denoised, group in ((True, 1), (False, 8)):
+        scene.cistern.use_denoising = is_denoised
+        render(scene, tmp_path)
+        assert (core.settings[-1].share_visible, core.settings[-1].share_deep) == (group, 4)
+
+
+def test_a_border_is_denoised_alone(core, stand_in, tmp_path):
+    scene = denoised_scene(16, 12)
+    scene.render.use_border = True
+    scene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75
+    scene.render.border_min_y, scene.render.border_max_y = 0.5, 1.0
+    channels, _ = render(scene, tmp_path)
+    assert stand_in[0][0] == (6, 8, 3)
+    assert np.all(channels["ViewLayer.Combined.R"][6:, 4:12] == 9.25)
+
+
+def test_each_layer_and_each_view_is_denoised(core, stand_in, tmp_path):
+    scene = denoised_scene()
+    scene.view_layers.new("Second")
+    stereo(scene, tmp_path)
+    bpy.ops.render.render(write_still=True)
+    assert len(stand_in) == 4
+
+
+def test_views_and_icons_are_not_denoised(core, stand_in, tmp_path):
+    scene = denoised_scene()
+    scene.cistern.view = "CELLS"
+    render(scene, tmp_path)
+    assert stand_in == []
+    scene.cistern.view = "COMBINED"
+    assert settings.is_denoised(scene, is_preview=False) and not settings.is_denoised(scene, is_preview=True)
+
+
+@pytest.mark.parametrize("breaks", [[False, False, True], [False, False, False, False]], ids=["rendering", "done"])
+def test_a_cancelled_render_is_not_denoised(core, stand_in, tmp_path, monkeypatch, breaks):
+    """Cancelled among its samples, and after the last one."""
+    answers = iter(breaks)
+    monkeypatch.setattr(CisternEngine, "is_stop_wanted", lambda self: next(answers, True))
+    scene = denoised_scene()
+    scene.cistern.samples = 1000 if breaks[-1] else 5
+    channels, [report] = render(scene, tmp_path)
+    assert np.all(channels["ViewLayer.Combined.R"][0] == np.arange(8))
+    assert (report.samples, report.error, report.warnings) == (3 if breaks[-1] else 5, None, [])
+
+
+def test_status_line_says_denoising(core, stand_in, tmp_path, monkeypatch):
+    texts = []
+    status_bar = SimpleNamespace(
+        update_stats=lambda stats, info: texts.append(info), is_stop_wanted=lambda: False, is_preview=False
+    )
+    finish = LayerRender.finished_reader
+
+    def finish_recorded(layer, session):
+        engine, layer.engine = layer.engine, status_bar
+        reader = finish(layer, session)
+        layer.engine = engine
+        return reader
+
+    monkeypatch.setattr(LayerRender, "finished_reader", finish_recorded)
+    render(denoised_scene(), tmp_path)
+    assert texts == ["Denoising"]
+
+
+def test_without_the_library_the_picture_arrives_as_it_is_with_a_warning(core, tmp_path, monkeypatch):
+    monkeypatch.setattr(open_image_denoise, "find_library", lambda: None)
+    channels, [report] = render(denoised_scene(), tmp_path)
+    assert report.warnings == ["The picture is not denoised: this Blender comes without Open Image Denoise"]
+    assert report.error is None
+    assert np.all(channels["ViewLayer.Combined.R"][0] == np.arange(8))
+    assert "without" in denoising.state_sentence()
+
+
+def test_two_views_without_the_library_give_one_warning(core, tmp_path, monkeypatch):
+    monkeypatch.setattr(open_image_denoise, "find_library", lambda: None)
+    stereo(denoised_scene(), tmp_path)
+    addon.report.last.clear()
+    bpy.ops.render.render(write_still=True)
+    assert len(addon.report.last_report().warnings) == 1
+
+
+def test_memory_that_runs_out_leaves_the_picture_as_it_is(core, tmp_path, monkeypatch):
+    def fail(picture):
+        raise MemoryError("Unable to allocate 3 TiB")
+
+    monkeypatch.setattr(denoising, "prepared", fail)
+    channels, [report] = render(denoised_scene(), tmp_path)
+    assert "3 TiB" in report.warnings[0] and report.error is None
+    assert np.all(channels["ViewLayer.Combined.R"][0] == np.arange(8))
+
+
+def test_alpha_and_what_is_empty_stay(stand_in):
+    picture = np.array([[(1, 2, 3, 1), (0.5, 0, 0, 0.25), (0, 0, 0, 0), (0, 0, 0, 1), (2, 2, 2, 0)]], np.float32)
+    passes = {"Noisy": picture} | {name: picture[..., :3] for name in denoising.GUIDE_PASSES}
+    combined = denoising.denoised_combined(passes.__getitem__, 0, lambda: True)
+    assert np.array_equal(combined[..., 3], picture[..., 3])
+    is_empty = np.array([[False, False, True, False, False]])
+    assert np.all(combined[is_empty] == 0.0)
+    assert np.array_equal(combined[~is_empty][:, :3], 10.0 - picture[~is_empty][:, :3])
+
+
+# Renders by the built core.
+
+
+def textured_scene(samples):
+    """A checked floor and a glossy cube under a lamp, on a transparent film."""
+    scene = fresh_scene(80, 64, samples)
+    scene.render.film_transparent = True
+    bpy.ops.mesh.primitive_plane_add(size=7.0, location=(0.0, 0.0, -1.0))
+    floor = bpy.data.materials.new("Checks")
+    floor.use_nodes = True
+    tree = floor.node_tree
+    checks = tree.nodes.new("ShaderNodeTexChecker")
+    checks.inputs["Scale"].default_value = 14.0
+    checks.inputs["Color1"].default_value, checks.inputs["Color2"].default_value = (
+        (0.8, 0.2, 0.1, 1),
+        (0.1, 0.3, 0.8, 1),
+    )
+    tree.links.new(checks.outputs["Color"], tree.nodes["Principled BSDF"].inputs["Base Color"])
+    bpy.context.object.data.materials.append(floor)
+    return scene
+
+
+def combined(scene, folder, is_denoised):
+    scene.cistern.use_denoising = is_denoised
+    channels, [report] = render(scene, folder)
+    assert (report.error, report.warnings) == (None, [])
+    return plane(channels, "Combined", "RGBA")
+
+
+@pytest.fixture(scope="module")
+def pictures(registered_addon, tmp_path_factory):
+    """Of 4 samples, plain and denoised, and of 512 with another seed."""
+    folder = tmp_path_factory.mktemp("pictures")
+    scene = textured_scene(4)
+    noisy, clean = (combined(scene, folder, is_denoised) for is_denoised in (False, True))
+    scene.cistern.samples, scene.cistern.seed = 512, 1
+    return noisy, clean, combined(scene, folder, False)
+
+
+@has_library
+def test_a_denoised_render_is_nearer_to_a_long_one(pictures):
+    noisy, clean, long = pictures
+    assert error(clean[..., :3], long[..., :3]) < 0.4 * error(noisy[..., :3], long[..., :3])
+    assert clean[..., :3].mean() == pytest.approx(long[..., :3].mean(), rel=0.03)
+
+
+@has_library
+def test_alpha_of_a_denoised_render_is_untouched_and_nothing_glows_outside(pictures):
+    noisy, clean, _ = pictures
+    assert np.array_equal(clean[..., 3], noisy[..., 3])
+    outside = noisy[..., 3] == 0.0
+    assert outside.any() and np.all(clean[outside] == 0.0)
+
+
+@has_library
+def test_guides_of_the_core_in_the_wrong_order_are_worse(tmp_path, pictures, monkeypatch):
+    """Planted: albedo taken for the normal."""
+    _, clean, long = pictures
+    monkeypatch.setattr(denoising, "GUIDE_PASSES", denoising.GUIDE_PASSES[::-1])
+    swapped = combined(textured_scene(4), tmp_path, True)
+    assert error(swapped[..., :3], long[..., :3]) > 1.3 * error(clean[..., :3], long[..., :3])
