@@ -34,11 +34,14 @@ CANCELLED = 6
 
 # (user pointer, share done) -> whether to go on
 ProgressMonitor = ctypes.CFUNCTYPE(c_bool, c_void_p, c_double)
+# (user pointer, code, text)
+ErrorFunction = ctypes.CFUNCTYPE(None, c_void_p, c_int, c_char_p)
 
 SIGNATURES = {
     "oidnNewDevice": (c_void_p, [c_int]),
     "oidnSetDeviceBool": (None, [c_void_p, c_char_p, c_bool]),
     "oidnSetDeviceInt": (None, [c_void_p, c_char_p, c_int]),
+    "oidnSetDeviceErrorFunction": (None, [c_void_p, ErrorFunction, c_void_p]),
     "oidnCommitDevice": (None, [c_void_p]),
     "oidnGetDeviceError": (c_int, [c_void_p, POINTER(c_char_p)]),
     "oidnReleaseDevice": (None, [c_void_p]),
@@ -87,6 +90,10 @@ def is_there() -> bool:
     return find_library() is not None
 
 
+def decoded(text: bytes | None) -> str:
+    return (text or b"unknown error").decode(errors="replace")
+
+
 @functools.cache
 def bound_library(path: Path) -> ctypes.CDLL:
     """The library with the types of its functions. Raises DenoiserError."""
@@ -109,12 +116,18 @@ def load() -> ctypes.CDLL:
 
 
 class Denoiser:
-    """A device of the library on the processor, to be used in a `with` block; `threads` 0: one for each core."""
+    """A device of the library on the processor, to be used in a `with` block; `threads` 0: one for each core.
+
+    Errors are collected as they come: asked for afterwards, version 2.3.0 does not tell what happened in its own
+    threads."""
 
     def __init__(self, threads: int = 0) -> None:
         """Raises DenoiserError."""
         self.library = load()
+        self.errors = errors = list[tuple[int, str]]()
+        self.error_function = ErrorFunction(lambda _user, code, text: errors.append((code, decoded(text))))
         self.device = self.library.oidnNewDevice(CPU_DEVICE)
+        self.library.oidnSetDeviceErrorFunction(self.device, self.error_function, None)
         self.library.oidnSetDeviceBool(self.device, b"setAffinity", False)  # Blender's threads are not ours to pin
         self.library.oidnSetDeviceInt(self.device, b"numThreads", threads)
         self.library.oidnCommitDevice(self.device)
@@ -137,15 +150,15 @@ class Denoiser:
             self.library.oidnReleaseDevice(self.device)
             self.device = None
 
-    def check(self) -> bool:
-        """Whether all calls since the last check were carried out, False where one was told to stop.
-
-        Raises DenoiserError with the first error."""
+    def check(self) -> None:
+        """Raises DenoiserError with the first error since the last check, unless that was an order to stop."""
         text = c_char_p()
-        code = self.library.oidnGetDeviceError(self.device, ctypes.byref(text))
-        if code in (NO_ERROR, CANCELLED):
-            return code == NO_ERROR
-        raise DenoiserError(f"{NAME} failed: {(text.value or b'unknown error').decode(errors='replace')}")
+        code = self.library.oidnGetDeviceError(self.device, ctypes.byref(text))  # and of the thread, without a device
+        errors = [*self.errors, (code, decoded(text.value))]
+        self.errors.clear()
+        for code, sentence in errors:
+            if code not in (NO_ERROR, CANCELLED):
+                raise DenoiserError(f"{NAME} failed: {sentence}")
 
     def filter(
         self,
@@ -157,7 +170,14 @@ class Denoiser:
         """One run of the ray-tracing filter on `color`, `albedo` and `normal`, contiguous and of one size, of
         which the first is what is filtered; None if it was stopped. Raises DenoiserError."""
         output = np.empty_like(next(iter(inputs.values())))
-        monitor = ProgressMonitor(lambda _user, _done: is_wanted())
+        stops: list[bool] = []
+
+        def go_on(_user: int | None, _done: float) -> bool:
+            if not stops and not is_wanted():
+                stops.append(True)
+            return not stops
+
+        monitor = ProgressMonitor(go_on)
         library = self.library
         handle = library.oidnNewFilter(self.device, b"RT")
         try:
@@ -172,4 +192,5 @@ class Denoiser:
             library.oidnExecuteFilter(handle)
         finally:
             library.oidnReleaseFilter(handle)
-        return output if self.check() else None
+        self.check()
+        return None if stops else output

@@ -110,7 +110,7 @@ def test_pictures_of_different_sizes_are_refused(board):
 
 
 @has_library
-@pytest.mark.parametrize("calls", [0, 1, 6])
+@pytest.mark.parametrize("calls", [0, 1, 6, 60])
 def test_it_stops_when_it_is_no_longer_wanted(board, calls):
     answers = iter([True] * calls)
     assert denoise(board.noisy, board.albedo, board.normal, is_wanted=lambda: next(answers, False)) is None
