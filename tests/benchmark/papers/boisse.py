@@ -33,8 +33,9 @@ def measure(sessions: Sessions, reference: Reference, arguments: argparse.Namesp
         plain = sessions.frame(arguments.frames, seed)
         for bias in ("UNBIASED", "FAST"):
             cells = sessions.frame(arguments.frames, seed, secondary="CELL_RESERVOIRS", temporal_reuse=True, bias=bias)
-            gain = reference.trimmed_mse(plain.picture) / reference.trimmed_mse(cells.picture)
-            ratios.setdefault(f"trimmed MSE of next-event estimation ÷ cell reservoirs, {bias}", []).append(gain)
+            for kind, error in (("MSE", reference.mse), ("trimmed MSE", reference.trimmed_mse)):
+                gain = error(plain.picture) / error(cells.picture)
+                ratios.setdefault(f"{kind} of next-event estimation ÷ cell reservoirs, {bias}", []).append(gain)
             extra = cells.seconds / plain.seconds
             ratios.setdefault(f"frame time ÷ next-event estimation's, {bias}", []).append(extra)
             total = sum(cells.stages[stage] for stage in SHARES)

@@ -99,6 +99,8 @@ PATH = {
     "light_sampler": "TREE",
     "use_temporal_reuse": False,
 }
+# For denoising: pixels share nothing at their own visible points, so that their noise stays independent.
+DEEP = {"indirect": "CELL_SHARED", "share_visible": 1}
 CYCLES, PATH_TRACER, OURS = "cycles", "path", "final"
 
 ENGINES = (
@@ -113,6 +115,8 @@ ENGINES = (
     Engine("cell-reservoirs", "cell reservoirs [Boissé 2021]", "PAPERS", {"preset": "CELL_RESERVOIRS"}),
     Engine("restir-gi", "ReSTIR GI [Ouyang 2021]", "PAPERS", {"preset": "RESTIR_GI"}),
     Engine("world-paths", "world-space paths [Zhang 2023]", "PAPERS", {"preset": "WORLD_PATHS"}),
+    Engine("cell-shared", "cell sharing (ours)", "OURS", PATH | {"indirect": "CELL_SHARED"}),
+    Engine("cell-shared-deep", "cell sharing, next vertex alone", "OURS", PATH | DEEP),
     Engine(OURS, "Final (ours)", "OURS", {"preset": "FINAL"}),
 )
 

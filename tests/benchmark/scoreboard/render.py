@@ -53,6 +53,7 @@ class Job:
 @dataclass
 class Picture:
     combined: NDArray[np.float32]  # (height, width, 3), row 0 at the top
+    noisy: NDArray[np.float32]  # what the engine gives to denoisers, else the same
     seconds: float  # of CPU, export and building included
     sync_seconds: float
     wall_seconds: float
@@ -67,7 +68,8 @@ class Picture:
     def load(cls, path: Path) -> Picture:
         with np.load(path) as file:
             numbers = {name: float(file[name]) for name in ("seconds", "sync_seconds", "wall_seconds", "peak_mb")}
-            return cls(file["combined"], **numbers, guides={name: file[name] for name in GUIDES if name in file})
+            guides = {name: file[name] for name in GUIDES if name in file}
+            return cls(file["combined"], file["noisy" if "noisy" in file else "combined"], **numbers, guides=guides)
 
 
 def open_scene(job: Job) -> None:
@@ -85,6 +87,7 @@ def open_scene(job: Job) -> None:
 def set_up(job: Job) -> None:
     import bpy
 
+    from addon.techniques import settings_in_force
     from tests.support.engines import prepare
 
     scene = bpy.context.scene
@@ -102,6 +105,8 @@ def set_up(job: Job) -> None:
         if job.emission_sampling and material.cycles.emission_sampling == "AUTO":
             material.cycles.emission_sampling = job.emission_sampling
     bpy.context.view_layer.cycles.denoising_store_passes = job.guides
+    in_force = settings_in_force(scene.cistern)
+    bpy.context.view_layer.cistern.use_pass_noisy = in_force["indirect"] == "CELL_SHARED"
     image = scene.render.image_settings
     if hasattr(image, "media_type"):
         image.media_type = "MULTI_LAYER_IMAGE"
@@ -167,7 +172,8 @@ def measure(job: Job) -> dict[str, Any]:
         sync_seconds, _ = render(file)
     guides = {name: passes[pass_name] for name, pass_name in GUIDES.items()} if job.guides else {}
     numbers = dict(seconds=seconds, sync_seconds=sync_seconds, wall_seconds=wall_seconds, peak_mb=peak_mb)
-    return dict(combined=passes["Combined"], **numbers, **guides)
+    noisy = {"noisy": passes["Noisy"]} if "Noisy" in passes else {}
+    return dict(combined=passes["Combined"], **noisy, **numbers, **guides)
 
 
 def main() -> None:
