@@ -5,7 +5,6 @@ import pytest
 
 from tests.benchmark.scoreboard.board import SceneScore, Shot
 from tests.benchmark.scoreboard.catalogue import ENGINES, SCENES
-from tests.benchmark.scoreboard.denoise import denoise
 from tests.benchmark.scoreboard.errors import Errors, Reference
 from tests.benchmark.scoreboard.render import Picture
 
@@ -81,11 +80,3 @@ def test_the_product_is_that_of_the_longest_render():
     found = score([(1.0, 0.4), (4.0, 0.2)])
     assert found.product(ENGINES[0].name, "pixel") == pytest.approx(0.8)
     assert found.best_cycles("pixel") == ENGINES[0].name
-
-
-def test_denoising_removes_noise_and_keeps_the_mean():
-    pytest.importorskip("bpy")
-    flat = np.ones_like(TRUTH)
-    clean = denoise(noisy(7), 0.5 * flat, flat * (0.0, 0.0, 1.0))
-    assert np.abs(clean - TRUTH).mean() < 0.25 * np.abs(noisy(7) - TRUTH).mean()
-    assert clean.mean() == pytest.approx(TRUTH.mean(), rel=0.02)

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.benchmark.scoreboard.catalogue import CYCLES, Engine, Scene, engine_named
-from tests.benchmark.scoreboard.denoise import denoise
 from tests.benchmark.scoreboard.errors import Errors, Reference
 from tests.benchmark.scoreboard.measure import Laboratory
 from tests.benchmark.scoreboard.render import Picture
@@ -100,8 +99,10 @@ class SceneScore:
 
 
 def shoot(laboratory: Laboratory, scene: Scene, reference: Reference, engine: Engine, samples: int, seed: int) -> Shot:
+    from addon.denoise import denoise
+
     picture = laboratory.render(scene, engine, samples, seed)
-    denoised = denoise(picture.noisy, **reference.guides)
+    denoised = denoise(picture.noisy, **reference.guides, has_clean_guides=True)
     shot = Shot(
         engine, samples, seed, picture, denoised, reference.errors(picture.combined), reference.errors(denoised)
     )

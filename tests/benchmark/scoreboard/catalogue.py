@@ -99,9 +99,8 @@ PATH = {
     "light_sampler": "TREE",
     "use_temporal_reuse": False,
 }
-# For denoising: pixels share nothing at their own visible points, so that their noise stays independent.
-DEEP = {"indirect": "CELL_SHARED", "share_visible": 1}
-CYCLES, PATH_TRACER, OURS = "cycles", "path", "final"
+# Ours shares nothing between visible points where a denoiser follows, as the add-on does: addon/denoise.py.
+CYCLES, PATH_TRACER, OURS, OURS_DENOISED = "cycles", "path", "final", "final-denoised"
 
 ENGINES = (
     Engine(CYCLES, "Cycles", "CYCLES"),
@@ -116,8 +115,8 @@ ENGINES = (
     Engine("restir-gi", "ReSTIR GI [Ouyang 2021]", "PAPERS", {"preset": "RESTIR_GI"}),
     Engine("world-paths", "world-space paths [Zhang 2023]", "PAPERS", {"preset": "WORLD_PATHS"}),
     Engine("cell-shared", "cell sharing (ours)", "OURS", PATH | {"indirect": "CELL_SHARED"}),
-    Engine("cell-shared-deep", "cell sharing, next vertex alone", "OURS", PATH | DEEP),
     Engine(OURS, "Final (ours)", "OURS", {"preset": "FINAL"}),
+    Engine(OURS_DENOISED, "Final, where it is denoised", "OURS", {"preset": "FINAL", "share_visible": 1}),
 )
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tests.benchmark.scoreboard import page, plots
 from tests.benchmark.scoreboard.board import SCALES, SceneScore, Shot
-from tests.benchmark.scoreboard.catalogue import KINDS, OURS, PATH_TRACER, PATH_TRACER_BAR, ROOT
+from tests.benchmark.scoreboard.catalogue import KINDS, OURS, OURS_DENOISED, PATH_TRACER, PATH_TRACER_BAR, ROOT
 
 DENOISED = "denoised"
 
@@ -93,7 +93,8 @@ def bars_table(scores: Sequence[SceneScore]) -> list[str]:
     for score in scores:
         bars = KINDS[score.scene.kind]
         pairs = (("pixel", bars.pixel), ("box8", bars.boxes), (DENOISED, bars.denoised))
-        cells = " | ".join(verdict(ratio(score, OURS, scale), bar) for scale, bar in pairs)
+        ours = {DENOISED: OURS_DENOISED if OURS_DENOISED in score.shots else OURS}
+        cells = " | ".join(verdict(ratio(score, ours.get(scale, OURS), scale), bar) for scale, bar in pairs)
         lines.append(f"| {score.scene.name} | {score.scene.kind} | {cells} |")
     return lines
 
