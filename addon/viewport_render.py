@@ -36,6 +36,7 @@ STOP_SECONDS = 10.0
 
 BUILDING_STAGE = "Building"  # of the core's Progress
 DEFAULT_CELL_PIXELS = 10.0  # what 0 stands for in the core's Settings
+SMALLEST_CELL_PIXELS = 1.0  # that they allow
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,8 @@ class Stage:
         if pixel == job.finest_pixel:
             settings |= {"samples": job.samples, "time_limit": job.time_limit}
         if view_modes.shows_cells(job.mode):  # at their size on the screen, whatever that of a pixel
-            settings["cell_pixels"] = (settings["cell_pixels"] or DEFAULT_CELL_PIXELS) / pixel
+            cell_pixels = (settings["cell_pixels"] or DEFAULT_CELL_PIXELS) / pixel
+            settings["cell_pixels"] = max(cell_pixels, SMALLEST_CELL_PIXELS)
         left, bottom = region[:2]
         self.place = (left / width, bottom / height, (left + region[2]) / width, (bottom + region[3]) / height)
         self.pixels = region[2] * region[3]

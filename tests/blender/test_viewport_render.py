@@ -157,6 +157,11 @@ def test_cells_keep_their_size_on_the_screen(core, render):
     render.submit(job(mode="CELLS"))
     wait_until(lambda: len(core.sessions) == 4)
     assert [session.settings.cell_pixels for session in core.sessions] == [1.25, 2.5, 5.0, 10.0]
+    wait_until(lambda: core.sessions[-1].is_cancelled)
+    render._seconds_per_pixel = 1.0
+    render.submit(job(mode="CELLS"))
+    wait_until(lambda: len(core.sessions) == 5)
+    assert (sizes(core)[4], core.sessions[4].settings.cell_pixels) == (4, 1.0)  # the core allows no less
 
 
 def test_all_sessions_share_one_cache_and_run_beside_the_caller(core, render):

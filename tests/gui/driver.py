@@ -136,16 +136,13 @@ def wait_until(condition: Callable[[], bool], what: str, seconds: float = PATIEN
 
 
 def wait_for_picture(after: int, what: str) -> Iterator[float]:
-    """Yields until a picture newer than number `after` is there, and no error."""
-    yield from wait_until(lambda: pictures() > after, what)
-    expect_no_error(what)
+    """Yields until a picture newer than number `after` is there. Raises GuiError, also for an error of the core."""
 
+    def is_there() -> bool:
+        expect_no_error(what)
+        return pictures() > after
 
-def wait_for_sharp(what: str) -> Iterator[float]:
-    """Yields until the picture has as many pixels as the viewport."""
-    region = next(region for region in view3d().regions if region.type == "WINDOW")
-    yield from wait_until(lambda: finest() == (region.width, region.height), f"{what}: a sharp picture")
-    yield 0.3
+    yield from wait_until(is_there, what)
 
 
 def expect_no_error(what: str) -> None:
