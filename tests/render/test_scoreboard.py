@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from tests.benchmark.scoreboard import report
 from tests.benchmark.scoreboard.board import SceneScore, Shot
-from tests.benchmark.scoreboard.catalogue import ENGINES, SCENES
+from tests.benchmark.scoreboard.catalogue import ENGINES, SCENES, engine_named
 from tests.benchmark.scoreboard.errors import Errors, Reference
 from tests.benchmark.scoreboard.render import Picture
 
@@ -80,3 +81,16 @@ def test_the_product_is_that_of_the_longest_render():
     found = score([(1.0, 0.4), (4.0, 0.2)])
     assert found.product(ENGINES[0].name, "pixel") == pytest.approx(0.8)
     assert found.best_cycles("pixel") == ENGINES[0].name
+
+
+def test_bars_compare_with_the_best_setting_of_cycles():
+    """Of a hard scene, whose bars are 0.1, 0.33 and 0.2: errors x time of 4 and 2 against 0.3, with the errors of boxes
+    of 8 an eighth as large for all. Planted bug: against the first setting, the first bar would be met."""
+    errors = {"cycles": 4.0, "cycles-front": 2.0, "path": 0.2, "final": 0.3}
+    shots = {name: [shot(engine_named(name), 16, 1.0, error)] for name, error in errors.items()}
+    found = SceneScore(SCENES[0], reference(), shot(ENGINES[0], 64, 10.0, 0.1), shots)
+    row = report.bars_table([found])[-1]
+    assert row.startswith("| city_grid | hard | 0.15 (≤ 0.1) **missed** | 0.15 (≤ 0.33) met |")
+    assert report.path_tracer_table([found])[-1] == "| city_grid |" + 3 * " 1.50 (≤ 1.1) **missed** |"
+    assert "path tracer, ours 1.50 ×" in report.winners_table([found])[-1]
+    assert report.history_of(found, shots["path"][0])["errors"]["pixel"] == 0.2

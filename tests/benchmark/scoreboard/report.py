@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from tests.benchmark.scoreboard import page, plots
 from tests.benchmark.scoreboard.board import SCALES, SceneScore, Shot
 from tests.benchmark.scoreboard.catalogue import KINDS, OURS, OURS_DENOISED, PATH_TRACER, PATH_TRACER_BAR, ROOT
 
@@ -123,6 +122,8 @@ def winners_table(scores: Sequence[SceneScore]) -> list[str]:
 
 def write(folder: Path, scores: Sequence[SceneScore]) -> None:
     """Tables, plots and the page, of all scenes scored so far."""
+    from tests.benchmark.scoreboard import page, plots  # with matplotlib, which the tables do without
+
     height, width, _ = scores[0].reference.mean.shape
     lines = [
         "# Scoreboard",
