@@ -224,6 +224,16 @@ def test_a_denoised_render_is_nearer_to_a_long_one(pictures):
 
 
 @has_library
+def test_cell_sharing_is_denoised_from_what_is_not_shared(tmp_path, pictures):
+    """Without its noise that neighbours have in common, the picture gets as near as the path tracer's."""
+    noisy, _, long = pictures
+    scene = textured_scene(4)
+    scene.cistern.indirect = "CELL_SHARED"
+    clean = combined(scene, tmp_path, True)
+    assert error(clean[..., :3], long[..., :3]) < 0.4 * error(noisy[..., :3], long[..., :3])
+
+
+@has_library
 def test_alpha_of_a_denoised_render_is_untouched_and_nothing_glows_outside(pictures):
     noisy, clean, _ = pictures
     assert np.array_equal(clean[..., 3], noisy[..., 3])
