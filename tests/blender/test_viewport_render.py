@@ -59,7 +59,7 @@ def test_pixels_get_finer_until_they_are_those_of_the_screen(core, render):
 
 def test_the_finest_pixel_is_the_users(core, render):
     render.submit(job(finest=4))
-    wait_until(lambda: len(core.sessions) == 2 and render.pictures[-1].pixels.shape[1] == 16)
+    wait_until(lambda: len(core.sessions) >= 2 and render.pictures[-1].pixels.shape[1] == 16)
     assert sizes(core) == [8, 16]
 
 
@@ -160,7 +160,7 @@ def test_cells_keep_their_size_on_the_screen(core, render):
     wait_until(lambda: core.sessions[-1].is_cancelled)
     render._seconds_per_pixel = 1.0
     render.submit(job(mode="CELLS"))
-    wait_until(lambda: len(core.sessions) == 5)
+    wait_until(lambda: len(core.sessions) >= 5)
     assert (sizes(core)[4], core.sessions[4].settings.cell_pixels) == (4, 1.0)  # the core allows no less
 
 

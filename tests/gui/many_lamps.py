@@ -33,7 +33,7 @@ def build_scene() -> None:
     place(floor, (0.0, 0.0, 0.0))
     for index in range(LAMPS):
         lamp = bpy.data.lights.new(f"Lamp {index}", "POINT")
-        lamp.energy, lamp.shadow_soft_size, lamp.color = 30.0, 0.05, random.uniform(0.3, 1.0, 3)
+        lamp.energy, lamp.shadow_soft_size, lamp.color = 3.0, 0.05, random.uniform(0.3, 1.0, 3)
         place(lamp, (*random.uniform(-3.0, width + 3.0, 2), random.uniform(1.5, 3.0)))
     scene.camera.location = (-12.0, -12.0, 14.0)
 
