@@ -63,14 +63,19 @@ std::array<Vec3, kEntries> make_table() {
   return table;
 }
 
-const std::array<Vec3, kEntries> kBlackbody = make_table();
+/// Made on first use: code that ran as the module is loaded would run before binding/cpu_check.cpp has seen whether
+/// this processor can.
+const std::array<Vec3, kEntries>& blackbody_table() {
+  static const std::array<Vec3, kEntries> table = make_table();
+  return table;
+}
 
 }  // namespace
 
 Vec3 blackbody_node(float kelvin) {
   const float t = kelvin > kCoolest ? std::min(kelvin, kHottest) : kCoolest;
   const float position = (1.0f / kCoolest - 1.0f / t) / (1.0f / kCoolest - 1.0f / kHottest);
-  return max(ramp_lookup(kBlackbody, position, false), Vec3{});
+  return max(ramp_lookup(blackbody_table(), position, false), Vec3{});
 }
 
 }  // namespace cistern

@@ -175,13 +175,18 @@ std::array<float, kCurveSegments + 1> make_srgb_curve() {
   return curve;
 }
 
-const std::array<float, kCurveSegments + 1> kSrgbCurve = make_srgb_curve();
+/// Made on first use, not as the module is loaded (see nodes_blackbody.cpp).
+const std::array<float, kCurveSegments + 1>& srgb_curve() {
+  static const std::array<float, kCurveSegments + 1> curve = make_srgb_curve();
+  return curve;
+}
 
 float srgb_to_linear(float c) {
   if (!(c > 0.0f && c < 1.0f)) return srgb_to_linear_exact(c);
   const float x = c * kCurveSegments;
   const size_t i = static_cast<size_t>(x);
-  return lerp(kSrgbCurve[i], kSrgbCurve[i + 1], x - static_cast<float>(i));
+  const auto& curve = srgb_curve();
+  return lerp(curve[i], curve[i + 1], x - static_cast<float>(i));
 }
 
 Rgb to_working_space(const std::array<float, 9>& m, Rgb c) {
