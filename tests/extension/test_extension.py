@@ -12,6 +12,7 @@ from tests.extension import environments
 from tests.extension.matrix import INSIDE, PASSED, Blender, Extension, run_step
 
 PACKAGE = environments.REPOSITORY / "addon" / "package.py"
+PACKAGING = environments.REPOSITORY / "build" / "package"
 PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
 QUICK_STEPS = ("render", "cycles_around", "disable", "upgrade", "uninstall", "unsupported", "frames")
 WORK = environments.REPOSITORY / "build" / "extension"
@@ -27,7 +28,7 @@ def package(output: Path, work: Path) -> Path:
 @pytest.fixture(scope="module")
 def extension(tmp_path_factory) -> Extension:
     folder = tmp_path_factory.mktemp("extension")
-    archive = package(folder, environments.REPOSITORY / "build" / "package")
+    archive = package(folder, PACKAGING)
     newer, version = environments.newer_extension(archive, folder)
     return Extension(archive, newer, version, WORK)
 
@@ -50,8 +51,17 @@ def test_step(extension, blender_alone, step, monkeypatch):
     assert outcome == PASSED, output
 
 
+def test_nothing_runs_before_the_processor_is_checked(extension):
+    """Initialisers of globals would: they run as the module is loaded, and on an older processor end Blender."""
+    objects = sorted((PACKAGING / f"core-{PYTHON}" / "cmake").rglob("*.o"))
+    assert len(objects) > 50
+    listing = subprocess.run(["nm", "-A", *objects], check=True, capture_output=True, text=True).stdout
+    found = [line for line in listing.splitlines() if "_GLOBAL__sub_I" in line and "/cistern_core" in line]
+    assert not found, found
+
+
 def test_packing_again_gives_the_same_bytes(extension, tmp_path):
-    again = package(tmp_path, environments.REPOSITORY / "build" / "package")
+    again = package(tmp_path, PACKAGING)
     assert again.read_bytes() == extension.archive.read_bytes()
 
 

@@ -1,0 +1,72 @@
+"""Options after `--`; what they do to a render, the version matrix of tests/extension tests in each Blender."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from addon import command_line, core, preferences
+from tests.blender.engine_fakes import fresh_scene
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+
+def parse(*options):
+    return command_line.parse(["blender", "-b", "scene.blend", "-f", "1", "--", *options])
+
+
+def test_only_blenders_own_part_says_that_it_renders():
+    assert command_line.is_render(["blender", "-b", "scene.blend", "-f", "1"])
+    assert command_line.is_render(["blender", "-b", "scene.blend", "--render-anim", "--", "x"])
+    assert not command_line.is_render(["blender", "-b", "--python", "script.py", "--", "-f", "1"])
+
+
+def test_options_of_others_are_left_to_them():
+    options = parse("--cycles-device", "CPU", "--cistern-samples", "12", "-s", "3")
+    assert (options.samples, options.preset, options.resume) == (12, None, False)
+    assert command_line.parse(["blender", "--cistern-samples", "0"]).samples is None
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--cistern-samples", "0"), "0 is not between 1 and"),
+        (("--cistern-samples", "many"), "many"),
+        (("--cistern-preset", "BEST"), "FINAL"),
+        (("--cistern-time-limit", "-1"), "-1 is not between"),
+        (("--cistern-threads", "1025"), "1025 is not between 0 and 1024"),
+        (("--cistern-sample", "3"), "no option --cistern-sample"),
+        (("--cistern-samples",), "--cistern-samples"),
+    ],
+)
+def test_wrong_options_are_named(options, words):
+    with pytest.raises(command_line.OptionError, match=words):
+        parse(*options)
+
+
+def test_values_reach_the_scene():
+    scene = fresh_scene()
+    scene.view_layers[0].samples = 99
+    scene.cistern.light_sampler = "POWER"
+    command_line.apply(
+        parse("--cistern-samples", "12", "--cistern-preset", "restir_di", "--cistern-threads", "0"), scene
+    )
+    assert (scene.cistern.samples, scene.view_layers[0].samples) == (12, 0)
+    assert (scene.cistern.preset, scene.render.threads_mode) == ("RESTIR_DI", "AUTO")
+    assert not scene.cistern.is_property_set("light_sampler")  # or it would win over the preset
+    command_line.apply(parse(), scene)
+    assert (scene.cistern.samples, scene.render.use_overwrite) == (12, True)
+
+
+def test_preferences_say_in_short_rows_why_there_is_no_core(monkeypatch):
+    rows = []
+    column = SimpleNamespace(label=lambda text, icon: rows.append((icon, text)))
+    box = SimpleNamespace(layout=SimpleNamespace(column=lambda align: column))
+    monkeypatch.setattr(core, "status", lambda: (False, "Cistern's native core " + 20 * "cannot be loaded "))
+    preferences.CisternPreferences.draw(box, None)
+    assert [icon for icon, _ in rows] == ["ERROR"] + ["BLANK1"] * (len(rows) - 1)
+    assert len(rows) > 1 and max(len(text) for _, text in rows) <= preferences.LINE_LENGTH
+
+
+def test_missing_core_names_what_is_supported(tmp_path):
+    missing = ModuleNotFoundError("No module named 'cistern_core'", name="cistern_core")
+    assert "Python 3.11 (Blender 4.2 to 5.0) and 3.13" in core.explain(missing, [tmp_path])
