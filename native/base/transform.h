@@ -20,6 +20,12 @@ struct Transform {
   friend bool operator==(const Transform&, const Transform&) = default;
 };
 
+/// First `b`, then `a`.
+inline Transform operator*(const Transform& a, const Transform& b) {
+  const auto row = [&](Vec3 r) { return Vec3{dot(r, b.column(0)), dot(r, b.column(1)), dot(r, b.column(2))}; };
+  return {row(a.row_x), row(a.row_y), row(a.row_z), a.point(b.translation)};
+}
+
 /// The inverse; the caller has checked that the determinant is not zero.
 inline Transform inverse(const Transform& m) {
   const float inv_det = 1.0f / m.determinant();

@@ -77,6 +77,13 @@ int add_mesh(SceneBuilder& builder, const std::string& name, const Array<float>&
   return builder.add_mesh(input, replace);
 }
 
+int take_mesh(SceneBuilder& builder, const SceneHandle& from, int handle) {
+  const auto& meshes = from.scene->meshes;
+  const bool exists = handle >= 0 && static_cast<size_t>(handle) < meshes.size() && meshes[static_cast<size_t>(handle)];
+  if (!exists) throw Error("scene", "there is no mesh with handle " + std::to_string(handle));
+  return builder.add_mesh(meshes[static_cast<size_t>(handle)]);
+}
+
 PixelFormat to_pixel_format(const py::array& pixels, const std::string& owner) {
   if (pixels.dtype().is(py::dtype::of<uint8_t>())) return PixelFormat::U8;
   if (pixels.dtype().is(py::dtype::of<uint16_t>())) return PixelFormat::U16;
@@ -117,7 +124,8 @@ int add_image(SceneBuilder& builder, const std::string& name, const py::array& p
 
 int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array<int32_t>& material_set,
                   const Array<int32_t>& object, const Array<float>& object_to_world, const Array<uint8_t>& visibility,
-                  const OptionalArray<uint8_t>& holdout, const OptionalArray<float>& random) {
+                  const OptionalArray<uint8_t>& holdout, const OptionalArray<float>& random,
+                  const OptionalArray<uint64_t>& keys) {
   const std::string owner = "instances";
   const auto count = static_cast<py::ssize_t>(checked_rows(mesh, 1, owner, "mesh"));
   const auto require_count = [&](const py::array& array, const char* what) {
@@ -129,6 +137,7 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
   require_count(visibility, "visibility");
   if (holdout) require_count(*holdout, "holdout");
   if (random) require_count(*random, "random");
+  if (keys) require_count(*keys, "keys");
   if (object_to_world.ndim() != 3 || object_to_world.shape(0) != count || object_to_world.shape(1) < 3 ||
       object_to_world.shape(1) > 4 || object_to_world.shape(2) != 4)
     throw Error(owner, "object_to_world must have shape (n, 4, 4) or (n, 3, 4)");
@@ -142,6 +151,7 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
     instance.visibility = visibility.at(i);
     instance.is_holdout = holdout && holdout->at(i) != 0;
     instance.random = random ? random->at(i) : 0.0f;
+    instance.key = keys ? keys->at(i) : 0;
     instance.object_to_world = transform_from_rows(object_to_world.data() + i * stride);
     const int handle = builder.add_instance(instance);
     if (i == 0) first = handle;
@@ -170,6 +180,8 @@ LightCommon light_common(const std::string& name, const py::kwargs& common) {
       result.light.max_bounces = value.cast<int>();
     } else if (member == "material") {
       result.light.material = value.cast<int>();
+    } else if (member == "key") {
+      result.light.key = value.cast<uint64_t>();
     } else if (member == "replace") {
       result.replace = value.cast<std::optional<int>>();
     } else {
@@ -264,7 +276,9 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
            py::arg("attributes") = std::vector<AttributeArgument>{}, py::arg("replace") = none)
       .def("add_instances", &add_instances, py::arg("mesh").noconvert(), py::arg("material_set").noconvert(),
            py::arg("object").noconvert(), py::arg("object_to_world").noconvert(), py::arg("visibility").noconvert(),
-           py::arg("holdout").noconvert() = none, py::arg("random").noconvert() = none)
+           py::arg("holdout").noconvert() = none, py::arg("random").noconvert() = none,
+           py::arg("keys").noconvert() = none)
+      .def("take_mesh", &take_mesh, py::arg("scene"), py::arg("handle"))
       .def("remove_mesh", &SceneBuilder::remove_mesh, py::arg("handle"))
       .def("remove_instance", &SceneBuilder::remove_instance, py::arg("handle"))
       .def("clear_instances", &SceneBuilder::clear_instances)
@@ -295,7 +309,10 @@ void bind_scene_builder(py::module_& m) {
       .def_property_readonly("triangle_count", &SceneHandle::triangle_count)
       .def_property_readonly("instance_count", &SceneHandle::instance_count);
   py::class_<SceneBuilder> builder(m, "SceneBuilder");
-  builder.def(py::init<>())
+  builder
+      .def(
+          py::init([](const SceneHandle* earlier) { return earlier ? SceneBuilder(*earlier->scene) : SceneBuilder(); }),
+          py::arg("earlier") = py::none())
       .def("add_image", &add_image, py::arg("name"), py::arg("pixels").noconvert(), py::arg("transfer") = "LINEAR",
            py::arg("to_working_space") = py::none(), py::arg("alpha") = "STRAIGHT", py::arg("replace") = py::none())
       .def("add_material", &SceneBuilder::add_material, py::arg("program"), py::arg("replace") = py::none())

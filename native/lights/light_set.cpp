@@ -292,6 +292,17 @@ std::optional<uint32_t> LightSet::emitter_of(uint32_t instance, uint32_t triangl
   return static_cast<uint32_t>(impl_->first_triangle()) + *index;
 }
 
+std::optional<uint32_t> LightSet::lamp_of(uint32_t emitter) const {
+  if (emitter >= impl_->first_triangle()) return std::nullopt;
+  return impl_->lamps[emitter].light;
+}
+
+std::optional<LightSet::Triangle> LightSet::triangle_of(uint32_t emitter) const {
+  if (emitter < impl_->first_triangle() || emitter >= impl_->environment_index()) return std::nullopt;
+  const EmissiveTriangle& t = impl_->triangles[emitter - impl_->first_triangle()];
+  return Triangle{t.instance, t.triangle};
+}
+
 float LightSet::surface_pdf(const SurfacePoint& emitter_point, Vec3 receiver) const {
   const std::optional<uint32_t> index = impl_->triangles.find(emitter_point.instance, emitter_point.triangle);
   if (!index) return 0.0f;

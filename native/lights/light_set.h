@@ -74,6 +74,13 @@ class LightSet {
   std::optional<uint32_t> emitter_of(uint32_t instance, uint32_t triangle) const;
   /// Density per solid angle with which `evaluate` would find this point of an emissive triangle from `receiver`.
   float surface_pdf(const SurfacePoint& emitter_point, Vec3 receiver) const;
+  /// The other way round, for what emits light: the lamp (index into Scene::lights), or the triangle; neither for the
+  /// environment.
+  std::optional<uint32_t> lamp_of(uint32_t emitter) const;
+  struct Triangle {
+    uint32_t instance, triangle;
+  };
+  std::optional<Triangle> triangle_of(uint32_t emitter) const;
   /// The environment as an emitter, or none; and the density of a direction per solid angle.
   std::optional<uint32_t> environment_emitter() const;
   float environment_pdf(Vec3 direction) const;

@@ -19,6 +19,7 @@ struct Camera {
   int blades = 0;                             // < 3: round
   float blade_rotation = 0.0f;                // radians
   float aperture_ratio = 1.0f;                // > 1: anamorphic, narrower in x
+  friend bool operator==(const Camera&, const Camera&) = default;
 };
 
 }  // namespace cistern

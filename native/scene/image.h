@@ -37,6 +37,8 @@ struct Image {
   bool has_colour_matrix = false;
   AlphaMode alpha = AlphaMode::STRAIGHT;
   std::shared_ptr<const void> pixels;
+  /// The very same memory read in the same way; what it holds is not compared.
+  friend bool operator==(const Image&, const Image&) = default;
 };
 
 }  // namespace cistern

@@ -25,6 +25,8 @@ struct Instance {
   bool is_holdout = false;
   float random = 0.0f;        // Object Info > Random, in [0, 1)
   Transform object_to_world;  // finite and invertible; may mirror
+  uint64_t key = 0;           // the same in all snapshots that show this thing; 0: known by its handle
+  friend bool operator==(const Instance&, const Instance&) = default;
 };
 
 }  // namespace cistern

@@ -18,6 +18,7 @@ struct PointLight {
   float radius = 0.0f;
   Rgb intensity;
   bool soft = true;
+  friend bool operator==(const PointLight&, const PointLight&) = default;
 };
 
 /// A point light seen through a cone along `-axis_z` of `world_to_local`. The factor is
@@ -27,6 +28,7 @@ struct SpotLight {
   Transform world_to_local;
   float cos_half_angle = 0.0f;
   float blend = 0.0f;
+  friend bool operator==(const SpotLight&, const SpotLight&) = default;
 };
 
 /// A cone of directions around `direction` (from the scene towards the sun) with half angle `angle / 2`.
@@ -35,6 +37,7 @@ struct SunLight {
   Vec3 direction;
   float angle = 0.0f;
   Rgb irradiance;
+  friend bool operator==(const SunLight&, const SunLight&) = default;
 };
 
 /// A one-sided parallelogram (or the ellipse inscribed in it) emitting along `normal` = -Z of the light object.
@@ -44,6 +47,7 @@ struct AreaLight {
   bool is_ellipse = false;
   Rgb radiance;        // on axis before the spread factor
   float spread = kPi;  // full angle in radians; pi = Lambertian emitter
+  friend bool operator==(const AreaLight&, const AreaLight&) = default;
 };
 
 struct Light {
@@ -55,6 +59,8 @@ struct Light {
   int max_bounces = 1024;  // paths with more bounces do not receive it
   int material = -1;       // emission program multiplying the light, or -1
   bool removed = false;
+  uint64_t key = 0;  // the same in all snapshots that show this lamp; 0: known by its handle
+  friend bool operator==(const Light&, const Light&) = default;
 };
 
 }  // namespace cistern

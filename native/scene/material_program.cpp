@@ -303,6 +303,13 @@ bool add_constant_emission(const MaterialProgram& p, const Instruction& closure,
   return true;
 }
 
+bool depends_on_camera(const Instruction& instruction) {
+  constexpr int kCameraSpace = 2;  // of VECTOR_TRANSFORM
+  const bool to_camera = instruction.op == Op::VECTOR_TRANSFORM &&
+                         (instruction.parameters[1] == kCameraSpace || instruction.parameters[2] == kCameraSpace);
+  return to_camera || instruction.op == Op::CAMERA_COORDINATE || instruction.op == Op::WINDOW_COORDINATE;
+}
+
 /// Whether the closure's transparency (emission) depends on operand `i`.
 bool matters_to_transparency(Op op, size_t i) {
   return op != Op::CLOSURE_PRINCIPLED || i == kPrincipledWeight || i == kPrincipledAlpha;
@@ -381,7 +388,7 @@ void finish_program(MaterialProgram& program, int image_count) {
   Validator(program, image_count).check();
 
   program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
-  program.reads_light_path = program.depends_on_view = false;
+  program.reads_light_path = program.reads_camera = program.depends_on_view = false;
   program.emission_is_constant = true;
   program.constant_emission = {};
   for (const Instruction& instruction : program.instructions) {
@@ -390,6 +397,7 @@ void finish_program(MaterialProgram& program, int image_count) {
     program.needs_footprint |= op == Op::BUMP;
     program.reads_light_path |= op == Op::LIGHT_PATH;
     program.depends_on_view |= reads_view(op);
+    program.reads_camera |= depends_on_camera(instruction);
     if (!describe(op).is_closure) continue;
     program.may_be_transparent |= may_pass_light(program, instruction);
     if (!may_emit_light(program, instruction)) continue;

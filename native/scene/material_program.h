@@ -61,6 +61,7 @@ struct Instruction {
   /// Static parameters by position, as `op_table` lists them: enum values, image and table indices, flags, shift.
   int32_t parameters[4] = {0, 0, 0, 0};
   uint32_t register_inputs = 0;  // derived by `finish_program`: bit i is set where input i is a register
+  friend bool operator==(const Instruction&, const Instruction&) = default;
 };
 
 /// A node tree flattened to instructions on registers. Constants are folded by the exporter, so that most
@@ -90,6 +91,9 @@ struct MaterialProgram {
   bool needs_footprint = false;  // has BUMP
   bool reads_light_path = false;
   bool depends_on_view = false;  // weights of lobes may depend on where the surface is seen from
+  bool reads_camera = false;     // shades by the camera's place, not just by where light goes
+
+  friend bool operator==(const MaterialProgram&, const MaterialProgram&) = default;
 };
 
 struct OpDescription {

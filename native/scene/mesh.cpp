@@ -40,13 +40,37 @@ Vec3 decode_octahedral(uint32_t code) {
   return normalize({q.x, q.y, z});
 }
 
+namespace {
+
+size_t element_count(const Mesh& mesh, const MeshAttribute& attribute) {
+  return attribute.domain == Domain::POINT ? mesh.positions.size() : mesh.corner_count;
+}
+
+/// Of meshes with equally many points and corners.
+bool is_same_attribute(const Mesh& mesh, const MeshAttribute& a, const MeshAttribute& b) {
+  if (a.name != b.name || a.domain != b.domain || a.components != b.components) return false;
+  const size_t count = element_count(mesh, a) * static_cast<size_t>(a.components);
+  return a.values == b.values || std::equal(a.values.get(), a.values.get() + count, b.values.get());
+}
+
+}  // namespace
+
+bool is_same_mesh(const Mesh& a, const Mesh& b) {
+  const bool has_same_surface = a.name == b.name && a.positions == b.positions && a.vertices == b.vertices &&
+                                a.corners == b.corners && a.polygons == b.polygons &&
+                                a.material_slots == b.material_slots && a.corner_count == b.corner_count &&
+                                a.dropped_triangles == b.dropped_triangles;
+  return has_same_surface && a.normals_domain == b.normals_domain && a.normals == b.normals &&
+         std::ranges::equal(a.attributes, b.attributes,
+                            [&](const MeshAttribute& x, const MeshAttribute& y) { return is_same_attribute(a, x, y); });
+}
+
 size_t memory_bytes(const Mesh& mesh) {
   size_t bytes = mesh.positions.capacity() * sizeof(Vec3) + mesh.vertices.capacity() * sizeof(TriangleIndices) +
                  mesh.corners.capacity() * sizeof(TriangleIndices) + mesh.polygons.capacity() * sizeof(uint32_t) +
                  mesh.material_slots.capacity() * sizeof(uint16_t) + mesh.normals.capacity() * sizeof(uint32_t);
   for (const MeshAttribute& attribute : mesh.attributes) {
-    const size_t elements = attribute.domain == Domain::POINT ? mesh.positions.size() : mesh.corner_count;
-    bytes += elements * static_cast<size_t>(attribute.components) * sizeof(float);
+    bytes += element_count(mesh, attribute) * static_cast<size_t>(attribute.components) * sizeof(float);
   }
   return bytes;
 }

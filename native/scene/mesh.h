@@ -51,6 +51,9 @@ struct Mesh {
   int find_attribute(const std::string& name) const;
 };
 
+/// Whether all of two meshes is equal, value by value.
+bool is_same_mesh(const Mesh& a, const Mesh& b);
+
 /// Bytes held by the mesh, attribute values included.
 size_t memory_bytes(const Mesh& mesh);
 

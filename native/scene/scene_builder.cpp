@@ -1,6 +1,7 @@
 #include "scene/scene_builder.h"
 
 #include <algorithm>
+#include <functional>
 
 #include "base/check.h"
 #include "scene/mesh_builder.h"
@@ -26,6 +27,17 @@ int store(std::vector<T>& values, T value, std::optional<int> replace) {
   }
   values.push_back(std::move(value));
   return static_cast<int>(values.size() - 1);
+}
+
+/// The same, but an equal object stays the very one it was.
+template <class T, class IsSame>
+int store_shared(std::vector<std::shared_ptr<const T>>& values, T value, std::optional<int> replace,
+                 const IsSame& is_same) {
+  if (replace) {
+    const std::shared_ptr<const T>& old = values[static_cast<size_t>(*replace)];
+    if (old && is_same(*old, value)) return *replace;
+  }
+  return store(values, std::make_shared<const T>(std::move(value)), replace);
 }
 
 void check_replace(const std::string& owner, const char* what, std::optional<int> replace, size_t count) {
@@ -65,21 +77,35 @@ bool is_left_out(const Instance& instance) { return instance.mesh < 0 && is_sing
 
 }  // namespace
 
+SceneBuilder::SceneBuilder(const Scene& earlier) : scene_(earlier) {
+  MaterialProgram grey = make_default_material();
+  finish_program(grey, 0);
+  for (size_t i = 0; i < scene_.materials.size() && default_material_ < 0; ++i)
+    if (scene_.materials[i] && *scene_.materials[i] == grey) default_material_ = static_cast<int>(i);
+  for (size_t i = 0; i < scene_.material_sets.size(); ++i)
+    material_set_handles_.try_emplace(scene_.material_sets[i], static_cast<int>(i));
+  for (size_t i = 0; i < scene_.object_names.size(); ++i)
+    object_handles_.try_emplace(scene_.object_names[i], static_cast<int>(i));
+  singular_instances_ = static_cast<int>(std::ranges::count_if(scene_.instances, is_left_out));
+}
+
 int SceneBuilder::add_mesh(const MeshInput& input, std::optional<int> replace) {
   check_replace(input.name, "mesh", replace, scene_.meshes.size());
-  return store(scene_.meshes, std::make_shared<const Mesh>(build_mesh(input)), replace);
+  return store_shared(scene_.meshes, build_mesh(input), replace, is_same_mesh);
 }
+
+int SceneBuilder::add_mesh(std::shared_ptr<const Mesh> mesh) { return store(scene_.meshes, std::move(mesh), {}); }
 
 int SceneBuilder::add_image(Image image, std::optional<int> replace) {
   check_replace(image.name, "image", replace, scene_.images.size());
   check_image(image);
-  return store(scene_.images, std::make_shared<const Image>(std::move(image)), replace);
+  return store_shared(scene_.images, std::move(image), replace, std::equal_to<>());
 }
 
 int SceneBuilder::add_material(MaterialProgram program, std::optional<int> replace) {
   check_replace(program.name, "material", replace, scene_.materials.size());
   finish_program(program, static_cast<int>(scene_.images.size()));
-  return store(scene_.materials, std::make_shared<const MaterialProgram>(std::move(program)), replace);
+  return store_shared(scene_.materials, std::move(program), replace, std::equal_to<>());
 }
 
 int SceneBuilder::add_material_set(std::vector<int> materials, const std::string& owner_name) {
@@ -91,10 +117,17 @@ int SceneBuilder::add_material_set(std::vector<int> materials, const std::string
     default_material_ = add_material(make_default_material());
   }
   std::ranges::replace(materials, -1, default_material_);
-  return store(scene_.material_sets, std::move(materials), {});
+  const auto [known, is_new] =
+      material_set_handles_.try_emplace(materials, static_cast<int>(scene_.material_sets.size()));
+  if (is_new) scene_.material_sets.push_back(std::move(materials));
+  return known->second;
 }
 
-int SceneBuilder::add_object_name(std::string name) { return store(scene_.object_names, std::move(name), {}); }
+int SceneBuilder::add_object_name(std::string name) {
+  const auto [known, is_new] = object_handles_.try_emplace(name, static_cast<int>(scene_.object_names.size()));
+  if (is_new) scene_.object_names.push_back(std::move(name));
+  return known->second;
+}
 
 int SceneBuilder::add_instance(const Instance& instance, std::optional<int> replace) {
   static const std::string kUnnamed = "instance";

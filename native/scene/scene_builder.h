@@ -1,7 +1,9 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
+#include <unordered_map>
 
 #include "scene/scene.h"
 
@@ -29,14 +31,22 @@ struct MeshInput {
 /// shares all meshes, images and programs. Bad input throws Error and leaves the builder as it was.
 class SceneBuilder {
  public:
+  SceneBuilder() = default;
+  /// Goes on from a snapshot: its handles are valid here, and what is not replaced is shared with it.
+  explicit SceneBuilder(const Scene& earlier);
+
   /// Splits polygons into triangles (a concave quad along the diagonal from its reflex corner), drops triangles that
   /// are degenerate or not finite (counted in Mesh::dropped_triangles), checks every index. A mesh without
-  /// polygons is allowed. Handles count up from 0; passing `replace` keeps a handle.
+  /// polygons is allowed. Handles count up from 0; passing `replace` keeps a handle, and the old mesh itself if the new
+  /// one is equal. The same goes for images and materials.
   int add_mesh(const MeshInput& input, std::optional<int> replace = {});
+  /// Shares a mesh of another scene.
+  int add_mesh(std::shared_ptr<const Mesh> mesh);
   int add_image(Image image, std::optional<int> replace = {});
   /// Runs `finish_program`.
   int add_material(MaterialProgram program, std::optional<int> replace = {});
-  /// A set may be empty: then slot 0 is `default_material`, made on demand (grey diffuse, 0.8).
+  /// A set may be empty: then slot 0 is `default_material`, made on demand (grey diffuse, 0.8). Equal sets, and equal
+  /// names of objects, have one handle.
   int add_material_set(std::vector<int> materials, const std::string& owner_name);
   int add_object_name(std::string name);
   /// Throws Error naming the object for a matrix with non-finite entries. A singular matrix (flat object) is not an
@@ -59,6 +69,8 @@ class SceneBuilder {
  private:
   Scene scene_;
   int default_material_ = -1;
+  std::map<std::vector<int>, int> material_set_handles_;
+  std::unordered_map<std::string, int> object_handles_;
   int singular_instances_ = 0;
 };
 

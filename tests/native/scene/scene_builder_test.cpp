@@ -199,6 +199,10 @@ TEST(SceneBuilder, HandlesAreStableAndUntouchedPartsShared) {
   builder.add_instance(instance_of(0, 0, 0));
   const std::shared_ptr<const Scene> before = builder.snapshot();
   EXPECT_EQ(builder.add_mesh(SquareMesh{}.input(), second), second);
+  EXPECT_EQ(builder.snapshot()->meshes[1], before->meshes[1]) << "replaced by its equal";
+  SquareMesh other;
+  other.positions[0].x = 0.25f;
+  EXPECT_EQ(builder.add_mesh(other.input(), second), second);
   builder.add_light({"Lamp", PointLight{}});
   const std::shared_ptr<const Scene> after = builder.snapshot();
   EXPECT_EQ(before->meshes[0], after->meshes[0]);
