@@ -89,7 +89,7 @@ MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
   const size_t bytes_before = device->memory_bytes();
   tbb::parallel_for(size_t{0}, missing.size(), [&](size_t i) { built[i] = build_mesh_scene(device, missing[i]); });
   // Embree counts for the whole device: what the batch took is shared out by triangles.
-  const double bytes = static_cast<double>(device->memory_bytes() - bytes_before);
+  const double bytes = static_cast<double>(device->memory_bytes_since(bytes_before));
   double triangles = 0.0;
   for (const std::shared_ptr<const Mesh>& mesh : missing) triangles += static_cast<double>(mesh->triangle_count());
   for (size_t i = 0; i < missing.size(); ++i) {

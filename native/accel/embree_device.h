@@ -20,6 +20,11 @@ class EmbreeDevice {
   RTCDevice get() const { return device_; }
   /// Bytes that Embree holds now for everything made on this device.
   size_t memory_bytes() const { return memory_bytes_.load(std::memory_order_relaxed); }
+  /// What it holds more than before; 0 where others, who share the device, have freed more meanwhile.
+  size_t memory_bytes_since(size_t before) const {
+    const size_t now = memory_bytes();
+    return now > before ? now - before : 0;
+  }
   /// Throws Error with Embree's words when an earlier call on this thread failed. `doing` says what was tried.
   void check(const std::string& doing) const;
 

@@ -92,7 +92,7 @@ std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevi
   rtcJoinCommitScene(top->scene.get());
   top->device->check("building the scene");
   top->bounds = scene_bounds(top->scene.get());
-  top->memory_bytes = top->device->memory_bytes() - bytes_before;
+  top->memory_bytes = top->device->memory_bytes_since(bytes_before);
   return top;
 }
 

@@ -92,6 +92,8 @@ std::map<std::string, Setter> make_setters() {
                                            {"SCREEN_REUSE", IndirectAnswer::SCREEN_REUSE},
                                            {"WORLD_REUSE", IndirectAnswer::WORLD_REUSE},
                                            {"CELL_SHARED", IndirectAnswer::CELL_SHARED}})},
+      {"keep_history", member(&Settings::keep_history)},
+      {"keep_instances", member(&Settings::keep_instances)},
       {"light_sampling", member(&Settings::light_sampling)},
       {"sequence", choice<SampleSequence>("sequence", &Settings::sequence,
                                           {{"SOBOL", SampleSequence::SOBOL}, {"RANDOM", SampleSequence::RANDOM}})},
@@ -212,14 +214,16 @@ void bind_enums(py::module_& m) {
       .finalize();
 }
 
-/// Destroying a session joins its thread, which must not wait for the GIL.
-struct SessionDeleter {
-  void operator()(Session* session) const {
+/// Destroying a session joins its thread, which must not wait for the GIL; a cache frees large buffers, for which nobody
+/// else should wait.
+struct DeleteWithoutGil {
+  template <class T>
+  void operator()(T* object) const {
     if (PyGILState_Check() != 0) {
       const py::gil_scoped_release nogil;
-      delete session;
+      delete object;
     } else {
-      delete session;
+      delete object;
     }
   }
 };
@@ -249,10 +253,11 @@ void bind_session(py::module_& m) {
                              })
       .def_readonly("version", &Progress::version);
   py::class_<RenderCache, std::shared_ptr<RenderCache>>(m, "RenderCache")
-      .def(py::init<>())
+      .def(py::init([] { return std::shared_ptr<RenderCache>(new RenderCache, DeleteWithoutGil()); }))
+      .def("drop_history", &RenderCache::drop_history, py::call_guard<py::gil_scoped_release>())
       .def_property_readonly("memory_bytes", &RenderCache::memory_bytes);
   using NoGil = py::call_guard<py::gil_scoped_release>;
-  py::class_<Session, std::unique_ptr<Session, SessionDeleter>>(m, "Session")
+  py::class_<Session, std::unique_ptr<Session, DeleteWithoutGil>>(m, "Session")
       .def(py::init<Settings>(), py::arg("settings"))
       .def(
           "start",

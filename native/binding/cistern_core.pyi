@@ -57,7 +57,16 @@ def describe_ops() -> dict[str, tuple[str, str, int, bool]]:
     """Op name -> (input letters, output letter or '', parameter count, is closure). Letters: f float, c colour, v vector."""
 
 class SceneBuilder:
-    def __init__(self) -> None: ...
+    """Snapshots share what did not change between them. Equal material sets and names of objects have one handle; what
+    is replaced by an equal mesh, image (the same memory) or material stays the object it was.
+
+    A key is a number other than 0 that stands for the same instance or light in all snapshots, so that what was found
+    for it can be used again; things without one (0) are known by their handles."""
+
+    def __init__(self, earlier: "Scene | None" = None) -> None:
+        """Empty, or going on from a snapshot, whose handles are valid here."""
+    def take_mesh(self, scene: "Scene", handle: int) -> int:
+        """Share a mesh of another scene; returns its handle here."""
     def add_mesh(
         self,
         name: str,
@@ -94,6 +103,7 @@ class SceneBuilder:
         visibility: NDArray[np.uint8],  # (n,) bits: 1 camera 2 diffuse 4 glossy 8 transmission 16 shadow
         holdout: NDArray[np.uint8] | None = None,
         random: NDArray[np.float32] | None = None,
+        keys: NDArray[np.uint64] | None = None,
     ) -> int:
         """Handle of the first; the others follow. Flat (singular) instances are left out and counted."""
     @property
@@ -108,7 +118,7 @@ class SceneBuilder:
         **common,
     ) -> int:
         """`intensity` W/sr; `common` for all lights: visibility=31, casts_shadow=True, use_mis=True, max_bounces=1024,
-        material=-1, replace=None."""
+        material=-1, key=0, replace=None."""
     def add_spot_light(
         self,
         name: str,
@@ -210,6 +220,10 @@ class Settings:
     cell_pixels: float  # edge of a cell as seen in the picture, in pixels
     min_cell_size: float  # smallest edge, as a share of the diagonal of the scene's box
     normal_cells: bool  # whether cells are divided by the direction of the surface
+    # With a RenderCache and temporal reuse: go on with the history of the last session, if that had the same settings but
+    # for samples, threads, time_limit, passes and the size of the picture; and leave the own history there.
+    keep_history: bool
+    keep_instances: bool  # each mesh keeps an Embree scene of its own: moves are cheap, rays cost a little more
     light_sampling: LightSampling
     sequence: str  # "SOBOL" (Owen-scrambled), "RANDOM" (independent)
     pixel_filter: PixelFilter
@@ -245,10 +259,13 @@ class Progress:
     version: int  # changes whenever new pixels can be read
 
 class RenderCache:
-    """What a render can take over from an earlier one of a scene with the same meshes and instances: the cells of the
-    light cache. Light and material edits keep them."""
+    """What a render can take over from an earlier one: Embree scenes of meshes and of all of them, the lights, the cells
+    of the light cache, each while what it depends on is the same; and with `Settings.keep_history` the history of
+    frames. May be used by several sessions at once, of which one has the history."""
 
     def __init__(self) -> None: ...
+    def drop_history(self) -> None:
+        """Free the buffers of history, many bytes for each pixel."""
     @property
     def memory_bytes(self) -> int: ...
 

@@ -11,6 +11,7 @@ namespace cistern {
 struct GroupRules {
   int size = 16;        // members of a group, at most
   int fine_levels = 3;  // the keys are of cells this many halvings below those that bound the groups
+  friend bool operator==(const GroupRules&, const GroupRules&) = default;
 };
 
 /// Entries in groups of nearly equal size. Built once a frame; buffers stay for the next build.

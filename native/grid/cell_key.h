@@ -22,6 +22,7 @@ struct GridSettings {
   float cell_pixels = 10.0f;   ///< edge of a cell as seen on the picture; 0: all cells have the smallest size
   bool use_normals = true;  ///< whether cells are divided by the direction of the surface [Zhang and Wang 2023, §4.2]
   bool randomised = true;   ///< a new offset and rotation for each (seed, frame); false: the same cells in all frames
+  friend bool operator==(const GridSettings&, const GridSettings&) = default;
 };
 
 /// How large a pixel looks from where: one of the two sizes is zero. Panoramas are perspective in this sense.

@@ -24,12 +24,26 @@ struct CellSharedStage::Group {
 
 CellSharedStage::CellSharedStage(const FrameContext& context)
     : context_(context), paths_(context.paths, context.settings.path_sharing.weights) {
-  const Region& region = context.settings.region;
+  resize();
+}
+
+void CellSharedStage::resize() {
+  const Region& region = context_.settings.region;
   const size_t pixels = static_cast<size_t>(region.width) * static_cast<size_t>(region.height);
   for (auto& links : links_) links.resize(pixels);
   reflected_.resize(pixels);
   keys_.resize(pixels);
   classes_.resize(pixels);
+}
+
+/// There is no history, only memory.
+void CellSharedStage::take_over(PathStage&& earlier, const HistorySource&) {
+  auto& stage = static_cast<CellSharedStage&>(earlier);
+  std::swap(links_, stage.links_);
+  std::swap(reflected_, stage.reflected_);
+  std::swap(keys_, stage.keys_);
+  std::swap(classes_, stage.classes_);
+  resize();
 }
 
 void CellSharedStage::start_pixel(const PathCapture& capture, uint32_t pixel) {

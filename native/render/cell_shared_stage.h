@@ -19,6 +19,7 @@ class CellSharedStage final : public PathStage {
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override;
   std::optional<Rgb> shade_alone(const VisiblePoint& visible, uint32_t pixel) const override;
   void keep_history() override {}
+  void take_over(PathStage&& earlier, const HistorySource& source) override;
   size_t memory_bytes() const override;
 
  private:
@@ -30,10 +31,12 @@ class CellSharedStage final : public PathStage {
 
   const FrameContext& context_;
   CellSharedPaths paths_;
-  std::array<std::vector<PathLink>, kMaxPathLinks> links_;  // by vertex and pixel
-  std::vector<ReflectedPaths> reflected_;                   // by pixel, of the last vertex shared at
-  std::vector<CellKey> keys_;
-  std::vector<uint32_t> classes_;
+  void resize();
+
+  std::array<LazyVector<PathLink>, kMaxPathLinks> links_;  // by vertex and pixel; `to` means nothing where W is 0
+  LazyVector<ReflectedPaths> reflected_;                   // by pixel, of the last vertex shared at
+  LazyVector<CellKey> keys_;
+  LazyVector<uint32_t> classes_;
   CellGroups groups_;
 };
 

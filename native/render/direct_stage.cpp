@@ -13,7 +13,18 @@ DirectStage::DirectStage(const FrameContext& context, std::shared_ptr<const Ligh
   const size_t pixels = static_cast<size_t>(s.region.width) * static_cast<size_t>(s.region.height);
   reservoirs_.resize(pixels);
   if (s.direct_reuse.spatial_reuse) scratch_.resize(pixels);
-  if (s.direct_reuse.temporal_reuse && s.samples > 1) history_.reservoirs.reserve(pixels);
+}
+
+void DirectStage::take_over(DirectStage&& earlier, const HistorySource& source) {
+  const size_t pixels = reservoirs_.size(), scratch_pixels = scratch_.size();
+  std::swap(reservoirs_, earlier.reservoirs_);
+  std::swap(scratch_, earlier.scratch_);
+  std::swap(history_, earlier.history_);
+  reservoirs_.resize(pixels);
+  scratch_.resize(scratch_pixels);
+  history_.view = source.view();
+  history_.world = source.earlier();
+  if (cached_ && !source.earlier()) cached_->take_over(std::move(*earlier.cached_));
 }
 
 void DirectStage::start_pixel(const VisiblePoint& visible, uint32_t pixel, uint32_t frame, uint64_t& non_finite) {
@@ -31,7 +42,7 @@ bool DirectStage::merge_cache(const FrameRun& run, std::span<const VisiblePoint>
   if (!cached_) return true;
   // Most of it is made in the first frame; later ones only renew a part.
   const WorkMonitor monitor{[&] { return run.stop.cancelled || run.stop.deadline_passed(); },
-                            run.frame == 0 ? report_caching_ : nullptr};
+                            is_first_frame_ ? report_caching_ : nullptr};
   if (!cached_->prepare(visible, run.frame, monitor)) return false;
   return run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
     if (visible[pixel].exists)
@@ -63,8 +74,10 @@ bool DirectStage::reuse_in_space(const FrameRun& run, std::span<const VisiblePoi
 }
 
 void DirectStage::keep_history() {
+  is_first_frame_ = false;
   if (!context_.settings.direct_reuse.temporal_reuse) return;
-  history_.camera = context_.paths.scene.camera;
+  history_.view = {context_.paths.scene.camera, image_region(context_.settings)};
+  history_.world = nullptr;
   history_.reservoirs.resize(reservoirs_.size());
   std::swap(history_.reservoirs, reservoirs_);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "render/frame_run.h"
+#include "render/render_history.h"
 #include "restir/cached_light_reservoirs.h"
 
 namespace cistern {
@@ -11,6 +12,8 @@ class DirectStage {
   DirectStage(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells,
               std::function<void(float)> report_caching);
 
+  /// Goes on with the history of another render, and with its memory. `source` stays until keep_history.
+  void take_over(DirectStage&& earlier, const HistorySource& source);
   /// A pixel's own light candidates, as soon as its visible point is known.
   void start_pixel(const VisiblePoint& visible, uint32_t pixel, uint32_t frame, uint64_t& non_finite);
   /// All reuse; by pixel, `previous` as `visible` of the frame before or empty. False if stopped.
@@ -33,7 +36,8 @@ class DirectStage {
   std::function<void(float)> report_caching_;
   ReservoirDirectLight direct_;
   std::optional<CachedLightReservoirs> cached_;
-  std::vector<LightReservoir> reservoirs_, scratch_;  // by pixel
+  LazyVector<LightReservoir> reservoirs_, scratch_;  // by pixel
+  bool is_first_frame_ = true;
   LightHistory history_;
 };
 

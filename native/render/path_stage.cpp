@@ -25,8 +25,7 @@ class ScreenPathStage final : public PathStage {
   explicit ScreenPathStage(const FrameContext& context)
       : context_(context),
         paths_(context.paths, context.settings.screen_paths, image_region(context.settings), context.settings.seed) {
-    current_.temporal.resize(pixel_count(context));
-    current_.spatial.resize(pixel_count(context));
+    resize(current_);
   }
 
   int link_count() const override { return 1; }
@@ -59,10 +58,20 @@ class ScreenPathStage final : public PathStage {
 
   void keep_history() override {
     if (!context_.settings.screen_paths.temporal_reuse) return;
-    current_.camera = context_.paths.scene.camera;
+    current_.view = {context_.paths.scene.camera, image_region(context_.settings)};
     std::swap(current_, previous_);
-    current_.temporal.resize(previous_.temporal.size());
-    current_.spatial.resize(previous_.spatial.size());
+    resize(current_);
+  }
+
+  void take_over(PathStage&& earlier, const HistorySource& source) override {
+    auto& stage = static_cast<ScreenPathStage&>(earlier);
+    std::swap(current_, stage.current_);
+    std::swap(previous_, stage.previous_);
+    resize(current_);
+    previous_.view = source.view();
+    if (!source.earlier()) return;
+    previous_.temporal.clear();
+    previous_.spatial.clear();
   }
 
   size_t memory_bytes() const override {
@@ -71,6 +80,11 @@ class ScreenPathStage final : public PathStage {
   }
 
  private:
+  void resize(PathFrame& frame) const {
+    frame.temporal.resize(pixel_count(context_));
+    frame.spatial.resize(pixel_count(context_));
+  }
+
   const FrameContext& context_;
   ScreenSpacePaths paths_;
   PathFrame current_, previous_;
@@ -130,9 +144,22 @@ class WorldPathStage final : public PathStage {
   }
 
   void keep_history() override {
-    current_.camera = context_.paths.scene.camera;
+    current_.view = {context_.paths.scene.camera, image_region(context_.settings)};
     std::swap(current_, previous_);
     resize(current_);
+  }
+
+  void take_over(PathStage&& earlier, const HistorySource& source) override {
+    auto& stage = static_cast<WorldPathStage&>(earlier);
+    std::swap(current_, stage.current_);
+    std::swap(previous_, stage.previous_);
+    std::swap(spatial_, stage.spatial_);
+    std::swap(keys_, stage.keys_);
+    resize(current_);
+    spatial_.resize(pixel_count(context_));
+    keys_.resize(current_.points.size());
+    previous_.view = source.view();
+    if (source.earlier()) previous_.points.clear();
   }
 
   size_t memory_bytes() const override {
@@ -154,8 +181,8 @@ class WorldPathStage final : public PathStage {
   WorldSpacePaths paths_;
   int link_count_;
   PathCells current_, previous_;
-  std::vector<PathReservoir> spatial_;  // by pixel
-  std::vector<CellKey> keys_;           // by entry
+  LazyVector<PathReservoir> spatial_;  // by pixel
+  LazyVector<CellKey> keys_;           // by entry
 };
 
 }  // namespace

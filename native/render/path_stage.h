@@ -1,6 +1,7 @@
 #pragma once
 
 #include "render/frame_run.h"
+#include "render/render_history.h"
 #include "restir/screen_space_paths.h"
 #include "restir/world_space_paths.h"
 
@@ -25,6 +26,9 @@ class PathStage {
   /// The same without what other pixels found, where that is known too.
   virtual std::optional<Rgb> shade_alone(const VisiblePoint&, uint32_t) const { return std::nullopt; }
   virtual void keep_history() = 0;
+  /// Goes on with the history of a stage of the same kind, if light is as it was: the radiance that paths found is part
+  /// of them. Else with its memory alone.
+  virtual void take_over(PathStage&& earlier, const HistorySource& source) = 0;
   virtual size_t memory_bytes() const = 0;
 
   /// Null for PATH.

@@ -2,6 +2,33 @@
 
 namespace cistern {
 
+std::shared_ptr<const Accel> RenderCache::accel(const std::shared_ptr<const Scene>& scene, bool keep_instances) {
+  std::shared_ptr<const Accel> previous;
+  {
+    const std::lock_guard lock(mutex_);
+    previous = accel_;
+  }
+  std::shared_ptr<const Accel> accel = Accel::build(scene, previous, keep_instances);
+  const std::lock_guard lock(mutex_);
+  accel_ = accel;
+  return accel;
+}
+
+std::shared_ptr<const LightSet> RenderCache::lights(const std::shared_ptr<const Scene>& scene, LightSampling sampling) {
+  Lights previous;
+  {
+    const std::lock_guard lock(mutex_);
+    previous = lights_;
+  }
+  const bool fits =
+      previous.lights && previous.sampling == sampling && !compare_scenes(*previous.scene, *scene).affects_light();
+  if (fits) return previous.lights;
+  auto lights = std::make_shared<const LightSet>(scene, sampling);
+  const std::lock_guard lock(mutex_);
+  lights_ = {scene, sampling, lights};
+  return lights;
+}
+
 std::shared_ptr<const LightCacheCells> RenderCache::light_cache_cells(const Scene& scene, uint32_t point_count,
                                                                       uint64_t seed, const WorkMonitor& monitor) {
   {
@@ -14,9 +41,24 @@ std::shared_ptr<const LightCacheCells> RenderCache::light_cache_cells(const Scen
   return cells;
 }
 
+std::unique_ptr<ReuseFrame> RenderCache::take_history(const Settings& settings) {
+  const std::lock_guard lock(mutex_);
+  if (!history_ || !shares_history(history_->world()->settings, settings)) return nullptr;
+  return std::move(history_);
+}
+
+void RenderCache::leave_history(std::unique_ptr<ReuseFrame> frame) {
+  {
+    const std::lock_guard lock(mutex_);
+    std::swap(history_, frame);
+  }
+  // What was kept before is freed here, when nobody waits for the lock.
+}
+
 size_t RenderCache::memory_bytes() const {
   const std::lock_guard lock(mutex_);
-  return cells_ ? cells_->memory_bytes() : 0;
+  return (accel_ ? accel_->memory_bytes() : 0) + (lights_.lights ? lights_.lights->memory_bytes() : 0) +
+         (cells_ ? cells_->memory_bytes() : 0) + (history_ ? history_->memory_bytes() : 0);
 }
 
 }  // namespace cistern

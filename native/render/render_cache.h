@@ -3,24 +3,42 @@
 #include <memory>
 #include <mutex>
 
-#include "restir/light_cache_cells.h"
+#include "render/reuse_frame.h"
 
 namespace cistern {
 
-/// What a render can take over from an earlier one of a scene with the same surfaces: the cells of the light cache,
-/// which depend on geometry alone. What depends on lights and materials is made anew. May be used by several sessions
-/// at once.
+/// What a render can take over from an earlier one: Embree scenes of meshes; the lights where none changed; the cells
+/// of the light cache, which depend on geometry alone; and the history of frames. May be used by several sessions at
+/// once, of which one has the history.
 class RenderCache {
  public:
+  /// For the scene, from parts of those built last.
+  std::shared_ptr<const Accel> accel(const std::shared_ptr<const Scene>& scene, bool keep_instances);
+  /// Those built last, if the scene is lit by the very same, else new ones.
+  std::shared_ptr<const LightSet> lights(const std::shared_ptr<const Scene>& scene, LightSampling sampling);
   /// The cells kept, if they were built from the very surfaces of `scene`, else newly built ones, which are kept from
   /// then on. Null when stopped.
   std::shared_ptr<const LightCacheCells> light_cache_cells(const Scene& scene, uint32_t point_count, uint64_t seed,
                                                            const WorkMonitor& monitor);
+
+  /// The frame left last, if settings agree; it is gone from here. Otherwise null, and what was left is kept.
+  std::unique_ptr<ReuseFrame> take_history(const Settings& settings);
+  /// In place of what was left before.
+  void leave_history(std::unique_ptr<ReuseFrame> frame);
+  void drop_history() { leave_history(nullptr); }
+
   size_t memory_bytes() const;
 
  private:
   mutable std::mutex mutex_;
+  std::shared_ptr<const Accel> accel_;
+  struct Lights {
+    std::shared_ptr<const Scene> scene;
+    LightSampling sampling{};
+    std::shared_ptr<const LightSet> lights;
+  } lights_;
   std::shared_ptr<const LightCacheCells> cells_;
+  std::unique_ptr<ReuseFrame> history_;
 };
 
 }  // namespace cistern

@@ -10,24 +10,37 @@ void show_reservoir(Film& film, uint32_t pixel, const LightReservoir& reservoir)
 
 }  // namespace
 
-ReuseFrame::ReuseFrame(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells,
+ReuseFrame::ReuseFrame(std::shared_ptr<const RenderWorld> world, std::shared_ptr<const LightCacheCells> cache_cells,
                        std::function<void(float)> report_caching)
-    : context_(context), paths_(PathStage::make(context_)) {
-  const Settings& s = context.settings;
+    : world_(std::move(world)), context_(world_->context), paths_(PathStage::make(context_)) {
+  const Settings& s = context_.settings;
   if (s.direct != DirectAnswer::NEE) direct_.emplace(context_, std::move(cache_cells), std::move(report_caching));
   if (s.secondary != SecondaryAnswer::NEE) secondary_.emplace(context_);
   const size_t pixels = static_cast<size_t>(s.region.width) * static_cast<size_t>(s.region.height);
   records_.resize(pixels);
   visible_points_.resize(pixels);
-  if (s.direct_reuse.temporal_reuse && s.samples > 1) previous_visible_points_.reserve(pixels);
+}
+
+void ReuseFrame::take_over(ReuseFrame&& earlier, SceneChange change) {
+  source_ = std::make_unique<HistorySource>(earlier.history_world(), *world_, std::move(change));
+  next_frame_ = earlier.next_frame_;
+  const size_t pixels = visible_points_.size();
+  std::swap(records_, earlier.records_);
+  std::swap(visible_points_, earlier.visible_points_);
+  std::swap(previous_visible_points_, earlier.previous_visible_points_);
+  records_.resize(pixels);
+  visible_points_.resize(pixels);
+  if (direct_) direct_->take_over(std::move(*earlier.direct_), *source_);
+  if (secondary_) secondary_->take_over(std::move(*earlier.secondary_), *source_);
+  if (paths_) paths_->take_over(std::move(*earlier.paths_), *source_);
 }
 
 bool ReuseFrame::is_needed(const Settings& s) {
   return s.direct != DirectAnswer::NEE || s.secondary != SecondaryAnswer::NEE || s.indirect != IndirectAnswer::PATH;
 }
 
-bool ReuseFrame::render(uint32_t frame, Film& film, const StopCondition& stop) {
-  const FrameRun run{context_, frame, stop, non_finite_weights_, stage_times_};
+bool ReuseFrame::render(Film& film, const StopCondition& stop) {
+  const FrameRun run{context_, next_frame_, stop, non_finite_weights_, stage_times_};
   stage_times_.start();
   if (!trace_paths(run)) return false;
   stage_times_.lap("Paths");
@@ -107,6 +120,8 @@ void ReuseFrame::shade_paths(const VisiblePoint& visible, uint32_t pixel, PathRe
 }
 
 void ReuseFrame::keep_history() {
+  ++next_frame_;
+  source_.reset();
   if (direct_) direct_->keep_history();
   if (secondary_) secondary_->keep_history();
   if (paths_) paths_->keep_history();

@@ -2,25 +2,35 @@
 
 #include "render/direct_stage.h"
 #include "render/path_stage.h"
+#include "render/render_history.h"
 #include "render/secondary_stage.h"
 
 namespace cistern {
 
 /// Frames in which visible points share what they find: each is made in stages over the whole picture. Memory is
-/// allocated with the first frame and reused.
+/// touched first by the first frame, and used again from then on, also by a render that takes over.
 class ReuseFrame {
  public:
   /// `cache_cells`: for RESTIR_CACHE, else null. `report_caching`: told in [0, 1] how much of the light in them is
   /// ready, from any thread.
-  ReuseFrame(const FrameContext& context, std::shared_ptr<const LightCacheCells> cache_cells,
+  ReuseFrame(std::shared_ptr<const RenderWorld> world, std::shared_ptr<const LightCacheCells> cache_cells,
              std::function<void(float)> report_caching);
+
+  /// Goes on with the history of another render, to be called before the first frame; `change` is that of the scene
+  /// since the one history is from (history_world). Both renders must share_history. Frame numbers go on as well: the
+  /// random numbers of a frame that others remember must not come again.
+  void take_over(ReuseFrame&& earlier, SceneChange change);
 
   /// Whether any answer of these settings is not the path tracer's.
   static bool is_needed(const Settings& settings);
 
-  /// Adds one frame to the film; frames come in order. Does nothing to the film unless the last stage is reached, and
+  /// Adds the next frame to the film. Does nothing to the film unless the last stage is reached, and
   /// pixels that stage does not reach when stopped early miss this frame. True if the frame was finished.
-  bool render(uint32_t frame, Film& film, const StopCondition& stop);
+  bool render(Film& film, const StopCondition& stop);
+
+  const std::shared_ptr<const RenderWorld>& world() const { return world_; }
+  /// Where the history comes from: `world`, once a frame was finished.
+  const std::shared_ptr<const RenderWorld>& history_world() const { return source_ ? source_->world() : world_; }
 
   size_t memory_bytes() const;
   /// Weights that were not finite, so far; they counted as zero.
@@ -37,15 +47,18 @@ class ReuseFrame {
   void shade_paths(const VisiblePoint& visible, uint32_t pixel, PathRecord& record) const;
   void keep_history();
 
-  FrameContext context_;
+  std::shared_ptr<const RenderWorld> world_;
+  const FrameContext& context_;
+  std::unique_ptr<const HistorySource> source_;  // until a frame was finished, if history was taken over
+  uint32_t next_frame_ = 0;
   std::optional<DirectStage> direct_;  // each for its answer, unless that is the path tracer's
   std::optional<SecondaryStage> secondary_;
   std::unique_ptr<PathStage> paths_;
   std::atomic<uint64_t> non_finite_weights_{0};
   StageTimes stage_times_;
   // By pixel.
-  std::vector<PathRecord> records_;
-  std::vector<VisiblePoint> visible_points_, previous_visible_points_;
+  LazyVector<PathRecord> records_;
+  LazyVector<VisiblePoint> visible_points_, previous_visible_points_;
 };
 
 }  // namespace cistern

@@ -22,6 +22,16 @@ SecondaryStage::SecondaryStage(const FrameContext& context)
   counts_.resize(first_vertex_.size());
 }
 
+void SecondaryStage::take_over(SecondaryStage&& earlier, const HistorySource& source) {
+  std::swap(vertices_, earlier.vertices_);
+  std::swap(pixels_, earlier.pixels_);
+  std::swap(cells_, earlier.cells_);
+  std::swap(previous_, earlier.previous_);
+  std::swap(scratch_, earlier.scratch_);
+  std::swap(keys_, earlier.keys_);
+  previous_.world = source.earlier();
+}
+
 void SecondaryStage::Batch::add(uint32_t pixel, std::span<const LightVertex> of_pixel) {
   counts.emplace_back(pixel, static_cast<uint32_t>(of_pixel.size()));
   vertices.insert(vertices.end(), of_pixel.begin(), of_pixel.end());
@@ -36,22 +46,33 @@ void SecondaryStage::add_batch(Batch&& batch) {
 }
 
 /// In the order of their first pixels: whichever thread was faster.
-void SecondaryStage::join_batches() {
+bool SecondaryStage::join_batches(const FrameRun& run) {
   std::ranges::sort(batches_, {}, [](const Batch& batch) { return batch.counts.front().first; });
-  vertices_.clear();
-  pixels_.clear();
-  for (const Batch& batch : batches_) {
-    for (const auto& [pixel, count] : batch.counts) {
-      first_vertex_[pixel] = static_cast<uint32_t>(pixels_.size());
-      counts_[pixel] = count;
-      pixels_.insert(pixels_.end(), count, pixel);
+  std::vector<size_t> first{0};  // vertex of each batch, and the end
+  for (const Batch& batch : batches_) first.push_back(first.back() + batch.vertices.size());
+  const size_t count = first.back();
+  vertices_.resize(count);
+  pixels_.resize(count);
+  cells_.points.resize(count);
+  cells_.reservoirs.resize(count);
+  scratch_.resize(count);
+  std::atomic<bool> stopped{false};
+  parallel_blocks(batches_.size(), 1, [&](size_t i, size_t, size_t) {
+    if (run.stop.cancelled.load(std::memory_order_relaxed)) stopped = true;
+    if (stopped) return;
+    Batch& batch = batches_[i];
+    auto vertex = static_cast<uint32_t>(first[i]);
+    for (const auto& [pixel, vertex_count] : batch.counts) {
+      first_vertex_[pixel] = vertex;
+      counts_[pixel] = vertex_count;
+      std::fill_n(pixels_.begin() + vertex, vertex_count, pixel);
+      vertex += vertex_count;
     }
-    vertices_.insert(vertices_.end(), batch.vertices.begin(), batch.vertices.end());
-  }
+    std::ranges::copy(batch.vertices, vertices_.begin() + static_cast<std::ptrdiff_t>(first[i]));
+    batch = {};
+  });
   batches_.clear();
-  cells_.points.resize(vertices_.size());
-  cells_.reservoirs.resize(vertices_.size());
-  scratch_.resize(vertices_.size());
+  return !stopped;
 }
 
 Rng SecondaryStage::random_numbers(uint32_t vertex, uint32_t frame, uint32_t pass) const {
@@ -76,7 +97,7 @@ bool SecondaryStage::for_vertices(const FrameRun& run, const Body& body) const {
 }
 
 bool SecondaryStage::reuse(const FrameRun& run) {
-  join_batches();
+  if (!join_batches(run)) return false;
   const SecondaryReuse& reuse = context_.settings.secondary_reuse;
   const bool started = for_vertices(run, [&](uint32_t vertex, uint64_t& non_finite) {
     Rng rng = random_numbers(vertex, run.frame, INITIAL);
@@ -141,6 +162,7 @@ void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSam
 void SecondaryStage::keep_history() {
   const SecondaryReuse& reuse = context_.settings.secondary_reuse;
   if (reuse.cell_reuse && reuse.temporal_reuse) std::swap(previous_, cells_);
+  previous_.world = cells_.world = nullptr;
 }
 
 size_t SecondaryStage::memory_bytes() const {

@@ -3,6 +3,7 @@
 #include <mutex>
 
 #include "render/frame_run.h"
+#include "render/render_history.h"
 #include "restir/secondary_light_reservoirs.h"
 
 namespace cistern {
@@ -11,6 +12,8 @@ namespace cistern {
 class SecondaryStage {
  public:
   explicit SecondaryStage(const FrameContext& context);
+  /// Goes on with the history of another render, and with its memory. `source` stays until keep_history.
+  void take_over(SecondaryStage&& earlier, const HistorySource& source);
 
   /// The vertices of some pixels of a frame that were traced together, in the order of their paths.
   struct Batch {
@@ -29,7 +32,7 @@ class SecondaryStage {
   size_t memory_bytes() const;
 
  private:
-  void join_batches();
+  bool join_batches(const FrameRun& run);
   Rng random_numbers(uint32_t vertex, uint32_t frame, uint32_t pass) const;
   template <class Body>
   bool for_vertices(const FrameRun& run, const Body& body) const;
@@ -40,12 +43,12 @@ class SecondaryStage {
   SecondaryLightReservoirs light_;
   std::mutex mutex_;  // guards batches_
   std::vector<Batch> batches_;
-  std::vector<LightVertex> vertices_;            // those of a pixel side by side
-  std::vector<uint32_t> pixels_;                 // by vertex
-  std::vector<uint32_t> first_vertex_, counts_;  // by pixel
+  LazyVector<LightVertex> vertices_;            // those of a pixel side by side
+  LazyVector<uint32_t> pixels_;                 // by vertex
+  LazyVector<uint32_t> first_vertex_, counts_;  // by pixel
   VertexCells cells_, previous_;
-  std::vector<LightReservoir> scratch_;  // by vertex
-  std::vector<CellKey> keys_;
+  LazyVector<LightReservoir> scratch_;  // by vertex
+  LazyVector<CellKey> keys_;
 };
 
 }  // namespace cistern

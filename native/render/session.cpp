@@ -20,10 +20,6 @@ using Clock = std::chrono::steady_clock;
 constexpr double kBatchSeconds = 0.5;
 constexpr uint32_t kMaxBatch = 16;
 
-bool records_surfaces(const std::vector<Pass>& passes) {
-  return std::ranges::any_of(passes, [](Pass pass) { return pass >= Pass::DEPTH && pass < Pass::CELLS; });
-}
-
 double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
 }  // namespace
@@ -96,16 +92,9 @@ void Session::run() {
     tbb::task_arena arena(settings_.threads > 0 ? settings_.threads : tbb::task_arena::automatic);
     arena.execute([this] {
       film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes);
-      const std::shared_ptr<const Accel> accel = Accel::build(scene_);
-      const LightSet lights(scene_, settings_.light_sampling);
-      const PathContext paths{*scene_,
-                              *accel,
-                              lights,
-                              settings_.limits,
-                              pixel_footprint(scene_->camera, settings_.width, settings_.height),
-                              records_surfaces(settings_.passes)};
-      const PixelFilter filter(settings_.pixel_filter, settings_.filter_width);
-      const FrameContext context{settings_, paths, filter};
+      const auto world =
+          std::make_shared<const RenderWorld>(settings_, scene_, cache_->accel(scene_, settings_.keep_instances),
+                                              cache_->lights(scene_, settings_.light_sampling));
       std::shared_ptr<const LightCacheCells> cache_cells;
       if (settings_.direct == DirectAnswer::RESTIR_CACHE) {
         const WorkMonitor monitor{[this] { return cancelled_.load(); }, [this](float done) { report_caching(done); }};
@@ -113,18 +102,17 @@ void Session::run() {
                                                 settings_.seed, monitor);
         if (!cache_cells) return;
       }
-      std::optional<ReuseFrame> reuse;
-      if (ReuseFrame::is_needed(settings_))
-        reuse.emplace(context, cache_cells, [this](float done) { report_caching(done); });
+      std::unique_ptr<ReuseFrame> reuse = make_reuse_frame(world, cache_cells);
       {
         std::lock_guard lock(mutex_);
-        progress_.memory_bytes =
-            memory_bytes(*scene_) + accel->memory_bytes() + lights.memory_bytes() + film_->memory_bytes();
+        progress_.memory_bytes = memory_bytes(*scene_) + world->accel->memory_bytes() + world->lights->memory_bytes() +
+                                 film_->memory_bytes();
         progress_.stage = "Rendering";
         rendering_since_ = Clock::now();
       }
-      if (!show_cells(context, cache_cells.get(), *film_, {cancelled_, Clock::time_point::max()})) return;
-      render(context, reuse ? &*reuse : nullptr);
+      if (show_cells(world->context, cache_cells.get(), *film_, {cancelled_, Clock::time_point::max()}))
+        render(world->context, reuse.get());
+      if (keeps_history()) cache_->leave_history(std::move(reuse));
     });
     end(cancelled_ ? Status::CANCELLED : Status::DONE, "");
   } catch (const std::bad_alloc&) {
@@ -132,6 +120,21 @@ void Session::run() {
   } catch (const std::exception& e) {
     end(Status::FAILED, e.what());
   }
+}
+
+bool Session::keeps_history() const {
+  return settings_.keep_history && settings_.direct_reuse.temporal_reuse && ReuseFrame::is_needed(settings_);
+}
+
+/// Null for the reference path tracer.
+std::unique_ptr<ReuseFrame> Session::make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,
+                                                      std::shared_ptr<const LightCacheCells> cache_cells) {
+  if (!ReuseFrame::is_needed(settings_)) return nullptr;
+  auto frame =
+      std::make_unique<ReuseFrame>(world, std::move(cache_cells), [this](float done) { report_caching(done); });
+  std::unique_ptr<ReuseFrame> earlier = keeps_history() ? cache_->take_history(settings_) : nullptr;
+  if (earlier) frame->take_over(std::move(*earlier), compare_scenes(*earlier->history_world()->scene, *scene_));
+  return frame;
 }
 
 /// `reuse` null: by the reference path tracer, whose frames come in batches.
@@ -145,7 +148,7 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse) {
   for (uint32_t frame = 0; frame < frames && !cancelled_ && !stop.deadline_passed();) {
     batch = std::min(batch, frames - frame);
     const Clock::time_point batch_start = Clock::now();
-    if (!(reuse ? reuse->render(frame, *film_, stop) : render_frames(context, frame, batch, *film_, stop))) break;
+    if (!(reuse ? reuse->render(*film_, stop) : render_frames(context, frame, batch, *film_, stop))) break;
     const double batch_seconds = seconds_since(batch_start);
     frame += batch;
     if (settings_.time_limit > 0.0) stop.deadline = rendering_since_ + limit;
@@ -192,6 +195,7 @@ void Session::end(Status status, const std::string& error) {
   ++progress_.version;
   published_.assign(published_.size(), {});
   scene_.reset();
+  cache_.reset();
   ended_.notify_all();
 }
 

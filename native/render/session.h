@@ -54,6 +54,9 @@ class Session {
 
  private:
   void run();
+  bool keeps_history() const;
+  std::unique_ptr<ReuseFrame> make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,
+                                               std::shared_ptr<const LightCacheCells> cache_cells);
   void report_caching(float done);
   void render(const FrameContext& context, ReuseFrame* reuse);
   void publish();

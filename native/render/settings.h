@@ -39,6 +39,7 @@ enum class IndirectAnswer : uint8_t {
 /// Part of the full frame to render, in pixels, y up. Width 0: all of it.
 struct Region {
   int x = 0, y = 0, width = 0, height = 0;
+  friend bool operator==(const Region&, const Region&) = default;
 };
 
 /// As in [Zhang and Wang 2023, §5.3], of the diagonal.
@@ -68,6 +69,11 @@ struct Settings {
   PathLimits limits;
   double time_limit = 0.0;   // seconds of rendering, 0: none
   std::vector<Pass> passes;  // besides Combined
+  /// Whether history is taken from the RenderCache and left there. It needs temporal reuse.
+  bool keep_history = false;
+  /// Whether each mesh has an Embree scene of its own, which snapshots share: moves are cheap, rays cost a little more.
+  bool keep_instances = false;
+  friend bool operator==(const Settings&, const Settings&) = default;
 };
 
 /// Throws Error naming the first setting that is out of range, its value and the range. Fills an empty region and the

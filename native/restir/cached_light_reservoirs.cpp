@@ -40,6 +40,10 @@ CachedLightReservoirs::CachedLightReservoirs(const PathContext& context, const D
       own_(context, without_visibility(reuse), image, seed),
       cache_(context, settings, static_cast<float>(reuse.light_candidates), reuse.bias, seed, std::move(cells)) {}
 
+void CachedLightReservoirs::take_over(CachedLightReservoirs&& earlier) {
+  if (cache_.take_over(std::move(earlier.cache_))) std::swap(keys_, earlier.keys_);
+}
+
 /// The cell of a place in the tangent plane, up to half a cell away for u in [0, 1]^3.
 LightCacheKey CachedLightReservoirs::key_beside(const VisiblePoint& visible, Vec3 u) const {
   const Vec3 offset = cache_.cells().cell_size() * (u - Vec3{0.5f, 0.5f, 0.5f});

@@ -24,6 +24,9 @@ class CachedLightReservoirs {
   CachedLightReservoirs(const PathContext& context, const DirectReuse& reuse, const LightCacheSettings& settings,
                         const Image& image, uint64_t seed, std::shared_ptr<const LightCacheCells> cells);
 
+  /// Goes on with the cache of another render, of whose scene nothing but the camera has changed.
+  void take_over(CachedLightReservoirs&& earlier);
+
   /// Makes ready what the visible points of a frame need; most of the work is in the first frame, which makes all cells
   /// that its points may look up in any. False when stopped.
   bool prepare(std::span<const VisiblePoint> visible_points, uint32_t frame, const WorkMonitor& monitor);

@@ -21,6 +21,7 @@ struct PathSharing {
   float visible_pixels = 32.0f;    // edge of the cells that bound groups of visible points, in pixels
   float deep_pixels = 96.0f;       // of next vertices; at least:
   float deep_size = 1.0f / 64.0f;  // of the scene's diagonal
+  friend bool operator==(const PathSharing&, const PathSharing&) = default;
 };
 
 /// Light that the rough lobes of a vertex reflect of path samples.

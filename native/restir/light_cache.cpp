@@ -53,6 +53,15 @@ LightCache::LightCache(const PathContext& context, const LightCacheSettings& set
       cells_(std::move(cells)),
       floor_(floor_weights(context.lights)) {}
 
+bool LightCache::take_over(LightCache&& earlier) {
+  if (cells_ != earlier.cells_) return false;
+  std::swap(numbers_, earlier.numbers_);
+  std::swap(cells_made_, earlier.cells_made_);
+  std::swap(points_, earlier.points_);
+  std::swap(reservoirs_, earlier.reservoirs_);
+  return true;
+}
+
 void LightCache::request(std::span<const LightCacheKey> keys) {
   requested_.resize(LightCacheCells::kSpatialCells);
   pixel_count_ = keys.size();

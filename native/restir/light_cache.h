@@ -23,6 +23,7 @@ struct LightCacheSettings {
   /// Candidates that this may cost for each pixel and frame: a few per cent of a frame. Small pictures see as many
   /// cells as large ones, and take longer to renew them all.
   float renewals_per_pixel = 1.0f;
+  friend bool operator==(const LightCacheSettings&, const LightCacheSettings&) = default;
 };
 
 /// A light sample that a cell offers. W in the measure of light_target.h; W = 0: a null sample.
@@ -54,6 +55,9 @@ class LightCache {
   /// is theirs (light_sample_share).
   LightCache(const PathContext& context, const LightCacheSettings& settings, float light_candidates, Bias bias,
              uint64_t seed, std::shared_ptr<const LightCacheCells> cells);
+
+  /// Goes on with what another cache has made, if it is one of the same cells; lights must be the same as well.
+  bool take_over(LightCache&& earlier);
 
   /// Adds cells to those that the next `prepare` makes ready; kNoLightCacheKey among them is skipped.
   void request(std::span<const LightCacheKey> keys);

@@ -13,6 +13,7 @@ struct PathMergeRules {
   Bias bias = Bias::UNBIASED;
   PathTarget target = PathTarget::REFLECTED;
   Reflection reflection = Reflection::EVALUATED;
+  friend bool operator==(const PathMergeRules&, const PathMergeRules&) = default;
 };
 
 /// What a path from `finder` found, with one of the two directions of light at its sample point, picked in proportion

@@ -20,11 +20,11 @@ enum Stream : uint32_t { INITIAL = 1, TEMPORAL, SPATIAL };
 /// Reservoirs to merge and where each comes from; the receiver is the first.
 struct ReservoirDirectLight::Candidates {
   std::array<LightReservoir, kMaxSpatialNeighbours + 1> reservoirs;
-  std::array<const VisiblePoint*, kMaxSpatialNeighbours + 1> visible_points;
+  std::array<LightDomain, kMaxSpatialNeighbours + 1> domains;
   size_t count = 0;
 
-  void add(const VisiblePoint& visible, const LightReservoir& reservoir) {
-    visible_points[count] = &visible;
+  void add(const LightDomain& domain, const LightReservoir& reservoir) {
+    domains[count] = domain;
     reservoirs[count++] = reservoir;
   }
 };
@@ -42,9 +42,9 @@ LightReservoir ReservoirDirectLight::merge(const Candidates& candidates, Rng& rn
   // A reservoir whose sample had to be visible can only have made what its own point sees.
   const bool needs_visibility = reuse_.visibility_reuse && weights != MisWeight::CONSTANT;
   const auto p_hat = [&](size_t i, const LightSample& sample) {
-    const VisiblePoint& visible = *candidates.visible_points[i];
-    const float target = light_target(context_, candidate_count(), visible, sample);
-    return target > 0.0f && needs_visibility && !is_visible(context_, visible, sample) ? 0.0f : target;
+    const LightDomain& domain = candidates.domains[i];
+    const float target = domain_target(context_, candidate_count(), domain, sample);
+    return target > 0.0f && needs_visibility && !is_visible_in(context_, domain, sample) ? 0.0f : target;
   };
   const std::span reservoirs(candidates.reservoirs.data(), candidates.count);
   return resample<LightSample>(reservoirs, p_hat, weights, rng, non_finite);
@@ -54,13 +54,14 @@ LightReservoir ReservoirDirectLight::reuse_in_time(const VisiblePoint& visible, 
                                                    const LightHistory& history, uint32_t pixel, uint32_t frame,
                                                    uint64_t& non_finite) const {
   if (history.visible_points.empty()) return current;
-  const std::optional<uint32_t> before = reproject(image_, history.camera, visible, pixel);
+  const std::optional<EarlierPlace> before = reproject(history.view, image_, context_.scene.camera, visible, pixel);
   if (!before) return current;
-  const VisiblePoint& previous = history.visible_points[*before];
-  if (!previous.exists || !is_similar(visible, previous, kSimilarity)) return current;
+  const VisiblePoint& previous = history.visible_points[before->pixel];
+  if (!is_at(history.view, *before, previous, kSimilarity)) return current;
   Candidates candidates;
-  candidates.add(visible, current);
-  candidates.add(previous, cap_confidence(history.reservoirs[*before], reuse_.confidence_cap * current.c));
+  candidates.add({&visible}, current);
+  const LightReservoir kept = to_present(history.world, history.reservoirs[before->pixel]);
+  candidates.add({&previous, history.world}, cap_confidence(kept, reuse_.confidence_cap * current.c));
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, TEMPORAL);
   return merge(candidates, rng, non_finite);
 }
@@ -71,12 +72,12 @@ LightReservoir ReservoirDirectLight::reuse_in_space(std::span<const VisiblePoint
   const VisiblePoint& visible = visible_points[pixel];
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, SPATIAL + static_cast<uint32_t>(round));
   Candidates candidates;
-  candidates.add(visible, reservoirs[pixel]);
+  candidates.add({&visible}, reservoirs[pixel]);
   for (int i = 0; i < reuse_.spatial_neighbours; ++i) {
     const std::optional<uint32_t> other =
         displaced_pixel(image_, pixel, square_to_disk(rng.next_vec2()) * reuse_.spatial_radius);
     if (!other || !visible_points[*other].exists || !is_similar(visible, visible_points[*other], kSimilarity)) continue;
-    candidates.add(visible_points[*other], reservoirs[*other]);
+    candidates.add({&visible_points[*other]}, reservoirs[*other]);
   }
   return candidates.count > 1 ? merge(candidates, rng, non_finite) : reservoirs[pixel];
 }

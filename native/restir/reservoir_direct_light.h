@@ -2,8 +2,9 @@
 
 #include <span>
 
+#include "base/lazy_vector.h"
 #include "resampling/mis_weight.h"
-#include "restir/light_target.h"
+#include "restir/earlier_world.h"
 #include "restir/pixel_reuse.h"
 
 namespace cistern {
@@ -22,13 +23,15 @@ struct DirectReuse {
   int spatial_rounds = 0;         // [Bitterli 2020] §5: 1 unbiased, 2 biased
   bool visibility_reuse = false;  // occluded initial samples are dropped before reuse
   Bias bias = Bias::UNBIASED;
+  friend bool operator==(const DirectReuse&, const DirectReuse&) = default;
 };
 
 /// What a frame leaves to the next.
 struct LightHistory {
-  Camera camera;
+  EarlierView view;
+  const EarlierWorld* world = nullptr;           // null: light is as it was
   std::span<const VisiblePoint> visible_points;  // by pixel; empty before the first frame
-  std::vector<LightReservoir> reservoirs;
+  LazyVector<LightReservoir> reservoirs;
 };
 
 /// ReSTIR DI.

@@ -15,9 +15,11 @@ enum Stream : uint32_t { TEMPORAL = 0x100, SPATIAL, DIRECTION };
 std::optional<uint32_t> ScreenSpacePaths::previous_pixel(const VisiblePoint& visible, const PathFrame& previous,
                                                          uint32_t pixel) const {
   if (previous.visible_points.empty()) return std::nullopt;
-  const std::optional<uint32_t> before = reproject(image_, previous.camera, visible, pixel);
-  if (!before || !is_reusable(visible, previous.visible_points[*before], kSimilarity)) return std::nullopt;
-  return before;
+  const auto before = reproject(previous.view, image_, context_.scene.camera, visible, pixel);
+  if (!before) return std::nullopt;
+  const VisiblePoint& there = previous.visible_points[before->pixel];
+  if (!is_at(previous.view, *before, there, kSimilarity) || !has_same_bounces(visible, there)) return std::nullopt;
+  return before->pixel;
 }
 
 PathReservoir ScreenSpacePaths::keep_one_direction(const VisiblePoint& visible, const PathReservoir& found,

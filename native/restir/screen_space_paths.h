@@ -1,8 +1,8 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
+#include "base/lazy_vector.h"
 #include "restir/path_merge.h"
 #include "restir/pixel_reuse.h"
 
@@ -19,13 +19,14 @@ struct ScreenPathReuse {
   int starved_neighbours = 9;    // where the spatial reservoir has less than half of its cap
   float largest_radius = 0.1f;   // where neighbours are looked for, of the picture's larger side
   float smallest_radius = 3.0f;  // pixels
+  friend bool operator==(const ScreenPathReuse&, const ScreenPathReuse&) = default;
 };
 
 /// The path reservoirs of a frame, by pixel.
 struct PathFrame {
-  Camera camera;
+  EarlierView view;
   std::span<const VisiblePoint> visible_points;  // empty: there is no such frame
-  std::vector<PathReservoir> temporal, spatial;
+  LazyVector<PathReservoir> temporal, spatial;
 };
 
 /// ReSTIR GI.

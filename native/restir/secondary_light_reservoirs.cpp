@@ -29,9 +29,9 @@ LightReservoir SecondaryLightReservoirs::reuse(const VisiblePoint& vertex, const
                                                const VertexCells& cells, std::optional<uint32_t> self, Rng& rng,
                                                uint64_t& non_finite) const {
   std::array<LightReservoir, kMaxCellCount + 1> reservoirs;
-  std::array<const VisiblePoint*, kMaxCellCount + 1> points;
+  std::array<LightDomain, kMaxCellCount + 1> domains;
   reservoirs[0] = own;
-  points[0] = &vertex;
+  domains[0] = {&vertex};
   size_t count = 1;
 
   const std::span<const uint32_t> cell = cells.grid.find(jittered_key(cells.layout, vertex, rng));
@@ -41,12 +41,12 @@ LightReservoir SecondaryLightReservoirs::reuse(const VisiblePoint& vertex, const
   for (uint32_t i = 0; i < drawn.count; ++i) {
     const uint32_t other = cell[drawn[i]];
     if (other == self || dot(cells.points[other].receiver.n, vertex.receiver.n) < kSmallestNormalCosine) continue;
-    reservoirs[count] = cap_confidence(cells.reservoirs[other], cap);
-    points[count++] = &cells.points[other];
+    reservoirs[count] = cap_confidence(to_present(cells.world, cells.reservoirs[other]), cap);
+    domains[count++] = {&cells.points[other], cells.world};
   }
   if (count == 1) return own;
   const auto p_hat = [&](size_t i, const LightSample& sample) {
-    return light_target(context_, candidate_count(), *points[i], sample);
+    return domain_target(context_, candidate_count(), domains[i], sample);
   };
   return resample<LightSample>({reservoirs.data(), count}, p_hat, mis_weight_for(reuse_.bias, static_cast<int>(count)),
                                rng, non_finite);

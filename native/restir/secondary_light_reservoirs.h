@@ -2,10 +2,11 @@
 
 #include <span>
 
+#include "base/lazy_vector.h"
 #include "base/rng.h"
 #include "grid/hash_grid.h"
 #include "resampling/mis_weight.h"
-#include "restir/light_target.h"
+#include "restir/earlier_world.h"
 
 namespace cistern {
 
@@ -21,14 +22,16 @@ struct SecondaryReuse {
   int max_count = 4;            // reservoirs of a cell that one pass draws
   float confidence_cap = 4.0f;  // of all history in a merge, in frames: more makes cells share one sample for long
   Bias bias = Bias::UNBIASED;
+  friend bool operator==(const SecondaryReuse&, const SecondaryReuse&) = default;
 };
 
 /// The vertices of a frame and the cells they lie in.
 struct VertexCells {
   GridLayout layout;
   HashGrid grid;  // of indices into `points`
-  std::vector<VisiblePoint> points;
-  std::vector<LightReservoir> reservoirs;  // by point
+  LazyVector<VisiblePoint> points;
+  LazyVector<LightReservoir> reservoirs;  // by point
+  const EarlierWorld* world = nullptr;    // that these are of; null: light is as it was
 };
 
 /// World-space light reservoirs at the vertices of paths beyond the visible point.

@@ -24,11 +24,14 @@ PathReservoir WorldSpacePaths::reuse_in_time(const VisiblePoint& visible, const 
                                              const PathCells& previous, uint32_t pixel, uint32_t frame,
                                              uint64_t& non_finite) const {
   if (!reuse_.temporal_reuse || previous.points.empty()) return initial;
-  const std::optional<uint32_t> before = reproject(image_, previous.camera, visible, pixel);
-  if (!before || !is_reusable(visible, previous.points[2 * size_t{*before}], kHistorySimilarity)) return initial;
+  const auto before = reproject(previous.view, image_, context_.scene.camera, visible, pixel);
+  if (!before) return initial;
+  const size_t entry = 2 * size_t{before->pixel};
+  const VisiblePoint& there = previous.points[entry];
+  if (!is_at(previous.view, *before, there, kHistorySimilarity) || !has_same_bounces(visible, there)) return initial;
   PathCandidates candidates;
   candidates.add(visible, initial, 1.0f);
-  candidates.add(previous.points[2 * size_t{*before}], previous.reservoirs[2 * size_t{*before}], reuse_.temporal_cap);
+  candidates.add(there, previous.reservoirs[entry], reuse_.temporal_cap);
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, TEMPORAL);
   return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));
 }

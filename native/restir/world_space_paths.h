@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "base/lazy_vector.h"
 #include "grid/hash_grid.h"
 #include "restir/path_merge.h"
 #include "restir/pixel_reuse.h"
@@ -15,16 +16,17 @@ struct WorldPathReuse {
   bool spatial_reuse = true;
   float temporal_cap = 30.0f;  // of the temporal reservoir's history, in frames
   int max_count = 3;           // reservoirs drawn from a cell
+  friend bool operator==(const WorldPathReuse&, const WorldPathReuse&) = default;
 };
 
 /// The paths of a frame: entry 2 i is the visible point of pixel i and its temporal reservoir, entry 2 i + 1 the vertex
 /// after it with the sample it found. `cells` holds the entries that exist.
 struct PathCells {
-  Camera camera;
+  EarlierView view;
   GridLayout layout;
   HashGrid cells;
-  std::vector<VisiblePoint> points;  // empty: there is no such frame
-  std::vector<PathReservoir> reservoirs;
+  LazyVector<VisiblePoint> points;  // empty: there is no such frame
+  LazyVector<PathReservoir> reservoirs;
 };
 
 /// World-space path resampling.

@@ -20,6 +20,7 @@ struct PathLimits {
   float clamp_indirect = 0.0f;
   bool film_transparent = false;  // the camera sees through to nothing instead of the environment
   bool film_transparent_glass = false;
+  friend bool operator==(const PathLimits&, const PathLimits&) = default;
 };
 
 /// What a path needs besides its own random numbers; all of it immutable while rendering.

@@ -1,0 +1,31 @@
+#include "render/render_world.h"
+
+#include <algorithm>
+
+#include "transport/camera_ray.h"
+
+namespace cistern {
+namespace {
+
+bool records_surfaces(const std::vector<Pass>& passes) {
+  return std::ranges::any_of(passes, [](Pass pass) { return pass >= Pass::DEPTH && pass < Pass::CELLS; });
+}
+
+}  // namespace
+
+RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene,
+                         std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights)
+    : settings(std::move(the_settings)),
+      scene(std::move(the_scene)),
+      accel(std::move(the_accel)),
+      lights(std::move(the_lights)),
+      filter(settings.pixel_filter, settings.filter_width),
+      paths{*scene,
+            *accel,
+            *lights,
+            settings.limits,
+            pixel_footprint(scene->camera, settings.width, settings.height),
+            records_surfaces(settings.passes)},
+      context{settings, paths, filter} {}
+
+}  // namespace cistern

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+
+#include "render/frame.h"
+
+namespace cistern {
+
+/// All that the frames of a render look at, immutable and kept alive together: also after the render, for history that
+/// was found in it.
+struct RenderWorld {
+  RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene, std::shared_ptr<const Accel> the_accel,
+              std::shared_ptr<const LightSet> the_lights);
+  RenderWorld(const RenderWorld&) = delete;
+  RenderWorld& operator=(const RenderWorld&) = delete;
+
+  const Settings settings;
+  const std::shared_ptr<const Scene> scene;
+  const std::shared_ptr<const Accel> accel;
+  const std::shared_ptr<const LightSet> lights;
+  const PixelFilter filter;
+  const PathContext paths;
+  const FrameContext context;  // refers to the above
+};
+
+}  // namespace cistern
