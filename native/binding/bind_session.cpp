@@ -214,8 +214,8 @@ void bind_enums(py::module_& m) {
       .finalize();
 }
 
-/// Destroying a session joins its thread, which must not wait for the GIL; a cache frees large buffers, for which nobody
-/// else should wait.
+/// Destroying a session joins its thread, which must not wait for the GIL; a cache frees large buffers, for which
+/// nobody else should wait.
 struct DeleteWithoutGil {
   template <class T>
   void operator()(T* object) const {
