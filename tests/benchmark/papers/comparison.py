@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,8 @@ import numpy as np
 
 from tests.benchmark.papers.sessions import Reference, Sessions
 from tests.benchmark.scoreboard.catalogue import ROOT, scene_named
+
+COLUMNS = 4  # panels side by side
 
 
 @dataclass(frozen=True)
@@ -107,8 +110,13 @@ def draw(path: Path, title: str, findings: Sequence[Finding]) -> None:
     from matplotlib import pyplot
 
     kinds = list(dict.fromkeys(finding.what for finding in findings))
-    figure, axes = pyplot.subplots(1, len(kinds), figsize=(3.2 * len(kinds), 4.2), dpi=90, squeeze=False)
-    for axis, kind in zip(axes[0], kinds, strict=True):
+    columns = min(len(kinds), COLUMNS)
+    rows_of_panels = -(-len(kinds) // columns)
+    size = (3.4 * columns, 4.0 * rows_of_panels)
+    figure, axes = pyplot.subplots(rows_of_panels, columns, figsize=size, dpi=90, squeeze=False)
+    for axis in axes.flat[len(kinds) :]:
+        axis.set_axis_off()
+    for axis, kind in zip(axes.flat, kinds, strict=False):
         rows = [finding for finding in findings if finding.what == kind]
         places = np.arange(len(rows))
         axis.bar(places, [row.value for row in rows], 0.6)
@@ -117,7 +125,7 @@ def draw(path: Path, title: str, findings: Sequence[Finding]) -> None:
                 axis.plot([place, place], [row.spread.low, row.spread.high], "k-", lw=1)
         if rows[0].paper:
             axis.axhspan(rows[0].paper.low, rows[0].paper.high, color="C1", alpha=0.3)
-        axis.set_title("\n".join(kind.split(", ")), fontsize=8)
+        axis.set_title(textwrap.fill(kind, 40), fontsize=8)
         axis.set_xticks(places, [row.scene for row in rows], rotation=30, ha="right", fontsize=8)
     figure.suptitle(f"{title} (band: the paper)", fontsize=9)
     figure.tight_layout()
