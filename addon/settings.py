@@ -137,7 +137,8 @@ def core_settings(
 def viewport_settings(core: ModuleType, scene: bpy.types.Scene) -> dict[str, Any]:
     """The same for a 3D viewport, save what depends on the size of its pixels."""
     technique = technique_arguments(viewport_settings_in_force(scene.cistern), core)
-    return scene_settings(core, scene, technique, pass_names([], scene.cistern.view))
+    kept = {"keep_history": True, "keep_instances": True}
+    return scene_settings(core, scene, technique, pass_names([], scene.cistern.view)) | kept
 
 
 def scene_settings(

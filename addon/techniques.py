@@ -186,7 +186,7 @@ PRESETS: dict[str, dict[str, Value]] = {
 
 # Of 3D viewports; those not named here are as above.
 VIEWPORT_PRESETS: dict[str, dict[str, Value]] = {
-    "INTERACTIVE": _REUSING | {"direct": "RESTIR", "indirect": "SCREEN_REUSE"},
+    "INTERACTIVE": _INTERACTIVE | {"direct": "RESTIR", "light_candidates": 4, "indirect": "SCREEN_REUSE"},
 }
 VIEWPORT_PRESET_ITEMS = (
     ("RENDER", "As Final Render", "The techniques of the final render"),

@@ -14,7 +14,7 @@ from . import SyncReport
 from .changes import Changes
 from .lights import light_call
 from .materials import MaterialTable
-from .placements import Lamp, Placements, PrototypeKey
+from .placements import Lamp, Placements, PrototypeKey, identity_of
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -82,7 +82,7 @@ class LampTable:
                 missing.append((key, lamp, matrices[item], known))
         self._remove(before)
         for key, lamp, matrix, known in missing:
-            kept.placed[key] = self._add(lamp, lights[lamp.key], matrix, known)
+            kept.placed[key] = self._add(lamp, lights[lamp.key], matrix, known, identity_of(*key[0], key[1]))
 
     def _is_touched(self, lamp: Lamp) -> bool:
         return self._changes.is_everything or self._changes.lists_any(lamp.key)
@@ -98,7 +98,7 @@ class LampTable:
             self.exported += 1
 
     def _add(
-        self, lamp: Lamp, light: bpy.types.Light, matrix: NDArray[np.float32], known: PlacedLamp | None
+        self, lamp: Lamp, light: bpy.types.Light, matrix: NDArray[np.float32], known: PlacedLamp | None, key: int
     ) -> PlacedLamp:
         place = matrix.tobytes()
         call = light_call(light, matrix.T.astype(np.float64))
@@ -114,6 +114,7 @@ class LampTable:
         if handle is None and self._kept.free_handles:
             handle = self._kept.free_handles.pop()
         add = getattr(self._builder, call.method)
-        handle = add(name=lamp.name, visibility=lamp.visibility, material=material, replace=handle, **call.arguments)
+        common = {"name": lamp.name, "visibility": lamp.visibility, "material": material, "key": key}
+        handle = add(**common, replace=handle, **call.arguments)
         self.exported += 1
         return PlacedLamp(handle, lamp, place, told)

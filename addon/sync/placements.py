@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 _LARGEST_BELOW_ONE = np.nextafter(np.float32(1.0), np.float32(0.0))
 _UINT32_MASK = 0xFFFFFFFF
+_UINT64_MASK = 0xFFFFFFFFFFFFFFFF
+_ODD_64 = np.uint64(0x9E3779B97F4A7C15)  # multiplying by it scatters small numbers over 64 bits
 _COPLANAR = 1e-6  # kCoplanar of native/scene/scene_checks.cpp
 
 # Of an object, of what instances it (0: nothing) and of its evaluated geometry or lamp.
@@ -30,6 +32,10 @@ class Surface:
     """Local axis along which every coordinate of the mesh is 0; -1 for a solid."""
     key: PrototypeKey = (0, 0, 0)
 
+    @property
+    def identity(self) -> int:
+        return identity_of(*self.key[:2], self.mesh)
+
 
 @dataclass(frozen=True)
 class Lamp:
@@ -38,6 +44,11 @@ class Lamp:
     name: str
     visibility: int
     key: PrototypeKey = (0, 0, 0)
+
+
+def identity_of(*numbers: int) -> int:
+    """64 bits that stand for these numbers: Python's hash of them, which is the same in every process."""
+    return hash(numbers) & _UINT64_MASK
 
 
 @dataclass(frozen=True)
@@ -74,7 +85,16 @@ def instance_arrays(
         "visibility": column("visibility", np.uint8),
         "holdout": column("holdout", np.uint8),
         "random": np.where(np.isnan(random), random_fraction(random_ids[items]), random),
+        "keys": instance_keys(column("identity", np.uint64), random_ids[items]),
     }
+
+
+def instance_keys(identities: NDArray[np.uint64], random_ids: NDArray[np.int32]) -> NDArray[np.uint64]:
+    """Numbers that stand for the same instances as long as they exist; 0 for those that cannot be told apart."""
+    keys = identities ^ (random_ids.view(np.uint32).astype(np.uint64) * _ODD_64)
+    _, index, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    keys[counts[index] > 1] = 0
+    return keys
 
 
 def restore_normal_axis(columns: NDArray[np.float32], flat_axes: NDArray[np.int32]) -> None:

@@ -56,7 +56,7 @@ def _signatures() -> dict[str, tuple[list[str], set[str], bool]]:
     return found
 
 
-_COMMON_OF_LIGHTS = {"visibility", "casts_shadow", "use_mis", "max_bounces", "material", "replace"}
+_COMMON_OF_LIGHTS = {"visibility", "casts_shadow", "use_mis", "max_bounces", "material", "key", "replace"}
 _SIGNATURES = _signatures()
 
 
@@ -144,7 +144,17 @@ class SceneBuilder:
             assert 1 <= values.shape[1] <= 4
 
     @staticmethod
-    def check_add_instances(mesh, material_set, object, object_to_world, visibility, holdout=None, random=None) -> None:  # noqa: A002
+    def check_add_instances(
+        mesh,
+        material_set,
+        object,  # noqa: A002
+        object_to_world,
+        visibility,
+        holdout=None,
+        random=None,
+        keys=None,
+    ) -> None:
+        check_array(keys, np.uint64, len(mesh))
         for column in (mesh, material_set, object):
             check_array(column, np.int32, len(mesh))
         check_array(object_to_world, np.float32, len(mesh), 4, 4)

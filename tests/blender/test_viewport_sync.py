@@ -15,6 +15,7 @@ from replay_builder import ReplayBuilder
 
 from addon.sync.changes import EVERYTHING, UNLISTED, read_changes
 from addon.sync.live import Exported, LiveSync
+from addon.sync.placements import instance_keys
 
 CORE = SimpleNamespace(**vars(fake_core.CORE) | {"SceneBuilder": ReplayBuilder})
 
@@ -233,6 +234,30 @@ def test_deleting_and_undoing(watched) -> None:
     watched.expect_truth()
 
 
+def test_instances_and_lamps_keep_their_keys(watched) -> None:
+    bpy.ops.ed.undo_push(message="before")
+
+    def keys() -> dict[str, list[int]]:
+        stored = watched.live.builder
+        lamps = [light for light in stored.stored["light"].values() if light["is_there"]]
+        return {
+            "instances": sorted(int(instance["keys"]) for instance in stored.instances),
+            "lamps": sorted(lamp["key"] for lamp in lamps),
+        }
+
+    before = keys()
+    assert all(len(set(numbers) - {0}) == 5 for numbers in before.values())
+    watched.after(lambda: setattr(bpy.data.objects["Object 1"], "location", (7, 8, 9)))
+    watched.after(lambda: bpy.data.objects["Object 0"].data.update())
+    assert keys() == before
+    watched.after(lambda: bpy.data.objects.remove(bpy.data.objects["Object 2"]))
+    assert set(keys()["instances"]) < set(before["instances"])
+    bpy.ops.ed.undo_push(message="deleted")
+    bpy.ops.ed.undo()
+    watched.after(lambda: None)
+    assert keys() == before
+
+
 def test_what_is_deleted_leaves_its_handles_to_what_comes(watched) -> None:
     for round_number in range(5):
         mesh = triangle(f"New {round_number}")
@@ -340,3 +365,9 @@ def test_no_reference_to_blenders_data_is_kept(watched) -> None:
         pending += gc.get_referents(thing)
     assert len(seen) > 100
     assert not any(isinstance(thing, np.ndarray) and thing.dtype == object for thing in gc.get_objects())
+
+
+def test_instances_that_cannot_be_told_apart_have_no_key() -> None:
+    identities = np.array([5, 5, 6, 2**64 - 1], np.uint64)
+    keys = instance_keys(identities, np.array([-1, -1, -1, 0], np.int32))
+    assert keys[0] == keys[1] == 0 and len({*keys.tolist(), 0}) == 3
