@@ -1,8 +1,10 @@
 #include "lights/emitter_match.h"
 
+#include <algorithm>
 #include <unordered_map>
 
 #include "base/parallel.h"
+#include "lights/emissive_triangles.h"
 
 namespace cistern {
 namespace {
@@ -23,7 +25,27 @@ std::unordered_map<uint32_t, uint32_t> lamp_emitters(const LightSet& lights) {
   return emitters;
 }
 
+bool emits(const Scene& scene, const Instance& instance) {
+  if (instance.mesh < 0) return false;
+  return std::ranges::any_of(scene.material_sets[static_cast<size_t>(instance.material_set)],
+                             [&](int material) { return is_emitter(scene, material); });
+}
+
+const Mesh* mesh_of(const Scene& scene, const Instance& instance) {
+  return instance.mesh < 0 ? nullptr : scene.meshes[static_cast<size_t>(instance.mesh)].get();
+}
+
 }  // namespace
+
+bool has_same_emitters(const Scene& earlier, const Scene& later, const SceneChange& change) {
+  const bool is_shaded_anew = change.materials || (change.camera && change.camera_is_shaded);
+  if (is_shaded_anew || change.lamps || change.environment) return false;
+  if (!change.surfaces) return true;
+  return std::ranges::equal(earlier.instances, later.instances, [&](const Instance& a, const Instance& b) {
+    const bool is_same = a == b && mesh_of(earlier, a) == mesh_of(later, b);
+    return is_same || (!emits(earlier, a) && !emits(later, b));
+  });
+}
 
 EmitterMatch::EmitterMatch(const LightSet& earlier, const LightSet& later, const SceneChange& change)
     : earlier_of_(later.emitter_count(), kNone), later_of_(earlier.emitter_count(), kNone) {

@@ -26,4 +26,8 @@ class EmitterMatch {
   std::vector<uint32_t> earlier_of_, later_of_;  // by emitter
 };
 
+/// Whether a LightSet of the earlier scene serves the later one as well: nothing that emits has changed, and what moved
+/// or came in its place emits nothing. The power of suns may then be estimated by a scene of another size.
+bool has_same_emitters(const Scene& earlier, const Scene& later, const SceneChange& change);
+
 }  // namespace cistern

@@ -20,8 +20,8 @@ std::shared_ptr<const LightSet> RenderCache::lights(const std::shared_ptr<const 
     const std::lock_guard lock(mutex_);
     previous = lights_;
   }
-  const bool fits =
-      previous.lights && previous.sampling == sampling && !compare_scenes(*previous.scene, *scene).affects_light();
+  const bool fits = previous.lights && previous.sampling == sampling &&
+                    has_same_emitters(*previous.scene, *scene, compare_scenes(*previous.scene, *scene));
   if (fits) return previous.lights;
   auto lights = std::make_shared<const LightSet>(scene, sampling);
   const std::lock_guard lock(mutex_);

@@ -14,7 +14,7 @@ class RenderCache {
  public:
   /// For the scene, from parts of those built last.
   std::shared_ptr<const Accel> accel(const std::shared_ptr<const Scene>& scene, bool keep_instances);
-  /// Those built last, if the scene is lit by the very same, else new ones.
+  /// Those built last, if the same things emit light in this scene, else new ones.
   std::shared_ptr<const LightSet> lights(const std::shared_ptr<const Scene>& scene, LightSampling sampling);
   /// The cells kept, if they were built from the very surfaces of `scene`, else newly built ones, which are kept from
   /// then on. Null when stopped.

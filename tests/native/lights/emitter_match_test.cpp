@@ -86,5 +86,32 @@ TEST(EmitterMatch, AnEnvironmentThatChangedIsAnother) {
   EXPECT_EQ(later_of(before, stage.lit()), (std::vector<int>{0, 1, 2, 3, -1}));
 }
 
+TEST(HasSameEmitters, UnlessSomethingThatEmitsHasChanged) {
+  Stage stage;
+  const Instance floor = stage.scene.floor(0.0f, 1.0f, stage.scene.diffuse(0.5f));
+  const auto before = stage.scene.builder.snapshot();
+  const auto is_same = [&] {
+    const auto now = stage.scene.builder.snapshot();
+    return has_same_emitters(*before, *now, compare_scenes(*before, *now));
+  };
+  EXPECT_TRUE(is_same());
+  Instance moved = floor;
+  moved.object_to_world.translation.x = 5.0f;
+  stage.scene.replace_last(moved);
+  EXPECT_TRUE(is_same()) << "the floor is dark";
+  moved.material_set = stage.tile.material_set;
+  stage.scene.replace_last(moved);
+  EXPECT_FALSE(is_same()) << "now it glows";
+  stage.scene.replace_last(floor);
+  Instance tile = stage.tile;
+  tile.object_to_world.translation.x = 5.0f;
+  stage.scene.builder.add_instance(tile, 0);
+  EXPECT_FALSE(is_same());
+  stage.scene.builder.add_instance(stage.tile, 0);
+  EXPECT_TRUE(is_same());
+  stage.scene.builder.add_instance(floor);
+  EXPECT_FALSE(is_same()) << "another instance";
+}
+
 }  // namespace
 }  // namespace cistern::test
