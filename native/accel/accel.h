@@ -42,10 +42,10 @@ class Accel {
 
   /// `visibility`: RayVisibility bits; objects sharing no bit with it are not there for this ray.
   virtual std::optional<Hit> intersect(const Ray& ray, uint8_t visibility) const = 0;
-  /// Whether an *opaque* shadow-casting surface lies strictly between the ends.
-  virtual bool occluded(const Ray& ray) const = 0;
-  /// Closest shadow-casting surface whose materials may let light through (MaterialProgram::may_be_transparent).
-  virtual std::optional<Hit> intersect_transparent(const Ray& ray) const = 0;
+  /// Whether an *opaque* surface lies strictly between the ends. `visibility` as above.
+  virtual bool occluded(const Ray& ray, uint8_t visibility = kVisibleToShadow) const = 0;
+  /// Closest surface whose materials may let light through (MaterialProgram::may_be_transparent).
+  virtual std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility = kVisibleToShadow) const = 0;
   virtual bool has_transparent_surfaces() const = 0;
   virtual Bounds3 bounds() const = 0;
   /// Bytes held by Embree for this accel, scenes shared with others included.

@@ -29,17 +29,16 @@ class EmbreeAccel final : public Accel {
       : top_(std::move(top)), mesh_scenes_(std::move(mesh_scenes)) {}
 
   std::optional<Hit> intersect(const Ray& ray, uint8_t visibility) const override {
-    // A shadow-visibility ray sees both kinds of shadow casters.
-    return closest_hit(ray, visibility | ((visibility & kVisibleToShadow) << 1));
+    return closest_hit(ray, any_surface_mask(visibility));
   }
-  bool occluded(const Ray& ray) const override {
+  bool occluded(const Ray& ray, uint8_t visibility) const override {
     RTCRay query;
-    set_ray(query, ray, kOpaqueShadowMask);
+    set_ray(query, ray, opaque_mask(visibility));
     embree_occluded(top_->scene.get(), query);
     return query.tfar < 0.0f;
   }
-  std::optional<Hit> intersect_transparent(const Ray& ray) const override {
-    return closest_hit(ray, kTransparentShadowMask);
+  std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility) const override {
+    return closest_hit(ray, transparent_mask(visibility));
   }
   bool has_transparent_surfaces() const override { return top_->has_transparent_surfaces; }
   Bounds3 bounds() const override { return top_->bounds; }

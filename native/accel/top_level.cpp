@@ -12,11 +12,9 @@ bool may_be_transparent(const Scene& scene, const Instance& instance) {
 }
 
 uint32_t mask_of(const Scene& scene, const Instance& instance) {
-  uint32_t mask = instance.visibility & kVisibleToAll;
-  if ((mask & kOpaqueShadowMask) != 0 && may_be_transparent(scene, instance)) {
-    mask = (mask & ~kOpaqueShadowMask) | kTransparentShadowMask;
-  }
-  return mask;
+  const uint8_t visibility = instance.visibility & kVisibleToAll;
+  const bool is_opaque = !may_be_transparent(scene, instance);
+  return any_surface_mask(visibility) | (is_opaque ? opaque_mask(visibility) : transparent_mask(visibility));
 }
 
 Transform normal_map(const Placement& placement) {
@@ -87,7 +85,7 @@ std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevi
   for (size_t i = 0; i < top->placements.size(); ++i) {
     if (!top->placements[i].mesh) continue;
     attach(*top, i, mesh_scenes);
-    top->has_transparent_surfaces |= (top->placements[i].mask & kTransparentShadowMask) != 0;
+    top->has_transparent_surfaces |= (top->placements[i].mask & transparent_mask(kVisibleToAll)) != 0;
   }
   rtcJoinCommitScene(top->scene.get());
   top->device->check("building the scene");

@@ -9,9 +9,11 @@
 
 namespace cistern {
 
-// Ray masks: the RayVisibility bits with the shadow bit divided in two.
-inline constexpr uint32_t kOpaqueShadowMask = kVisibleToShadow;
-inline constexpr uint32_t kTransparentShadowMask = kVisibleToShadow << 1;
+// Ray masks: the RayVisibility bits three times over, of all surfaces, of opaque ones and of those that may let light
+// through.
+inline constexpr uint32_t any_surface_mask(uint8_t visibility) { return visibility; }
+inline constexpr uint32_t opaque_mask(uint8_t visibility) { return uint32_t{visibility} << 8; }
+inline constexpr uint32_t transparent_mask(uint8_t visibility) { return uint32_t{visibility} << 16; }
 
 using MeshScenes = std::unordered_map<const Mesh*, std::shared_ptr<const MeshScene>>;
 

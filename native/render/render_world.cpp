@@ -25,7 +25,8 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             *lights,
             settings.limits,
             pixel_footprint(scene->camera, settings.width, settings.height),
-            records_surfaces(settings.passes)},
+            records_surfaces(settings.passes),
+            scatter_kinds_matter(*scene, settings.limits)},
       context{settings, paths, filter} {}
 
 }  // namespace cistern

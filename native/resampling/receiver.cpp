@@ -39,6 +39,7 @@ Response respond(const Receiver& receiver, Vec3 wi) {
     const Vec3 half = normalize_or(receiver.wo + wi, receiver.n);
     const Ggx ggx = reflect_ggx(receiver.alpha, cos_o, cos_i, clamp01(dot(receiver.n, half)));
     response.f_cos += receiver.glossy * ((1.0f - kEvenShare) * ggx.f_cos);
+    response.glossy_pdf = glossy * ggx.pdf / albedo;
     response.pdf += glossy * ggx.pdf;
   }
   if (receiver.transmission > 0.0f) {

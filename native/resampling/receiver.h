@@ -21,7 +21,7 @@ struct Receiver {
 /// light from behind `side`, and positive for all other light that a surface with these albedos can scatter.
 struct Response {
   Rgb f_cos;
-  float pdf = 0.0f;
+  float pdf = 0.0f, glossy_pdf = 0.0f;  // the latter: its part by rough reflections
 };
 Response respond(const Receiver& receiver, Vec3 wi);
 

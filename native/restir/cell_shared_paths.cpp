@@ -12,18 +12,20 @@ bool sends_light(const PathLink& link) {
   return link.W > 0.0f && !(is_black(link.to.light.radiance) && is_black(link.to.continuation.radiance));
 }
 
-Rgb sent_towards(const PathContext& context, const PathSample& sample, Vec3 wo) {
-  return sample.point.is_lambertian ? sample.radiance_as_found() : sent_radiance(context, sample, wo);
+Rgb sent_along(const PathContext& context, const PathSample& sample, const PathConnection& way) {
+  return sample.point.is_lambertian ? sample.radiance_as_found() : sent_radiance(context, sample, way);
 }
 
 }  // namespace
 
-void ReflectedPaths::add(Vec3 wi, Rgb radiance, Rgb f_cos, float u) {
-  const Rgb reflected = f_cos * radiance;
+void ReflectedPaths::add(const IncidentRadiance& found, float u) {
+  const Rgb reflected = found.f_cos * found.radiance;
   sum += reflected;
-  const float weight = luminance(reflected) + kLeastResponse * luminance(radiance);
+  const float weight = luminance(reflected) + kLeastResponse * luminance(found.radiance);
   incident_weight += weight;
-  if (u * incident_weight < weight) incident = {wi, radiance * (1.0f / weight), f_cos};
+  if (!(u * incident_weight < weight)) return;
+  incident = found;
+  incident.radiance *= 1.0f / weight;
 }
 
 uint32_t CellSharedPaths::group_class(const VisiblePoint& vertex) {
@@ -51,16 +53,17 @@ std::optional<CellSharedPaths::Scratch::Pair> CellSharedPaths::connect_pair(cons
   const std::optional<PathConnection> way = connect(receiver.from, sample);
   if (!way) return std::nullopt;
   const BsdfEvaluation f = evaluate_bsdf(bsdf, way->wi);
-  if (is_black(f.rough_cos) || f.pdf == 0.0f) return std::nullopt;  // its BSDF sampling never makes this link
+  const float share = kind_share(f, sample.kind), pdf = f.pdf * share;
+  if (is_black(f.rough_cos) || pdf == 0.0f) return std::nullopt;  // its BSDF sampling never makes this link
   // Its own ray found the sample; that is no question to ask again of a shadow ray, whose ends differ a little.
   const bool is_seen = is_own && !context_.accel.has_transparent_surfaces();
   const Rgb transmittance = is_seen ? Rgb(1.0f) : path_transmittance(context_, receiver.from, sample);
   if (is_black(transmittance)) {
-    if (weights_ == PairWeights::UNSHADOWED) density = f.pdf * way->geometry;
+    if (weights_ == PairWeights::UNSHADOWED) density = pdf * way->geometry;
     return std::nullopt;
   }
-  density = weights_ == PairWeights::EQUAL ? 1.0f : f.pdf * way->geometry;
-  return Scratch::Pair{way->wi, way->geometry, f.rough_cos, transmittance};
+  density = weights_ == PairWeights::EQUAL ? 1.0f : pdf * way->geometry;
+  return Scratch::Pair{*way, f.rough_cos * share, transmittance};
 }
 
 void CellSharedPaths::share_sample(std::span<const PathLink* const> group, size_t finder,
@@ -81,10 +84,10 @@ void CellSharedPaths::share_sample(std::span<const PathLink* const> group, size_
   const float weight = group[finder]->W * own_density / sum;
   for (size_t k = 0; k < group.size(); ++k) {
     const Scratch::Pair& pair = scratch.pairs[k];
-    if (pair.geometry == 0.0f) continue;
-    const Rgb radiance = sent_towards(context_, sample, -pair.wi) * pair.transmittance * pair.geometry;
+    if (pair.way.geometry == 0.0f) continue;
+    const Rgb radiance = sent_along(context_, sample, pair.way) * pair.transmittance * pair.way.geometry;
     if (k == finder) reflected[k]->own += pair.f_cos * radiance * group[finder]->W;
-    reflected[k]->add(pair.wi, radiance * weight, pair.f_cos, rngs[k].next_float());
+    reflected[k]->add({pair.way.wi, radiance * weight, pair.f_cos, sample.kind}, rngs[k].next_float());
   }
 }
 

@@ -32,7 +32,7 @@ struct ReflectedPaths {
   float incident_weight = 0.0f;  // the sum of what directions were picked by
   Rgb own;                       // what the vertex's own sample would give it alone
 
-  void add(Vec3 wi, Rgb radiance, Rgb f_cos, float u);
+  void add(const IncidentRadiance& found, float u);
 };
 
 /// All-pairs sharing of path samples in the groups of cells: our own estimator.
@@ -54,9 +54,8 @@ class CellSharedPaths {
   struct Scratch {
     std::vector<Bsdf> bsdfs;
     struct Pair {
-      Vec3 wi;
-      float geometry;  // |cos| / d^2 at the sample point
-      Rgb f_cos, transmittance;
+      PathConnection way;
+      Rgb f_cos, transmittance;  // f_cos: times the share of the kind of scattering
     };
     std::vector<Pair> pairs;
   };

@@ -5,17 +5,40 @@
 namespace cistern {
 namespace {
 
+/// Guess of it, which knows the rough lobes only: zero where it is zero, and nowhere else.
+float kind_share_guess(const VisiblePoint& point, const Response& response, Vec3 wi, FoundKind kind) {
+  constexpr float kSmallestShare = 0.1f;
+  if (kind == 0) return 1.0f;
+  const bool is_transmission = kind == kVisibleToTransmission, is_below = dot(point.ng, wi) < 0.0f;
+  if ((point.scattered_kinds & kind) == 0 || is_transmission != is_below) return 0.0f;
+  const bool is_only_kind = is_transmission || (point.scattered_kinds & ~kVisibleToTransmission) == kind;
+  if (is_only_kind) return 1.0f;
+  const float glossy = response.pdf > 0.0f ? response.glossy_pdf / response.pdf : 0.0f;
+  return std::max(kind == kVisibleToGlossy ? glossy : 1.0f - glossy, kSmallestShare);
+}
+
 /// By the sample point's Receiver.
 Rgb sent_radiance_guess(const PathSample& sample, Vec3 wo) {
   Receiver point = sample.point.receiver;
   point.wo = wo;
+  const IncidentRadiance &light = sample.light, &continuation = sample.continuation;
   Rgb sent;
-  for (const IncidentRadiance* incident : {&sample.light, &sample.continuation})
-    if (!is_black(incident->radiance)) sent += respond(point, incident->wi).f_cos * incident->radiance;
-  return sent;
+  if (!is_black(light.radiance)) sent += respond(point, light.wi).f_cos * light.radiance;
+  if (is_black(continuation.radiance)) return sent;
+  const Response response = respond(point, continuation.wi);
+  const float share = kind_share_guess(sample.point, response, continuation.wi, continuation.kind);
+  return sent + response.f_cos * continuation.radiance * share;
 }
 
 }  // namespace
+
+float kind_share(const BsdfEvaluation& evaluation, FoundKind kind) {
+  if (kind == 0) return 1.0f;
+  float pdf = 0.0f;
+  for (const ScatterKind k : {ScatterKind::DIFFUSE, ScatterKind::GLOSSY, ScatterKind::TRANSMISSION})
+    if (ray_kind(k) == kind) pdf = evaluation.pdf_by_kind[static_cast<size_t>(k)];
+  return evaluation.pdf > 0.0f ? pdf / evaluation.pdf : 0.0f;
+}
 
 std::optional<PathConnection> connect(const VisiblePoint& visible, const PathSample& sample) {
   const Vec3 offset = sample.point.receiver.position - visible.receiver.position;
@@ -28,12 +51,16 @@ std::optional<PathConnection> connect(const VisiblePoint& visible, const PathSam
   return PathConnection{wi, distance, cosine / d2};
 }
 
-Rgb sent_radiance(const PathContext& context, const PathSample& sample, Vec3 wo) {
+Rgb sent_radiance(const PathContext& context, const PathSample& sample, const PathConnection& way) {
   SurfacePoint point = surface_point(sample.point);
-  point.wo = wo;
-  const Bsdf bsdf = evaluate_material(context.scene, point, sample.point.state);
+  point.wo = -way.wi;
+  PathState state = sample.point.state;
+  state.ray_length = way.distance;
+  const Bsdf bsdf = evaluate_material(context.scene, point, state);
   const Rgb light = evaluate_bsdf(bsdf, sample.light.wi, sample.light_visibility).rough_cos * sample.light.radiance;
-  return light + evaluate_bsdf(bsdf, sample.continuation.wi).rough_cos * sample.continuation.radiance;
+  const BsdfEvaluation onwards = evaluate_bsdf(bsdf, sample.continuation.wi);
+  const float share = kind_share(onwards, sample.continuation.kind);
+  return light + onwards.rough_cos * sample.continuation.radiance * share;
 }
 
 float path_target(const VisiblePoint& visible, const PathSample& sample, PathTarget target, Reflection reflection) {
@@ -42,11 +69,12 @@ float path_target(const VisiblePoint& visible, const PathSample& sample, PathTar
   // Paths do not leave a smooth-shaded surface through its flat triangles.
   const bool is_one_sided = visible.receiver.side != Vec3{};
   if (is_one_sided && !(dot(visible.ng, way->wi) > 0.0f)) return 0.0f;
-  const Rgb response = respond(visible.receiver, way->wi).f_cos;
-  if (is_black(response)) return 0.0f;
+  const Response response = respond(visible.receiver, way->wi);
+  const float share = kind_share_guess(visible, response, way->wi, sample.kind);
+  if (share == 0.0f || is_black(response.f_cos)) return 0.0f;
   const Rgb sent =
       reflection == Reflection::AS_FOUND ? sample.radiance_as_found() : sent_radiance_guess(sample, -way->wi);
-  return luminance(target == PathTarget::RADIANCE ? sent : response * sent) * way->geometry;
+  return luminance(target == PathTarget::RADIANCE ? sent : response.f_cos * sent) * share * way->geometry;
 }
 
 Rgb path_transmittance(const PathContext& context, const VisiblePoint& visible, const PathSample& sample) {
@@ -56,7 +84,9 @@ Rgb path_transmittance(const PathContext& context, const VisiblePoint& visible, 
   end.wi = way->wi;
   end.distance = way->distance;
   end.normal = sample.point.ng;
-  return transmittance(context, surface_point(visible), end, visible.state);
+  PathState scattered = sample.point.state;
+  scattered.transparent_depth = visible.state.transparent_depth;
+  return transmittance_to_vertex(context, surface_point(visible), end, scattered);
 }
 
 Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, const PathSample& sample,
@@ -65,10 +95,10 @@ Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, cons
   if (!way) return {};
   const Bsdf bsdf = evaluate_material(context.scene, surface_point(visible), visible.state);
   const BsdfEvaluation evaluation = evaluate_bsdf(bsdf, way->wi);
-  const Rgb response = evaluation.rough_cos;
+  const Rgb response = evaluation.rough_cos * kind_share(evaluation, sample.kind);
   if (is_black(response) || evaluation.pdf == 0.0f) return {};  // no path leaves where BSDF sampling has no density
   const Rgb sent =
-      reflection == Reflection::AS_FOUND ? sample.radiance_as_found() : sent_radiance(context, sample, -way->wi);
+      reflection == Reflection::AS_FOUND ? sample.radiance_as_found() : sent_radiance(context, sample, *way);
   const Rgb reflected = visible.throughput * response * sent * way->geometry;
   return is_black(reflected) ? reflected : reflected * path_transmittance(context, visible, sample);
 }

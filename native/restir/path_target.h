@@ -31,8 +31,11 @@ struct PathConnection {
 };
 std::optional<PathConnection> connect(const VisiblePoint& visible, const PathSample& sample);
 
-/// Radiance that the rough lobes of a sample point send towards wo (unit), by its true BSDF.
-Rgb sent_radiance(const PathContext& context, const PathSample& sample, Vec3 wo);
+/// Radiance that the rough lobes of a sample point send along a connection, by its true BSDF.
+Rgb sent_radiance(const PathContext& context, const PathSample& sample, const PathConnection& way);
+
+/// Share of a kind of scattering in the density of a direction, which links found with that kind must be weighed by.
+float kind_share(const BsdfEvaluation& evaluation, FoundKind kind);
 
 /// Target of a path sample at a visible point, by the Receivers of both ends; zero across a surface.
 float path_target(const VisiblePoint& visible, const PathSample& sample, PathTarget target, Reflection reflection);

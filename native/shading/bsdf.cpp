@@ -58,18 +58,6 @@ LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, 
       lobe.model);
 }
 
-bool is_visible_to(uint8_t visibility, ScatterKind kind) {
-  switch (kind) {
-    case ScatterKind::DIFFUSE:
-      return visibility & kVisibleToDiffuse;
-    case ScatterKind::GLOSSY:
-      return visibility & kVisibleToGlossy;
-    case ScatterKind::TRANSMISSION:
-      return visibility & kVisibleToTransmission;
-  }
-  return false;
-}
-
 /// evaluate_bsdf, and the density of lobe `chosen` alone: 0 says that lobe cannot have produced wi.
 BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility, int chosen, float* chosen_pdf) {
   BsdfEvaluation result;
@@ -80,11 +68,13 @@ BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibili
     const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, is_above, can_leave);
     if (i == chosen && can_leave) *chosen_pdf = evaluation.pdf;
     if (!(evaluation.pdf > 0.0f)) continue;
-    if (can_leave) result.pdf += lobe.sample_weight * evaluation.pdf;
-    if (visibility != kVisibleToAll && !is_visible_to(visibility, kind_of(lobe, !is_above))) continue;
+    const ScatterKind kind = kind_of(lobe, !is_above);
+    if (can_leave) result.pdf_by_kind[static_cast<size_t>(kind)] += lobe.sample_weight * evaluation.pdf;
+    if ((visibility & ray_kind(kind)) == 0) continue;
     (is_smooth(lobe) ? result.smooth_cos : result.rough_cos) += lobe.weight * evaluation.f_cos;
   }
-  if (bsdf.total_sample_weight > 0.0f) result.pdf /= bsdf.total_sample_weight;
+  if (bsdf.total_sample_weight > 0.0f)
+    for (float& pdf : result.pdf_by_kind) result.pdf += pdf /= bsdf.total_sample_weight;
   return result;
 }
 
@@ -95,7 +85,7 @@ std::optional<BsdfSample> sample_delta(const Bsdf& bsdf, const Lobe& lobe, const
   if (is_above != (dot(model.n, delta->wi) > 0.0f)) return {};
   BsdfSample sample;
   sample.wi = delta->wi;
-  sample.pdf = delta->probability * lobe.sample_weight / bsdf.total_sample_weight;
+  sample.pdf = sample.kind_pdf = delta->probability * lobe.sample_weight / bsdf.total_sample_weight;
   sample.smooth_weight = lobe.weight * delta->f / sample.pdf;
   sample.kind = kind_of(lobe, !is_above);
   sample.is_delta = true;
@@ -108,7 +98,7 @@ std::optional<BsdfSample> sample_lambert(const Bsdf& bsdf, Vec3 n, Vec2 u) {
   const Vec3 local = square_to_cosine_hemisphere(u);
   BsdfSample sample;
   sample.wi = Frame(n).to_world(local);
-  sample.pdf = local.z * kInvPi;
+  sample.pdf = sample.kind_pdf = local.z * kInvPi;
   if (!(sample.pdf > 0.0f) || dot(bsdf.ng, sample.wi) <= 0.0f) return {};
   sample.rough_weight = bsdf.lobes[0].weight;
   sample.kind = ScatterKind::DIFFUSE;
@@ -164,6 +154,7 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
   sample.rough_weight = evaluation.rough_cos / evaluation.pdf;
   sample.smooth_weight = evaluation.smooth_cos / evaluation.pdf;
   sample.kind = kind_of(lobe, dot(bsdf.ng, *wi) < 0.0f);
+  sample.kind_pdf = evaluation.pdf_by_kind[static_cast<size_t>(sample.kind)];
   sample.is_clear = is_clear(lobe, sample.kind);
   return sample;
 }
@@ -178,6 +169,18 @@ bool is_smooth(const Lobe& lobe) {
 bool transmits(const Lobe& lobe) {
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
   return microfacet ? microfacet->transmits : std::holds_alternative<TranslucentLobe>(lobe.model);
+}
+
+uint8_t scattered_kinds(const Bsdf& bsdf) {
+  uint8_t kinds = 0;
+  for (int i = 0; i < bsdf.count; ++i) {
+    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    const MicrofacetLobe* microfacet = as_microfacet(lobe);
+    if (microfacet && is_delta(*microfacet)) continue;
+    if (transmits(lobe)) kinds |= kVisibleToTransmission;
+    if (microfacet ? microfacet->reflects : !transmits(lobe)) kinds |= ray_kind(kind_of(lobe, false));
+  }
+  return kinds;
 }
 
 ScatterKind strongest_kind(const Bsdf& bsdf) {

@@ -13,6 +13,12 @@ namespace cistern {
 
 /// How a scattering event counts for max bounces, ray visibility and Light Path nodes.
 enum class ScatterKind : uint8_t { DIFFUSE, GLOSSY, TRANSMISSION };
+inline constexpr size_t kScatterKinds = 3;
+/// The RayVisibility bit of rays scattered so.
+constexpr uint8_t ray_kind(ScatterKind kind) {
+  constexpr uint8_t kKinds[kScatterKinds] = {kVisibleToDiffuse, kVisibleToGlossy, kVisibleToTransmission};
+  return kKinds[static_cast<size_t>(kind)];
+}
 
 /// Roughness (sqrt of the GGX alpha) below which a lobe is too smooth for its paths to be joined to another
 /// vertex: light through it counts as seen directly, not as reflected once.
@@ -98,9 +104,11 @@ bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight) {
 /// estimation, whose shadow rays know the smooth surface (shadow_origin.h). Diffuse lobes on bump-mapped normals fade
 /// out near the horizon of ns. [Conty Estevez et al. 2019, A Microfacet-Based Shadowing Function to Solve the Bump
 /// Terminator Problem]
+/// `pdf_by_kind` has its parts by the kind of the lobe that is chosen, indexed by ScatterKind.
 struct BsdfEvaluation {
   Rgb rough_cos, smooth_cos;
   float pdf = 0.0f;
+  std::array<float, kScatterKinds> pdf_by_kind{};
   Rgb total_cos() const { return rough_cos + smooth_cos; }
 };
 /// Lobes whose kind (diffuse, glossy, transmission) is not among the RayVisibility bits of `visibility` add nothing to
@@ -108,11 +116,12 @@ struct BsdfEvaluation {
 BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility = kVisibleToAll);
 
 /// One direction. Weights are f cos / pdf over all lobes (for a delta lobe: its own weight / probability).
-/// `pdf` is per solid angle, or for `is_delta` the discrete probability of the lobe.
+/// `pdf` is per solid angle, or for `is_delta` the discrete probability of the lobe; `kind_pdf` is its part by lobes of
+/// the same kind.
 struct BsdfSample {
   Vec3 wi;
   Rgb rough_weight, smooth_weight;
-  float pdf = 0.0f;
+  float pdf = 0.0f, kind_pdf = 0.0f;
   ScatterKind kind = ScatterKind::DIFFUSE;
   bool is_delta = false;
   bool is_clear = false;  // refracted by a lobe of at most kClearRoughness
@@ -127,6 +136,8 @@ bool is_smooth(const Lobe& lobe);
 /// Whether the lobe scatters to the far side of the surface.
 bool transmits(const Lobe& lobe);
 
+/// Kinds of rays that lobes which are not delta lobes can scatter, as RayVisibility bits.
+uint8_t scattered_kinds(const Bsdf& bsdf);
 /// Kind of the lobe that is sampled most; of those that transmit, transmission. The Bsdf must scatter.
 ScatterKind strongest_kind(const Bsdf& bsdf);
 

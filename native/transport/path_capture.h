@@ -7,12 +7,17 @@
 
 namespace cistern {
 
+/// A kind of scattering, where PathContext::tells_kinds: one RayVisibility bit. Densities of what was found are then
+/// those of lobes of this kind, and what others make of it is their share of the kind in BSDF sampling. 0: any kind.
+using FoundKind = uint8_t;
+
 /// Light that arrives from one direction, over the density with which it was found: what a surface makes of it is
 /// f cos(theta) times `radiance`. Black: nothing.
 struct IncidentRadiance {
   Vec3 wi;
   Rgb radiance;
-  Rgb f_cos;  // of the sample point's rough lobes, towards the vertex that found it
+  Rgb f_cos;  // of the sample point's rough lobes, towards the vertex that found it; times the share of the kind
+  FoundKind kind = 0;
 };
 
 /// What a path found beyond its sample point, kept as it arrived there: so the radiance that the sample point's rough
@@ -21,6 +26,7 @@ struct PathSample {
   VisiblePoint point;  // the sample point; its wo looks at the vertex that found it
   IncidentRadiance light, continuation;
   uint8_t light_visibility = kVisibleToAll;  // RayVisibility bits of `light`
+  FoundKind kind = 0;                        // of the ray that arrived at the sample point
 
   /// Radiance sent to the vertex that found the sample point.
   Rgb radiance_as_found() const { return light.f_cos * light.radiance + continuation.f_cos * continuation.radiance; }

@@ -32,6 +32,12 @@ struct PathContext {
   PixelFootprint pixel;
   /// Whether PathRecord's members about the first surfaces are wanted.
   bool record_surfaces = true;
+  /// Whether reuse has to tell diffuse, glossy and transmitted rays apart: scatter_kinds_matter.
+  bool tells_kinds = false;
 };
+
+/// Whether what a scattered ray meets, or how far its path goes on, depends on the kind of its scattering: by ray
+/// visibility, bounce limits or materials that read the path.
+bool scatter_kinds_matter(const Scene& scene, const PathLimits& limits);
 
 }  // namespace cistern

@@ -186,10 +186,12 @@ class Walk {
     const float pdf_area = capture_.link_probability * cosine / sqr(state_.ray_length);
     if (!(pdf_area > 0.0f)) return;
     link.W = 1.0f / pdf_area;
-    link.to = {captured, {}, {}, kVisibleToAll};
+    link.to = {captured, {}, {}, kVisibleToAll, found_kind(state_.ray_kind)};
     capture_.vertex.sample_point_of = index;
     if (index + 1 < capture_.out->link_count) start_link(index + 1, captured);
   }
+
+  FoundKind found_kind(uint8_t kind) const { return context_.tells_kinds ? kind : FoundKind{0}; }
 
   void capture_light_vertex(const VisiblePoint& captured) {
     capture_.vertex.light_candidates = capture_.out->secondary_candidates;
@@ -393,30 +395,29 @@ class Walk {
   }
 
   void leave_captured_vertex(const BsdfSample& sample, float p_scatter) {
-    const float pdf = sample.pdf * p_scatter;
+    const float pdf = context_.tells_kinds ? sample.kind_pdf : sample.pdf;
     const bool by_rough_lobes = !is_black(sample.rough_weight);
     if (capture_.vertex.sample_point_of && by_rough_lobes) {
       const auto link = static_cast<size_t>(*capture_.vertex.sample_point_of);
-      capture_.out->links[link].to.continuation = {sample.wi, {}, sample.rough_weight * sample.pdf};
-      throughput_.continuation[link] = Rgb(1.0f / pdf);
+      const FoundKind kind = found_kind(ray_kind(sample.kind));
+      capture_.out->links[link].to.continuation = {sample.wi, {}, sample.rough_weight * pdf, kind};
+      throughput_.continuation[link] = Rgb(1.0f / (pdf * p_scatter));
     }
     capture_.open_link = by_rough_lobes ? capture_.vertex.starts : std::nullopt;
-    capture_.link_probability = pdf;
+    capture_.link_probability = pdf * p_scatter;
   }
 
   static void count_scattering(PathState& state, ScatterKind kind) {
     ++state.depth;
+    state.ray_kind = ray_kind(kind);
     switch (kind) {
       case ScatterKind::DIFFUSE:
-        state.ray_kind = kVisibleToDiffuse;
         ++state.diffuse_depth;
         break;
       case ScatterKind::GLOSSY:
-        state.ray_kind = kVisibleToGlossy;
         ++state.glossy_depth;
         break;
       case ScatterKind::TRANSMISSION:
-        state.ray_kind = kVisibleToTransmission;
         ++state.transmission_depth;
         break;
     }

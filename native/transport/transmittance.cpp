@@ -22,32 +22,42 @@ Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLigh
   return {origin, segment / distance, 0.0f, distance * (1.0f - kShadowEpsilon)};
 }
 
-}  // namespace
-
-Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
-                  const PathState& path) {
-  Ray ray = shadow_ray(context.scene, receiver, light);
-  if (context.accel.occluded(ray)) return Rgb(0.0f);
+/// `state` is that of the ray; it passes at most `most_surfaces`.
+Rgb transmittance_of(const PathContext& context, Ray ray, PathState state, int most_surfaces) {
+  if (context.accel.occluded(ray, state.ray_kind)) return Rgb(0.0f);
   Rgb passed(1.0f);
   if (!context.accel.has_transparent_surfaces()) return passed;
-  PathState shadow_state = path;
-  shadow_state.ray_kind = kVisibleToShadow;
-  ++shadow_state.depth;  // as a ray scattered towards the light
-  float travelled = 0.0f;
-  const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
+  state.ray_length = 0.0f;
   for (int i = 0; i <= most_surfaces; ++i) {
-    const std::optional<Hit> hit = context.accel.intersect_transparent(ray);
+    const std::optional<Hit> hit = context.accel.intersect_transparent(ray, state.ray_kind);
     if (!hit) return passed;
     const SurfacePoint point = make_surface_point(context.scene, ray, *hit);
-    travelled += hit->t;
-    shadow_state.ray_length = travelled;
-    passed *= evaluate_transparency(context.scene, point, shadow_state);
+    state.ray_length += hit->t;
+    passed *= evaluate_transparency(context.scene, point, state);
     if (is_black(passed)) return passed;
-    ++shadow_state.transparent_depth;
+    ++state.transparent_depth;
     ray.t_max -= hit->t;
     ray.origin = offset_origin(point.position, point.ng, ray.direction);
   }
   return Rgb(0.0f);
+}
+
+}  // namespace
+
+Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
+                  const PathState& path) {
+  PathState state = path;
+  state.ray_kind = kVisibleToShadow;
+  ++state.depth;  // as a ray scattered towards the light
+  const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
+  return transmittance_of(context, shadow_ray(context.scene, receiver, light), state, most_surfaces);
+}
+
+Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,
+                            const PathState& scattered) {
+  // Behind the last surface it passes, a path has no vertices; see PathLimits.
+  const int most_surfaces = context.limits.max_transparent_bounces - scattered.transparent_depth - 1;
+  return transmittance_of(context, shadow_ray(context.scene, receiver, vertex), scattered, std::max(most_surfaces, 0));
 }
 
 }  // namespace cistern

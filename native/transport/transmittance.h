@@ -8,4 +8,9 @@ namespace cistern {
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                   const PathState& path);
 
+/// The same of a ray that `receiver` scattered towards a vertex at `distance` along `wi`, of normal `normal`: its kind
+/// in `scattered` decides what it meets. `scattered.transparent_depth` surfaces were passed before.
+Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,
+                            const PathState& scattered);
+
 }  // namespace cistern

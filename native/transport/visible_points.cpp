@@ -71,6 +71,7 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
   visible.exists = true;
   visible.is_lambertian = bsdf.count == 1 && std::holds_alternative<LambertLobe>(bsdf.lobes[0].model) &&
                           !scene.materials[static_cast<size_t>(point.material)]->depends_on_view;
+  visible.scattered_kinds = scattered_kinds(bsdf);
   return visible;
 }
 

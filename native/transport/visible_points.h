@@ -18,11 +18,12 @@ struct VisiblePoint {
   float footprint = 0.0f;
   bool is_backface = false;
   bool exists = false;
-  bool is_lambertian = false;  // sends the same radiance in all directions
-  PathState state;             // of the ray that arrived
-  PathState scattered;         // of a ray scattered towards a light
-  Rgb throughput;              // of the smooth surfaces on the way
-  float distance = 0.0f;       // from the camera, along the path
+  uint8_t scattered_kinds = 0;  // RayVisibility bits of the rays that it can send on
+  bool is_lambertian = false;   // sends the same radiance in all directions
+  PathState state;              // of the ray that arrived
+  PathState scattered;          // of a ray scattered towards a light
+  Rgb throughput;               // of the smooth surfaces on the way
+  float distance = 0.0f;        // from the camera, along the path
 };
 
 /// Normal of the half space that light must come from to be scattered, zero where it may come from anywhere: what a

@@ -44,6 +44,7 @@ LIMITS: dict[str, dict] = {
     "one bounce": dict(max_bounces=1),
     "two bounces": dict(max_bounces=2),
     "one transparent surface": dict(max_bounces=2, max_transparent_bounces=1),
+    "kinds": dict(max_bounces=4, max_diffuse_bounces=2, max_glossy_bounces=1, max_transmission_bounces=3),
 }
 
 QUICK: list[tuple[Answers, str, str]] = [
@@ -65,6 +66,11 @@ QUICK: list[tuple[Answers, str, str]] = [
     (("RESTIR", "CELL_RESERVOIRS", "CELL_SHARED"), "glossy_room", ""),
     (("NEE", "NEE", "CELL_SHARED"), "leaning", ""),
     (("NEE", "RIS", "CELL_SHARED"), "mirror_room", "one bounce"),
+    (("NEE", "NEE", "SCREEN_REUSE"), "hidden_objects", ""),
+    (("NEE", "RIS", "WORLD_REUSE"), "hidden_objects", ""),
+    (("NEE", "NEE", "SCREEN_REUSE"), "glossy_room", "kinds"),
+    (("NEE", "NEE", "WORLD_REUSE"), "hidden_objects", "kinds"),
+    (("NEE", "NEE", "CELL_SHARED"), "hidden_objects", "kinds"),
 ]
 """Cases of quick runs: each answer but the cache, which is slow to start, and each scene."""
 

@@ -8,6 +8,9 @@ import cistern_core as core
 import numpy as np
 
 Color = tuple[float, float, float]
+# Kinds of ray that may see an object.
+CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW = 1, 2, 4, 8, 16
+VISIBLE_TO_ALL = CAMERA | DIFFUSE | GLOSSY | TRANSMISSION | SHADOW
 
 
 def principled(
@@ -46,7 +49,7 @@ class SceneDescription:
 
     def __init__(self) -> None:
         self.builder = core.SceneBuilder()
-        self.instances: list[tuple[int, int, np.ndarray]] = []
+        self.instances: list[tuple[int, int, np.ndarray, int]] = []
 
     def add_mesh(
         self,
@@ -56,6 +59,7 @@ class SceneDescription:
         matrix: np.ndarray | None = None,
         smooth: bool = False,
         name: str = "mesh",
+        visibility: int = VISIBLE_TO_ALL,
     ) -> None:
         points = np.array(positions, np.float32)
         corners = np.concatenate([np.asarray(p, np.int32) for p in polygons])
@@ -63,14 +67,20 @@ class SceneDescription:
         shading = {"normals": points / np.linalg.norm(points, axis=1, keepdims=True), "normals_domain": "POINT"}
         mesh = self.builder.add_mesh(name, points, corners, offsets, **(shading if smooth else {}))
         materials = self.builder.add_material_set([self.builder.add_material(material)], name)
-        self.instances.append((mesh, materials, np.eye(4) if matrix is None else matrix))
+        self.instances.append((mesh, materials, np.eye(4) if matrix is None else matrix, visibility))
 
     def add_quad(
-        self, corner: Color, edge_u: Color, edge_v: Color, material: core.MaterialProgram, name: str = "quad"
+        self,
+        corner: Color,
+        edge_u: Color,
+        edge_v: Color,
+        material: core.MaterialProgram,
+        name: str = "quad",
+        visibility: int = VISIBLE_TO_ALL,
     ) -> None:
         """Faces along edge_u x edge_v."""
         c, u, v = (np.array(x, np.float64) for x in (corner, edge_u, edge_v))
-        self.add_mesh([c, c + u, c + u + v, c + v], [(0, 1, 2, 3)], material, name=name)
+        self.add_mesh([c, c + u, c + u + v, c + v], [(0, 1, 2, 3)], material, name=name, visibility=visibility)
 
     def add_box(self, half: float, material: core.MaterialProgram, name: str = "box") -> None:
         """An axis-aligned cube around the origin."""
@@ -117,12 +127,12 @@ class SceneDescription:
 
     def snapshot(self) -> core.Scene:
         if self.instances:
-            mesh, materials, matrices = zip(*self.instances, strict=True)
+            mesh, materials, matrices, visibility = zip(*self.instances, strict=True)
             count = len(mesh)
             name = self.builder.add_object_name("objects")
             self.builder.add_instances(
                 np.array(mesh, np.int32), np.array(materials, np.int32), np.full(count, name, np.int32),
-                np.array(matrices, np.float32), np.full(count, 31, np.uint8),
+                np.array(matrices, np.float32), np.array(visibility, np.uint8),
             )  # fmt: skip
             self.instances = []
         return self.builder.snapshot()

@@ -8,7 +8,15 @@ from collections.abc import Callable
 
 import cistern_core as core
 
-from tests.support.core_scenes import SceneDescription, principled
+from tests.support.core_scenes import (
+    CAMERA,
+    DIFFUSE,
+    GLOSSY,
+    SHADOW,
+    VISIBLE_TO_ALL,
+    SceneDescription,
+    principled,
+)
 from tests.support.direct_light_scenes import NOT_TO_CAMERA, leaning_lobes, point_on, sky, transparent
 
 GRAY = principled((0.7, 0.7, 0.7))
@@ -130,6 +138,36 @@ def counting_lamp() -> core.Scene:
     return scene.snapshot()
 
 
+def hidden_objects() -> core.Scene:
+    """Walls that only some kinds of scattered ray see, between surfaces that scatter several kinds."""
+    scene = SceneDescription()
+    mixed = principled((0.5, 0.5, 0.6), specular=0.8, roughness=0.4)
+    polished = principled((0.5, 0.4, 0.4), specular=1.0, roughness=0.1)
+    room(scene, floor=mixed, back=polished, left=mixed)
+    lamp_to_ceiling(scene)
+    tinted = transparent((0.9, 0.4, 0.2))
+    for x, name, material, visibility in (
+        (-0.6, "not to diffuse", RED, VISIBLE_TO_ALL & ~DIFFUSE),
+        (-0.2, "not to glossy", GREEN, VISIBLE_TO_ALL & ~GLOSSY),
+        (0.2, "no shadow", GRAY, VISIBLE_TO_ALL & ~SHADOW),
+        (0.6, "pane to glossy", tinted, CAMERA | GLOSSY | SHADOW),
+    ):
+        scene.add_quad((x, -0.5, 0.0), (0.15, 0.9, 0.0), (0.0, 0.0, 0.9), material, name=name, visibility=visibility)
+    rough_glass = principled((0.9, 0.95, 1.0), specular=0.5, roughness=0.5, transmission=1.0)
+    scene.add_sphere(0.25, rough_glass, (0.0, 0.5, 0.5), rings=8)
+    return scene.snapshot()
+
+
 SCENES: dict[str, Callable[[], core.Scene]] = {
-    make.__name__: make for make in (indirect_room, glossy_room, mirror_room, panes, leaning, open_scene, counting_lamp)
+    make.__name__: make
+    for make in (
+        indirect_room,
+        glossy_room,
+        mirror_room,
+        panes,
+        leaning,
+        open_scene,
+        counting_lamp,
+        hidden_objects,
+    )
 }

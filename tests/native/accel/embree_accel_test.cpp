@@ -137,6 +137,8 @@ TEST(Accel, RaysSeeOnlyWhatIsVisibleToThem) {
       const Ray ray{{0.0f, 0.0f, 2.0f}, {0.0f, 0.0f, -1.0f}};
       for (int kind = 0; kind < 5; ++kind) {
         EXPECT_EQ(accel->intersect(ray, static_cast<uint8_t>(1 << kind)).has_value(), kind == bit);
+        EXPECT_EQ(accel->occluded(ray, static_cast<uint8_t>(1 << kind)), kind == bit);
+        EXPECT_FALSE(accel->intersect_transparent(ray, static_cast<uint8_t>(1 << kind)));
       }
       EXPECT_EQ(accel->occluded(ray), bit == 4);
     }
@@ -156,6 +158,8 @@ TEST(Accel, TransparentCastersAreApart) {
   EXPECT_FALSE(accel->occluded(ray));
   ASSERT_TRUE(accel->intersect_transparent(ray));
   EXPECT_EQ(accel->intersect_transparent(ray)->instance, 0u);
+  EXPECT_FALSE(accel->occluded(ray, kVisibleToDiffuse));
+  EXPECT_TRUE(accel->intersect_transparent(ray, kVisibleToDiffuse));
   ray.t_max = 10.0f;
   EXPECT_TRUE(accel->occluded(ray));
   ray.t_min = 2.5f;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "restir/path_merge.h"
 #include "transport/path_scenes.h"
 
@@ -142,7 +144,7 @@ struct Traced {
 
 class PathBench {
  public:
-  explicit PathBench(const PathScene& scene) : tracer(scene) {}
+  PathBench(const PathScene& scene, const PathLimits& limits = {}) : tracer(scene, limits) {}
 
   /// A path's indirect light at its visible point is left to its link.
   Traced trace(const Ray& ray, uint32_t path) {
@@ -196,10 +198,9 @@ enum class Directions { ONE, BOTH };
 /// Merges the path of each ray, whose reservoirs have confidence(link). Light by sample points with x below `from_x` is
 /// not counted.
 template <class Confidence>
-MergeMeans merge_paths(const PathScene& scene, std::span<const Ray> rays, uint32_t paths, const PathMergeRules& rules,
-                       const Confidence& confidence, Directions directions = Directions::ONE,
-                       float from_x = -INFINITY) {
-  PathBench bench(scene);
+MergeMeans merge_paths(PathBench&& bench, std::span<const Ray> rays, uint32_t paths, const PathMergeRules& rules,
+                       const Confidence& confidence, Directions directions = Directions::ONE, float from_x = -INFINITY,
+                       void (*plant)(PathLink&) = nullptr) {
   MergeMeans means;
   Rng rng(9, 0, 0, 0);
   uint64_t non_finite = 0;
@@ -207,6 +208,7 @@ MergeMeans merge_paths(const PathScene& scene, std::span<const Ray> rays, uint32
     std::vector<PathLink> links;
     std::vector<PathReservoir> reservoirs;
     for (uint32_t k = 0; k < rays.size(); ++k) links.push_back(bench.trace(rays[k], k * paths + path).link);
+    if (plant) std::ranges::for_each(links, plant);
     for (const PathLink& link : links) {
       reservoirs.push_back({link.to, link.W, confidence(link)});
       if (directions == Directions::ONE)
@@ -288,6 +290,53 @@ TEST(PathMerge, GlossySamplePointsAreRightOnAverage) {
   EXPECT_GT(merge(Directions::ONE).p_value(), kFalseAlarmRate);
   const MergeMeans planted = merge(Directions::BOTH);
   EXPECT_LT(planted.p_value(), kFalseAlarmRate) << "shares that depend on who found the sample";
+}
+
+/// A wall between the rays' points that diffuse rays do not see, another that glossy ones do not, neither there for
+/// shadow rays.
+PathScene walls_of_kinds() {
+  PathScene scene = box(-1.0f);
+  scene.floor(0.001f, 3.9f, scene.mixed(0.7f, 0.5f, 0.5f));
+  const int paint = scene.diffuse(0.6f);
+  scene.quad({0.7f, 0, 0.5f}, {0, 0, 1}, {0, 3, 0}, paint, kVisibleToGlossy);
+  scene.quad({0.2f, 0.5f, 0.5f}, {0, 0, 1}, {0, 3, 0}, paint, kVisibleToDiffuse);
+  return scene;
+}
+
+TEST(PathMerge, SamplesAreSeenByTheRaysThatFindThem) {
+  const auto merge = [](bool forgets_kinds) {
+    PathBench bench(walls_of_kinds());
+    if (forgets_kinds) bench.tracer.forget_kinds();
+    return merge_paths(std::move(bench), kFour, 3 * kMerges, {}, one);
+  };
+  EXPECT_GT(merge(false).p_value(), kFalseAlarmRate);
+  EXPECT_LT(merge(true).p_value(), kFalseAlarmRate) << "planted: kinds taken for each other";
+}
+
+TEST(PathMerge, PlantedShadowVisibilityIsCaught) {
+  PathScene scene = box(-1.0f);
+  scene.quad({0.7f, 0, 0.5f}, {0, 0, 1}, {0, 3, 0}, scene.diffuse(0.6f), kVisibleToDiffuse);
+  const auto merge = [&](void (*plant)(PathLink&)) {
+    return merge_paths(scene, kTwo, kMerges, {}, one, Directions::ONE, -INFINITY, plant);
+  };
+  EXPECT_GT(merge(nullptr).p_value(), kFalseAlarmRate);
+  EXPECT_LT(merge([](PathLink& link) { link.to.point.state.ray_kind = kVisibleToShadow; }).p_value(), kFalseAlarmRate);
+}
+
+/// Paint under the first ray's point, a polish that may not bounce beside it.
+TEST(PathMerge, LimitsOfAKindHoldForWhatOthersFound) {
+  PathScene scene = box(-1.0f);
+  scene.quad({-0.7f, 0, 0.001f}, {2.6f, 0, 0}, {0, 3.9f, 0}, scene.mixed(0.7f, 0.6f, 0.7f));
+  PathLimits limits;
+  limits.max_bounces = 2;
+  limits.max_glossy_bounces = 0;
+  const auto merge = [&](bool forgets_kinds) {
+    PathBench bench(scene, limits);
+    if (forgets_kinds) bench.tracer.forget_kinds();
+    return merge_paths(std::move(bench), kTwo, kMerges, {}, one);
+  };
+  EXPECT_GT(merge(false).p_value(), kFalseAlarmRate);
+  EXPECT_LT(merge(true).p_value(), kFalseAlarmRate) << "planted: kinds taken for each other";
 }
 
 /// The direction is picked before merging, which changes no mean.

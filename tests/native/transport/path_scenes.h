@@ -30,6 +30,15 @@ class PathScene {
     p.add(Op::CLOSURE_GLOSSY, {p.constant(1), p.constant(1), p.constant(roughness), zero, zero, normal, normal}, {0});
     return builder.add_material(p.program);
   }
+  /// Both at once; of light, the share `glossy_share` is reflected by the second.
+  int mixed(float albedo, float roughness, float glossy_share) {
+    ProgramBuilder p;
+    const Operand normal = p.add(Op::NORMAL, {}), zero = p.constant(0);
+    p.add(Op::CLOSURE_DIFFUSE, {p.constant(1.0f - glossy_share), p.constant(albedo), zero, normal});
+    p.add(Op::CLOSURE_GLOSSY,
+          {p.constant(glossy_share), p.constant(albedo), p.constant(roughness), zero, zero, normal, normal}, {0});
+    return builder.add_material(p.program);
+  }
   int emission(Vec3 radiance) {
     ProgramBuilder p;
     p.add(Op::CLOSURE_EMISSION, {p.constant(1), p.constant(radiance), p.constant(1)});
@@ -109,9 +118,11 @@ class Tracer {
       : scene_(scene.builder.snapshot()),
         accel_(Accel::build(scene_)),
         lights_(scene_, LightSampling::POWER),
-        context_{*scene_, *accel_, lights_, limits, {}} {}
+        context_{*scene_, *accel_, lights_, limits, {}, true, scatter_kinds_matter(*scene_, limits)} {}
 
   const PathContext& context() const { return context_; }
+  /// Planted: reuse as if kinds of scattering were all the same.
+  void forget_kinds() { context_.tells_kinds = false; }
 
   PathMeans trace(Vec3 origin, Vec3 direction, int paths = 1, uint64_t seed = 1) const {
     PathMeans means;
