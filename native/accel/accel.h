@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "accel/offset_origin.h"
@@ -44,6 +45,8 @@ class Accel {
   virtual std::optional<Hit> intersect(const Ray& ray, uint8_t visibility) const = 0;
   /// Whether an *opaque* surface lies strictly between the ends. `visibility` as above.
   virtual bool occluded(const Ray& ray, uint8_t visibility = kVisibleToShadow) const = 0;
+  /// The same for rays that start or end near each other, which are then traced faster; `is_occluded` beside `rays`.
+  virtual void occluded(std::span<const Ray> rays, uint8_t visibility, std::span<bool> is_occluded) const = 0;
   /// Closest surface whose materials may let light through (MaterialProgram::may_be_transparent).
   virtual std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility = kVisibleToShadow) const = 0;
   virtual bool has_transparent_surfaces() const = 0;

@@ -30,4 +30,16 @@ inline void embree_occluded(RTCScene scene, RTCRay& ray) {
 #endif
 }
 
+/// The same for the rays of a packet that `valid` marks with -1, traced together.
+inline void embree_occluded(const int* valid, RTCScene scene, RTCRay8& rays) {
+#if RTC_VERSION_MAJOR >= 4
+  rtcOccluded8(valid, scene, &rays, nullptr);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcOccluded8(valid, scene, &context, &rays);
+#endif
+}
+
 }  // namespace cistern

@@ -1,6 +1,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 
 #include "accel/accel.h"
 #include "accel/top_level.h"
@@ -23,6 +24,21 @@ void set_ray(RTCRay& out, const Ray& ray, uint32_t mask) {
   out.flags = 0;
 }
 
+void set_ray(RTCRay8& out, size_t i, const Ray& ray, uint32_t mask) {
+  out.org_x[i] = ray.origin.x;
+  out.org_y[i] = ray.origin.y;
+  out.org_z[i] = ray.origin.z;
+  out.tnear[i] = ray.t_min;
+  out.dir_x[i] = ray.direction.x;
+  out.dir_y[i] = ray.direction.y;
+  out.dir_z[i] = ray.direction.z;
+  out.time[i] = 0.0f;
+  out.tfar[i] = ray.t_max;
+  out.mask[i] = mask;
+  out.id[i] = 0;
+  out.flags[i] = 0;
+}
+
 class EmbreeAccel final : public Accel {
  public:
   EmbreeAccel(std::shared_ptr<const TopLevel> top, MeshScenes mesh_scenes)
@@ -36,6 +52,12 @@ class EmbreeAccel final : public Accel {
     set_ray(query, ray, opaque_mask(visibility));
     embree_occluded(top_->scene.get(), query);
     return query.tfar < 0.0f;
+  }
+  void occluded(std::span<const Ray> rays, uint8_t visibility, std::span<bool> is_occluded) const override {
+    for (size_t begin = 0; begin < rays.size(); begin += kPacketSize) {
+      const size_t count = std::min(kPacketSize, rays.size() - begin);
+      packet_occluded(rays.subspan(begin, count), opaque_mask(visibility), is_occluded.subspan(begin, count));
+    }
   }
   std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility) const override {
     return closest_hit(ray, transparent_mask(visibility));
@@ -52,6 +74,18 @@ class EmbreeAccel final : public Accel {
   const MeshScenes& mesh_scenes() const { return mesh_scenes_; }
 
  private:
+  static constexpr size_t kPacketSize = 8;
+
+  void packet_occluded(std::span<const Ray> rays, uint32_t mask, std::span<bool> is_occluded) const {
+    alignas(32) std::array<int, kPacketSize> valid{};
+    RTCRay8 packet;
+    for (size_t i = 0; i < rays.size(); ++i) {
+      valid[i] = -1;
+      set_ray(packet, i, rays[i], mask);
+    }
+    embree_occluded(valid.data(), top_->scene.get(), packet);
+    for (size_t i = 0; i < rays.size(); ++i) is_occluded[i] = packet.tfar[i] < 0.0f;
+  }
   std::optional<Hit> closest_hit(const Ray& ray, uint32_t mask) const {
     RTCRayHit query;
     set_ray(query.ray, ray, mask);

@@ -39,52 +39,68 @@ uint32_t CellSharedPaths::group_class(const VisiblePoint& vertex) {
 void CellSharedPaths::share(std::span<const PathLink* const> group, std::span<ReflectedPaths* const> reflected,
                             std::span<Rng> rngs, Scratch& scratch) const {
   if (std::ranges::none_of(group, [](const PathLink* link) { return sends_light(*link); })) return;
+  scratch.points.clear();
   scratch.bsdfs.clear();
-  for (const PathLink* link : group)
-    scratch.bsdfs.push_back(evaluate_material(context_.scene, surface_point(link->from), link->from.state));
+  for (const PathLink* link : group) {
+    scratch.points.push_back(surface_point(link->from));
+    scratch.bsdfs.push_back(evaluate_material(context_.scene, scratch.points.back(), link->from.state));
+  }
   for (size_t i = 0; i < group.size(); ++i)
     if (sends_light(*group[i])) share_sample(group, i, reflected, rngs, scratch);
 }
 
-/// `density`: of finding the sample point from the receiver, per area there.
-std::optional<CellSharedPaths::Scratch::Pair> CellSharedPaths::connect_pair(const PathLink& receiver, const Bsdf& bsdf,
-                                                                            const PathSample& sample, bool is_own,
-                                                                            float& density) const {
+CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const PathLink& receiver, const Bsdf& bsdf,
+                                                             const PathSample& sample) {
   const std::optional<PathConnection> way = connect(receiver.from, sample);
-  if (!way) return std::nullopt;
+  if (!way) return {};
   const BsdfEvaluation f = evaluate_bsdf(bsdf, way->wi);
-  const float share = kind_share(f, sample.kind), pdf = f.pdf * share;
-  if (is_black(f.rough_cos) || pdf == 0.0f) return std::nullopt;  // its BSDF sampling never makes this link
-  // Its own ray found the sample; that is no question to ask again of a shadow ray, whose ends differ a little.
-  const bool is_seen = is_own && !context_.accel.has_transparent_surfaces();
-  const Rgb transmittance = is_seen ? Rgb(1.0f) : path_transmittance(context_, receiver.from, sample);
-  if (is_black(transmittance)) {
-    if (weights_ == PairWeights::UNSHADOWED) density = pdf * way->geometry;
-    return std::nullopt;
+  if (is_black(f.rough_cos) || f.pdf == 0.0f) return {};  // its BSDF sampling never makes this link
+  const float share = kind_share(f, sample.kind);
+  return {*way, f.rough_cos * share, f.pdf * share * way->geometry, {}};
+}
+
+void CellSharedPaths::trace_pairs(std::span<const PathLink* const> group, size_t finder, Scratch& scratch) const {
+  scratch.rays.clear();
+  scratch.ray_owners.clear();
+  for (size_t k = 0; k < group.size(); ++k) {
+    Scratch::Pair& pair = scratch.pairs[k];
+    if (pair.density == 0.0f) continue;
+    if (k == finder && !context_.accel.has_transparent_surfaces()) {
+      // Its own ray found the sample; that is no question to ask again of a shadow ray, whose ends differ a little.
+      pair.transmittance = Rgb(1.0f);
+      continue;
+    }
+    const int passed_before = group[k]->from.state.transparent_depth;
+    scratch.rays.push_back({&scratch.points[k], pair.way.wi, pair.way.distance, passed_before, {}});
+    scratch.ray_owners.push_back(static_cast<uint32_t>(k));
   }
-  density = weights_ == PairWeights::EQUAL ? 1.0f : pdf * way->geometry;
-  return Scratch::Pair{*way, f.rough_cos * share, transmittance};
+  const VisiblePoint& sample_point = group[finder]->to.point;
+  trace_to_vertex(context_, sample_point.ng, sample_point.state, scratch.rays);
+  for (size_t i = 0; i < scratch.rays.size(); ++i)
+    scratch.pairs[scratch.ray_owners[i]].transmittance = scratch.rays[i].transmittance;
+}
+
+/// MIS weight of the vertex that found the sample.
+float CellSharedPaths::finder_weight(size_t finder, const Scratch& scratch) const {
+  if (weights_ == PairWeights::EQUAL) return 1.0f / static_cast<float>(scratch.pairs.size());
+  float sum = 0.0f;
+  for (const Scratch::Pair& pair : scratch.pairs)
+    if (weights_ == PairWeights::UNSHADOWED || !is_black(pair.transmittance)) sum += pair.density;
+  return sum > 0.0f ? scratch.pairs[finder].density / sum : 0.0f;
 }
 
 void CellSharedPaths::share_sample(std::span<const PathLink* const> group, size_t finder,
                                    std::span<ReflectedPaths* const> reflected, std::span<Rng> rngs,
                                    Scratch& scratch) const {
   const PathSample& sample = group[finder]->to;
-  scratch.pairs.assign(group.size(), {});
-  float own_density = 0.0f, sum = 0.0f;
-  for (size_t k = 0; k < group.size(); ++k) {
-    float density = 0.0f;
-    const bool is_own = k == finder;
-    const auto pair = connect_pair(*group[k], scratch.bsdfs[k], sample, is_own, density);
-    if (pair) scratch.pairs[k] = *pair;
-    sum += weights_ == PairWeights::EQUAL ? 1.0f : density;
-    if (is_own) own_density = density;
-  }
-  if (!(own_density > 0.0f)) return;  // only by rounding: the link was made
-  const float weight = group[finder]->W * own_density / sum;
+  scratch.pairs.clear();
+  for (size_t k = 0; k < group.size(); ++k) scratch.pairs.push_back(connect_pair(*group[k], scratch.bsdfs[k], sample));
+  trace_pairs(group, finder, scratch);
+  if (is_black(scratch.pairs[finder].transmittance)) return;  // only by rounding: the link was made
+  const float weight = group[finder]->W * finder_weight(finder, scratch);
   for (size_t k = 0; k < group.size(); ++k) {
     const Scratch::Pair& pair = scratch.pairs[k];
-    if (pair.way.geometry == 0.0f) continue;
+    if (is_black(pair.transmittance)) continue;
     const Rgb radiance = sent_along(context_, sample, pair.way) * pair.transmittance * pair.way.geometry;
     if (k == finder) reflected[k]->own += pair.f_cos * radiance * group[finder]->W;
     reflected[k]->add({pair.way.wi, radiance * weight, pair.f_cos, sample.kind}, rngs[k].next_float());

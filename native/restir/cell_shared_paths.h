@@ -52,12 +52,17 @@ class CellSharedPaths {
 
   /// Memory of one thread.
   struct Scratch {
-    std::vector<Bsdf> bsdfs;
     struct Pair {
       PathConnection way;
-      Rgb f_cos, transmittance;  // f_cos: times the share of the kind of scattering
+      Rgb f_cos;             // times the share of the kind of scattering
+      float density = 0.0f;  // of finding the sample point from the vertex, per area there; 0: never
+      Rgb transmittance;
     };
-    std::vector<Pair> pairs;
+    std::vector<SurfacePoint> points;  // by vertex of the group
+    std::vector<Bsdf> bsdfs;
+    std::vector<Pair> pairs;      // by vertex, of one sample
+    std::vector<VertexRay> rays;  // of pairs
+    std::vector<uint32_t> ray_owners;
   };
 
   /// Adds what each vertex of a group reflects; links, results and random numbers beside each other.
@@ -73,8 +78,9 @@ class CellSharedPaths {
  private:
   void share_sample(std::span<const PathLink* const> group, size_t finder, std::span<ReflectedPaths* const> reflected,
                     std::span<Rng> rngs, Scratch& scratch) const;
-  std::optional<Scratch::Pair> connect_pair(const PathLink& receiver, const Bsdf& bsdf, const PathSample& sample,
-                                            bool is_own, float& density) const;
+  static Scratch::Pair connect_pair(const PathLink& receiver, const Bsdf& bsdf, const PathSample& sample);
+  void trace_pairs(std::span<const PathLink* const> group, size_t finder, Scratch& scratch) const;
+  float finder_weight(size_t finder, const Scratch& scratch) const;
 
   const PathContext& context_;
   PairWeights weights_;

@@ -57,10 +57,13 @@ Rgb sent_radiance(const PathContext& context, const PathSample& sample, const Pa
   PathState state = sample.point.state;
   state.ray_length = way.distance;
   const Bsdf bsdf = evaluate_material(context.scene, point, state);
-  const Rgb light = evaluate_bsdf(bsdf, sample.light.wi, sample.light_visibility).rough_cos * sample.light.radiance;
-  const BsdfEvaluation onwards = evaluate_bsdf(bsdf, sample.continuation.wi);
-  const float share = kind_share(onwards, sample.continuation.kind);
-  return light + onwards.rough_cos * sample.continuation.radiance * share;
+  const IncidentRadiance &light = sample.light, &continuation = sample.continuation;
+  Rgb sent;
+  if (!is_black(light.radiance))
+    sent += evaluate_bsdf(bsdf, light.wi, sample.light_visibility).rough_cos * light.radiance;
+  if (is_black(continuation.radiance)) return sent;
+  const BsdfEvaluation onwards = evaluate_bsdf(bsdf, continuation.wi);
+  return sent + onwards.rough_cos * continuation.radiance * kind_share(onwards, continuation.kind);
 }
 
 float path_target(const VisiblePoint& visible, const PathSample& sample, PathTarget target, Reflection reflection) {

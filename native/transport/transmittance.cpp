@@ -1,5 +1,8 @@
 #include "transport/transmittance.h"
 
+#include <algorithm>
+#include <array>
+
 #include "shading/material.h"
 #include "shading/shadow_origin.h"
 
@@ -22,9 +25,8 @@ Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLigh
   return {origin, segment / distance, 0.0f, distance * (1.0f - kShadowEpsilon)};
 }
 
-/// `state` is that of the ray; it passes at most `most_surfaces`.
-Rgb transmittance_of(const PathContext& context, Ray ray, PathState state, int most_surfaces) {
-  if (context.accel.occluded(ray, state.ray_kind)) return Rgb(0.0f);
+/// Of what is not opaque. `state` is that of the ray; it passes at most `most_surfaces`.
+Rgb transparency_along(const PathContext& context, Ray ray, PathState state, int most_surfaces) {
   Rgb passed(1.0f);
   if (!context.accel.has_transparent_surfaces()) return passed;
   state.ray_length = 0.0f;
@@ -42,6 +44,16 @@ Rgb transmittance_of(const PathContext& context, Ray ray, PathState state, int m
   return Rgb(0.0f);
 }
 
+Rgb transmittance_of(const PathContext& context, const Ray& ray, const PathState& state, int most_surfaces) {
+  if (context.accel.occluded(ray, state.ray_kind)) return Rgb(0.0f);
+  return transparency_along(context, ray, state, most_surfaces);
+}
+
+/// Behind the last surface it passes, a path has no vertices; see PathLimits.
+int most_surfaces_to_vertex(const PathContext& context, int transparent_depth) {
+  return std::max(context.limits.max_transparent_bounces - transparent_depth - 1, 0);
+}
+
 }  // namespace
 
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
@@ -55,9 +67,32 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
 
 Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,
                             const PathState& scattered) {
-  // Behind the last surface it passes, a path has no vertices; see PathLimits.
-  const int most_surfaces = context.limits.max_transparent_bounces - scattered.transparent_depth - 1;
-  return transmittance_of(context, shadow_ray(context.scene, receiver, vertex), scattered, std::max(most_surfaces, 0));
+  return transmittance_of(context, shadow_ray(context.scene, receiver, vertex), scattered,
+                          most_surfaces_to_vertex(context, scattered.transparent_depth));
+}
+
+void trace_to_vertex(const PathContext& context, Vec3 normal, const PathState& scattered, std::span<VertexRay> rays) {
+  constexpr size_t kMost = 8;
+  std::array<Ray, kMost> shadow_rays;
+  std::array<bool, kMost> is_occluded;
+  for (size_t begin = 0; begin < rays.size(); begin += kMost) {
+    const std::span<VertexRay> batch = rays.subspan(begin, std::min(kMost, rays.size() - begin));
+    IncidentLight end;
+    end.normal = normal;
+    for (size_t i = 0; i < batch.size(); ++i) {
+      end.wi = batch[i].wi;
+      end.distance = batch[i].distance;
+      shadow_rays[i] = shadow_ray(context.scene, *batch[i].receiver, end);
+    }
+    context.accel.occluded({shadow_rays.data(), batch.size()}, scattered.ray_kind, is_occluded);
+    for (size_t i = 0; i < batch.size(); ++i) {
+      PathState state = scattered;
+      state.transparent_depth = static_cast<uint16_t>(batch[i].transparent_depth);
+      const int most_surfaces = most_surfaces_to_vertex(context, batch[i].transparent_depth);
+      batch[i].transmittance =
+          is_occluded[i] ? Rgb() : transparency_along(context, shadow_rays[i], state, most_surfaces);
+    }
+  }
 }
 
 }  // namespace cistern

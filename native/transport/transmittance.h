@@ -13,4 +13,15 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
 Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,
                             const PathState& scattered);
 
+/// A ray from a receiver to a vertex that several look at.
+struct VertexRay {
+  const SurfacePoint* receiver;
+  Vec3 wi;  // unit, towards the vertex
+  float distance;
+  int transparent_depth;  // surfaces passed before
+  Rgb transmittance;
+};
+/// The same for several receivers and a vertex of normal `normal`; their rays are traced together.
+void trace_to_vertex(const PathContext& context, Vec3 normal, const PathState& scattered, std::span<VertexRay> rays);
+
 }  // namespace cistern

@@ -168,6 +168,34 @@ TEST(Accel, TransparentCastersAreApart) {
   EXPECT_FALSE(Accel::build(scene)->has_transparent_surfaces());
 }
 
+/// Packets of eight go through the tree another way; only rays that graze a triangle's edge may differ.
+TEST(Accel, RaysTracedTogetherMeetWhatTheyMeetAlone) {
+  Rng rng(9, 0, 0, 0);
+  const auto scene = make_scene();
+  scene->meshes = {random_triangles(rng, 400, 3.0f, 0.6f)};
+  place(*scene, 0, kIdentity);
+  place(*scene, 0, random_transform(rng, {1.0f, 1.0f, 1.0f}, 2.0f));
+  const auto accel = Accel::build(scene);
+  size_t different = 0, occluded = 0, total = 0;
+  for (size_t count = 0; count <= 19; ++count) {
+    for (int repeat = 0; repeat < 100; ++repeat, total += count) {
+      std::vector<Ray> rays;
+      for (size_t i = 0; i < count; ++i) rays.push_back(random_ray(rng, 4.0f));
+      for (Ray& ray : rays) ray.t_max = 6.0f * rng.next_float();
+      std::array<bool, 19> together{};
+      accel->occluded(rays, kVisibleToShadow, together);
+      for (size_t i = 0; i < count; ++i) {
+        const bool alone = accel->occluded(rays[i]);
+        different += alone != together[i];
+        occluded += alone;
+      }
+    }
+  }
+  EXPECT_LE(different, 2u);
+  EXPECT_GT(occluded, total / 5);
+  EXPECT_LT(occluded, total * 4 / 5);
+}
+
 TEST(Accel, EmptyScenesAndMeshesAreHitByNothing) {
   const std::shared_ptr<Scene> scene = make_scene();
   const Ray ray{{0.0f, 0.0f, 2.0f}, {0.0f, 0.0f, -1.0f}};
