@@ -6,7 +6,7 @@
 namespace cistern {
 namespace {
 
-constexpr size_t kGroupBlock = 16;
+constexpr size_t kGroupBlock = 16, kPixelBlock = 1024;
 enum Stream : uint32_t { SHARING = 0x300 };
 
 /// Of cells that bound groups of visible points: elsewhere the picture decides.
@@ -24,12 +24,16 @@ struct CellSharedStage::Group {
 
 CellSharedStage::CellSharedStage(const FrameContext& context)
     : context_(context), paths_(context.paths, context.settings.path_sharing.weights) {
-  resize();
+  set_region(context.settings.region);
 }
 
-void CellSharedStage::resize() {
-  const Region& region = context_.settings.region;
-  const size_t pixels = static_cast<size_t>(region.width) * static_cast<size_t>(region.height);
+size_t CellSharedStage::pixel_count() const {
+  return static_cast<size_t>(region_.width) * static_cast<size_t>(region_.height);
+}
+
+void CellSharedStage::set_region(const Region& region) {
+  region_ = region;
+  const size_t pixels = pixel_count();
   for (auto& links : links_) links.resize(pixels);
   reflected_.resize(pixels);
   keys_.resize(pixels);
@@ -43,7 +47,7 @@ void CellSharedStage::take_over(PathStage&& earlier, const HistorySource&) {
   std::swap(reflected_, stage.reflected_);
   std::swap(keys_, stage.keys_);
   std::swap(classes_, stage.classes_);
-  resize();
+  set_region(region_);
 }
 
 void CellSharedStage::start_pixel(const PathCapture& capture, uint32_t pixel) {
@@ -59,59 +63,84 @@ std::array<PathSample*, kMaxPathLinks> CellSharedStage::samples(uint32_t pixel) 
   return {&links_[VISIBLE][pixel].to, &links_[DEEP][pixel].to};
 }
 
-bool CellSharedStage::reuse(const FrameRun& run, std::span<const VisiblePoint>, std::span<const VisiblePoint>) {
-  if (!make_keys(run, DEEP) || !share(run, DEEP)) return false;
-  const bool added = run.for_pixels([&](uint32_t pixel, uint64_t&) {
-    PathLink& link = links_[VISIBLE][pixel];
-    if (!(link.W > 0.0f) || !links_[DEEP][pixel].from.exists) return;
-    Rng rng = pixel_random_numbers(image_region(context_.settings), context_.settings.seed, pixel, run.frame,
-                                   SHARING + kMaxPathLinks);
-    CellSharedPaths::add_to_sample(link.to, reflected_[pixel], rng.next_float());
-  });
-  return added && make_keys(run, VISIBLE) && share(run, VISIBLE);
+const GroupRules& CellSharedStage::rules(Vertex vertex) const {
+  const PathSharing& sharing = context_.settings.path_sharing;
+  return vertex == VISIBLE ? sharing.visible : sharing.deep;
 }
 
-bool CellSharedStage::make_keys(const FrameRun& run, Vertex vertex) {
-  const PathSharing& sharing = context_.settings.path_sharing;
-  const GroupRules& rules = vertex == VISIBLE ? sharing.visible : sharing.deep;
-  const float fine = std::ldexp(1.0f, -rules.fine_levels);
-  GridSettings grid;
-  grid.cell_pixels = (vertex == VISIBLE ? sharing.visible_pixels : sharing.deep_pixels) * fine;
-  grid.min_cell_size = (vertex == VISIBLE ? kSmallestVisibleCell : sharing.deep_size) * fine;
-  const GridLayout layout = cell_layout(context_, grid, run.frame);
-  return run.for_pixels([&](uint32_t pixel, uint64_t&) {
-    reflected_[pixel] = {};
-    const VisiblePoint& point = links_[vertex][pixel].from;
-    keys_[pixel] = point.exists ? cell_key(layout, point.receiver.position, point.receiver.n) : kNoCell;
-    classes_[pixel] = point.exists ? CellSharedPaths::group_class(point) : 0;
-  });
+Rng CellSharedStage::random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const {
+  const Settings& s = context_.settings;
+  const ImageRegion image{region_.x, region_.y, region_.width, region_.height, s.width, s.height};
+  return pixel_random_numbers(image, s.seed, pixel, frame, stream);
 }
 
-bool CellSharedStage::share(const FrameRun& run, Vertex vertex) {
-  const PathSharing& sharing = context_.settings.path_sharing;
-  groups_.build(keys_, classes_, vertex == VISIBLE ? sharing.visible : sharing.deep);
+/// body(begin, end) for blocks of [0, count) in parallel; false if stopped.
+template <class Body>
+bool CellSharedStage::for_blocks(size_t count, size_t block_size, const StopCondition& stop, const Body& body) {
   std::atomic<bool> stopped{false};
-  parallel_blocks(groups_.count(), kGroupBlock, [&](size_t, size_t begin, size_t end) {
-    if (run.stop.cancelled.load(std::memory_order_relaxed) || run.stop.deadline_passed()) stopped = true;
+  parallel_blocks(count, block_size, [&](size_t, size_t begin, size_t end) {
+    if (stop.cancelled.load(std::memory_order_relaxed) || stop.deadline_passed()) stopped = true;
     if (stopped) return;
     const FlushDenormals flush;
-    Group group;
-    for (size_t g = begin; g < end; ++g) share_group(run, vertex, groups_.members(g), group);
+    body(begin, end);
   });
   return !stopped;
 }
 
-void CellSharedStage::share_group(const FrameRun& run, Vertex vertex, std::span<const uint32_t> pixels, Group& group) {
+/// At the deeper vertex first: what it reflects is part of what visible points share.
+bool CellSharedStage::share(uint32_t frame, const StopCondition& stop) {
+  return share_at(DEEP, frame, stop) && add_to_samples(frame, stop) && share_at(VISIBLE, frame, stop);
+}
+
+bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopCondition& stop) {
+  if (!make_groups(vertex, frame, stop)) return false;
+  return for_blocks(groups_.count(), kGroupBlock, stop, [&](size_t begin, size_t end) {
+    Group group;
+    for (size_t g = begin; g < end; ++g) share_group(vertex, frame, groups_.members(g), group);
+  });
+}
+
+bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop) {
+  const PathSharing& sharing = context_.settings.path_sharing;
+  const float fine = std::ldexp(1.0f, -rules(vertex).fine_levels);
+  GridSettings grid;
+  grid.cell_pixels = (vertex == VISIBLE ? sharing.visible_pixels : sharing.deep_pixels) * fine;
+  grid.min_cell_size = (vertex == VISIBLE ? kSmallestVisibleCell : sharing.deep_size) * fine;
+  const GridLayout layout = cell_layout(context_, grid, frame);
+  const bool done = for_blocks(pixel_count(), kPixelBlock, stop, [&](size_t begin, size_t end) {
+    for (size_t pixel = begin; pixel < end; ++pixel) {
+      reflected_[pixel] = {};
+      const VisiblePoint& point = links_[vertex][pixel].from;
+      keys_[pixel] = point.exists ? cell_key(layout, point.receiver.position, point.receiver.n) : kNoCell;
+      classes_[pixel] = point.exists ? CellSharedPaths::group_class(point) : 0;
+    }
+  });
+  if (done) groups_.build(keys_, classes_, rules(vertex));
+  return done;
+}
+
+void CellSharedStage::share_group(Vertex vertex, uint32_t frame, std::span<const uint32_t> pixels, Group& group) {
   group.links.clear();
   group.reflected.clear();
   group.rngs.clear();
   for (const uint32_t pixel : pixels) {
     group.links.push_back(&links_[vertex][pixel]);
     group.reflected.push_back(&reflected_[pixel]);
-    group.rngs.push_back(pixel_random_numbers(image_region(context_.settings), context_.settings.seed, pixel, run.frame,
-                                              SHARING + static_cast<uint32_t>(vertex)));
+    group.rngs.push_back(random_numbers(pixel, frame, SHARING + static_cast<uint32_t>(vertex)));
   }
   paths_.share(group.links, group.reflected, group.rngs, group.scratch);
+}
+
+bool CellSharedStage::add_to_samples(uint32_t frame, const StopCondition& stop) {
+  return for_blocks(pixel_count(), kPixelBlock, stop, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const auto pixel = static_cast<uint32_t>(i);
+      PathLink& link = links_[VISIBLE][pixel];
+      if (!(link.W > 0.0f) || !links_[DEEP][pixel].from.exists) continue;
+      Rng rng = random_numbers(pixel, frame, SHARING + kMaxPathLinks);
+      CellSharedPaths::add_to_sample(link.to, reflected_[pixel], rng.next_float());
+    }
+  });
 }
 
 Rgb CellSharedStage::shade(const VisiblePoint& visible, uint32_t pixel) const {

@@ -187,6 +187,13 @@ class WorldPathStage final : public PathStage {
 
 }  // namespace
 
+void PathStage::add_to(const VisiblePoint& visible, uint32_t pixel, float clamp_indirect, PathRecord& record) const {
+  const Rgb reflected = clamp_contribution(shade(visible, pixel), clamp_indirect);
+  record.indirect += reflected;
+  if (const std::optional<Rgb> alone = shade_alone(visible, pixel))
+    record.shared = reflected - clamp_contribution(*alone, clamp_indirect);
+}
+
 std::unique_ptr<PathStage> PathStage::make(const FrameContext& context) {
   switch (context.settings.indirect) {
     case IndirectAnswer::PATH:

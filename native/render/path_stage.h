@@ -31,6 +31,9 @@ class PathStage {
   virtual void take_over(PathStage&& earlier, const HistorySource& source) = 0;
   virtual size_t memory_bytes() const = 0;
 
+  /// Adds `shade` to a record.
+  void add_to(const VisiblePoint& visible, uint32_t pixel, float clamp_indirect, PathRecord& record) const;
+
   /// Null for PATH.
   static std::unique_ptr<PathStage> make(const FrameContext& context);
 };

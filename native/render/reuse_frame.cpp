@@ -105,18 +105,10 @@ bool ReuseFrame::shade(const FrameRun& run, Film& film) {
     const VisiblePoint& visible = visible_points_[pixel];
     if (visible.exists && direct_)
       record.direct += clamp_contribution(direct_->shade(visible, pixel), limits.clamp_direct);
-    if (visible.exists && paths_) shade_paths(visible, pixel, record);
+    if (visible.exists && paths_) paths_->add_to(visible, pixel, limits.clamp_indirect, record);
     film.add(pixel, record);
     if (direct_) show_reservoir(film, pixel, direct_->reservoir(pixel));
   });
-}
-
-void ReuseFrame::shade_paths(const VisiblePoint& visible, uint32_t pixel, PathRecord& record) const {
-  const float limit = context_.paths.limits.clamp_indirect;
-  const Rgb reflected = clamp_contribution(paths_->shade(visible, pixel), limit);
-  record.indirect += reflected;
-  if (const std::optional<Rgb> alone = paths_->shade_alone(visible, pixel))
-    record.shared = reflected - clamp_contribution(*alone, limit);
 }
 
 void ReuseFrame::keep_history() {

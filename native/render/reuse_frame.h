@@ -44,7 +44,6 @@ class ReuseFrame {
   bool trace_paths(const FrameRun& run);
   bool reuse_secondary_light(const FrameRun& run);
   bool shade(const FrameRun& run, Film& film);
-  void shade_paths(const VisiblePoint& visible, uint32_t pixel, PathRecord& record) const;
   void keep_history();
 
   std::shared_ptr<const RenderWorld> world_;

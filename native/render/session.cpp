@@ -103,6 +103,8 @@ void Session::run() {
         if (!cache_cells) return;
       }
       std::unique_ptr<ReuseFrame> reuse = make_reuse_frame(world, cache_cells);
+      std::optional<BandedFrame> banded;
+      if (BandedFrame::is_for(settings_)) banded.emplace(world->context);
       {
         std::lock_guard lock(mutex_);
         progress_.memory_bytes = memory_bytes(*scene_) + world->accel->memory_bytes() + world->lights->memory_bytes() +
@@ -111,7 +113,7 @@ void Session::run() {
         rendering_since_ = Clock::now();
       }
       if (show_cells(world->context, cache_cells.get(), *film_, {cancelled_, Clock::time_point::max()}))
-        render(world->context, reuse.get());
+        render(world->context, reuse.get(), banded ? &*banded : nullptr);
       if (keeps_history()) cache_->leave_history(std::move(reuse));
     });
     end(cancelled_ ? Status::CANCELLED : Status::DONE, "");
@@ -126,10 +128,10 @@ bool Session::keeps_history() const {
   return settings_.keep_history && settings_.direct_reuse.temporal_reuse && ReuseFrame::is_needed(settings_);
 }
 
-/// Null for the reference path tracer.
+/// Null for the reference path tracer and for banded frames.
 std::unique_ptr<ReuseFrame> Session::make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,
                                                       std::shared_ptr<const LightCacheCells> cache_cells) {
-  if (!ReuseFrame::is_needed(settings_)) return nullptr;
+  if (!ReuseFrame::is_needed(settings_) || BandedFrame::is_for(settings_)) return nullptr;
   auto frame =
       std::make_unique<ReuseFrame>(world, std::move(cache_cells), [this](float done) { report_caching(done); });
   std::unique_ptr<ReuseFrame> earlier = keeps_history() ? cache_->take_history(settings_) : nullptr;
@@ -137,8 +139,8 @@ std::unique_ptr<ReuseFrame> Session::make_reuse_frame(const std::shared_ptr<cons
   return frame;
 }
 
-/// `reuse` null: by the reference path tracer, whose frames come in batches.
-void Session::render(const FrameContext& context, ReuseFrame* reuse) {
+/// Both null: by the reference path tracer, whose frames come in batches.
+void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame* banded) {
   const auto frames = static_cast<uint32_t>(settings_.samples);
   const size_t fixed_memory = progress_.memory_bytes;
   // Every pixel gets at least one sample: the limit holds from the second frame on.
@@ -148,7 +150,10 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse) {
   for (uint32_t frame = 0; frame < frames && !cancelled_ && !stop.deadline_passed();) {
     batch = std::min(batch, frames - frame);
     const Clock::time_point batch_start = Clock::now();
-    if (!(reuse ? reuse->render(*film_, stop) : render_frames(context, frame, batch, *film_, stop))) break;
+    if (!(reuse    ? reuse->render(*film_, stop)
+          : banded ? banded->render(frame, *film_, stop)
+                   : render_frames(context, frame, batch, *film_, stop)))
+      break;
     const double batch_seconds = seconds_since(batch_start);
     frame += batch;
     if (settings_.time_limit > 0.0) stop.deadline = rendering_since_ + limit;
@@ -161,10 +166,11 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse) {
         progress_.memory_bytes = fixed_memory + reuse->memory_bytes();
         progress_.stage_seconds = reuse->stage_times().seconds();
       }
+      if (banded) progress_.memory_bytes = fixed_memory + banded->memory_bytes();
       publish_now = wants_pixels_ && frame < frames;
     }
     if (publish_now) publish();
-    if (!reuse && batch_seconds * 2.0 < kBatchSeconds) batch = std::min(2 * batch, kMaxBatch);
+    if (!reuse && !banded && batch_seconds * 2.0 < kBatchSeconds) batch = std::min(2 * batch, kMaxBatch);
     if (batch_seconds > kBatchSeconds) batch = std::max(batch / 2, 1u);
   }
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "render/banded_frame.h"
 #include "render/render_cache.h"
 #include "render/reuse_frame.h"
 
@@ -58,7 +59,7 @@ class Session {
   std::unique_ptr<ReuseFrame> make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,
                                                std::shared_ptr<const LightCacheCells> cache_cells);
   void report_caching(float done);
-  void render(const FrameContext& context, ReuseFrame* reuse);
+  void render(const FrameContext& context, ReuseFrame* reuse, BandedFrame* banded);
   void publish();
   void end(Status status, const std::string& error);
   Progress progress_locked() const;

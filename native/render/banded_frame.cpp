@@ -1,0 +1,88 @@
+#include "render/banded_frame.h"
+
+#include "base/parallel.h"
+
+namespace cistern {
+namespace {
+
+/// Of a band, about: enough for full groups in cells of any size, few enough for 250 MB.
+constexpr int kBandPixels = 1 << 17;
+constexpr uint32_t kBandStream = 0x62616e64;
+
+}  // namespace
+
+BandedFrame::BandedFrame(const FrameContext& context) : context_(context), sharing_(context) {
+  const Region& region = context.settings.region;
+  const int most_rows = std::max(kBandPixels / region.width, 1);
+  const int bands = (region.height + most_rows - 1) / most_rows;
+  rows_ = (region.height + bands - 1) / bands;
+}
+
+bool BandedFrame::is_for(const Settings& s) {
+  return s.indirect == IndirectAnswer::CELL_SHARED && s.direct == DirectAnswer::NEE &&
+         s.secondary == SecondaryAnswer::NEE;
+}
+
+bool BandedFrame::render(uint32_t frame, Film& film, const StopCondition& stop) {
+  const Settings& s = context_.settings;
+  const Region& all = s.region;
+  Rng rng(s.seed, 0, frame, kBandStream);
+  const bool is_divided = rows_ < all.height;
+  const int first_rows = is_divided ? 1 + static_cast<int>(rng.next_float() * static_cast<float>(rows_)) : rows_;
+  for (int begin = 0, end = std::min(first_rows, rows_); begin < all.height;
+       begin = end, end = std::min(end + rows_, all.height)) {
+    if (!render_band({all.x, all.y + begin, all.width, end - begin}, frame, film, stop)) return false;
+  }
+  return true;
+}
+
+bool BandedFrame::render_band(const Region& band, uint32_t frame, Film& film, const StopCondition& stop) {
+  sharing_.set_region(band);
+  const size_t pixels = static_cast<size_t>(band.width) * static_cast<size_t>(band.height);
+  records_.resize(pixels);
+  visible_points_.resize(pixels);
+  if (!trace_paths(band, frame, stop) || !sharing_.share(frame, stop)) return false;
+  add_to_film(band, film);
+  return true;
+}
+
+bool BandedFrame::trace_paths(const Region& band, uint32_t frame, const StopCondition& stop) {
+  struct Scratch {
+    PathScratch path;
+    PathCapture capture;
+  };
+  const Settings& s = context_.settings;
+  const int first_row = band.y - s.region.y;
+  const auto trace = [&](int x, int y, Scratch& scratch) {
+    const auto pixel = static_cast<uint32_t>(y * band.width + x);
+    PathSampler sampler(s.seed, full_frame_pixel(s, x, first_row + y), frame, s.sequence);
+    const Ray ray = sample_camera_ray(context_, x, first_row + y, sampler);
+    scratch.capture.link_count = sharing_.link_count();
+    scratch.capture.leaves_deep_link = sharing_.leaves_deep_link();
+    records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path, &scratch.capture);
+    visible_points_[pixel] = scratch.capture.visible;
+    sharing_.start_pixel(scratch.capture, pixel);
+  };
+  return for_each_pixel<Scratch>(band.width, band.height, stop, trace, [](const Scratch&) {});
+}
+
+void BandedFrame::add_to_film(const Region& band, Film& film) const {
+  constexpr size_t kBlock = 4096;
+  const float limit = context_.paths.limits.clamp_indirect;
+  const auto offset = static_cast<uint32_t>((band.y - context_.settings.region.y) * band.width);
+  parallel_blocks(records_.size(), kBlock, [&](size_t, size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const auto pixel = static_cast<uint32_t>(i);
+      PathRecord record = records_[i];
+      if (visible_points_[i].exists) sharing_.add_to(visible_points_[i], pixel, limit, record);
+      film.add(offset + pixel, record);
+    }
+  });
+}
+
+size_t BandedFrame::memory_bytes() const {
+  return sharing_.memory_bytes() + records_.capacity() * sizeof(PathRecord) +
+         visible_points_.capacity() * sizeof(VisiblePoint);
+}
+
+}  // namespace cistern

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "film/film.h"
+#include "render/cell_shared_stage.h"
+
+namespace cistern {
+
+/// Frames of CELL_SHARED where each is independent of all others and nothing else looks beyond a pixel. They are made a
+/// band of rows at a time, so that what pixels hand each other takes as much memory for a large picture as for a small
+/// one. Borders between bands move from frame to frame.
+class BandedFrame {
+ public:
+  explicit BandedFrame(const FrameContext& context);
+
+  /// Whether these settings want such frames.
+  static bool is_for(const Settings& settings);
+
+  /// Adds a frame to the film; bands that are not reached when stopped early miss it. True if it was finished.
+  bool render(uint32_t frame, Film& film, const StopCondition& stop);
+  size_t memory_bytes() const;
+
+ private:
+  bool render_band(const Region& band, uint32_t frame, Film& film, const StopCondition& stop);
+  bool trace_paths(const Region& band, uint32_t frame, const StopCondition& stop);
+  void add_to_film(const Region& band, Film& film) const;
+
+  const FrameContext& context_;
+  int rows_;  // of a band
+  CellSharedStage sharing_;
+  LazyVector<PathRecord> records_;           // by pixel of the band
+  LazyVector<VisiblePoint> visible_points_;  // beside them
+};
+
+}  // namespace cistern
