@@ -37,6 +37,9 @@ class KeptLamps:
 
     placed: dict[tuple[PrototypeKey, int], PlacedLamp] = field(default_factory=dict)
     free_handles: list[int] = field(default_factory=list)
+    # By item that shows a lamp, in order.
+    keys: list[tuple[PrototypeKey, int]] = field(default_factory=list)
+    lamps: list[Lamp] = field(default_factory=list)
     items: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
     matrices: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 4, 4), np.float32))
 
@@ -65,31 +68,46 @@ class LampTable:
         lights: dict[PrototypeKey, bpy.types.Light],
     ) -> None:
         """Make the builder's lamps those of the placements; `matrices` (n, 4, 4) hold columns."""
-        kept, before = self._kept, dict(self._kept.placed)
-        kept.items = placements.items_showing(Lamp)
-        kept.matrices = matrices[kept.items]
-        kept.placed = {}
+        kept = self._kept
+        items = placements.items_showing(Lamp)
+        lamps = [placements.prototypes[index] for index in placements.prototype_of[items]]
+        self._materials.keep(lamp.key[2] for lamp in lamps)
+        is_same_list = lamps == kept.lamps
+        if not is_same_list:
+            self._remove_missing(lamps)
+        is_known = (
+            (matrices[items] == kept.matrices).all(axis=(1, 2)) if is_same_list else np.zeros(len(items), np.bool_)
+        )
+        for index, key in enumerate(kept.keys):
+            if not is_known[index] or self._is_touched(lamps[index]):
+                self._place(key, lamps[index], matrices[items[index]], lights)
+        kept.items, kept.lamps, kept.matrices = items, lamps, matrices[items]
+
+    def _remove_missing(self, lamps: list[Lamp]) -> None:
+        """Take the list of lamps over, and those that it lacks out of the builder."""
+        kept = self._kept
         counts: Counter[PrototypeKey] = Counter()
-        missing = []
-        for item in kept.items:
-            lamp = placements.prototypes[placements.prototype_of[item]]
-            key = (lamp.key, counts[lamp.key])
+        kept.keys = []
+        for lamp in lamps:
+            kept.keys.append((lamp.key, counts[lamp.key]))
             counts[lamp.key] += 1
-            known, place = before.pop(key, None), matrices[item].tobytes()
-            if known is not None and (known.lamp, known.place) == (lamp, place) and not self._is_touched(lamp):
-                kept.placed[key] = known
-            else:
-                missing.append((key, lamp, matrices[item], known))
-        self._remove(before)
-        for key, lamp, matrix, known in missing:
-            kept.placed[key] = self._add(lamp, lights[lamp.key], matrix, known, identity_of(*key[0], key[1]))
+        for key in kept.placed.keys() - set(kept.keys):
+            self._free(kept.placed.pop(key))
+
+    def _place(
+        self,
+        key: tuple[PrototypeKey, int],
+        lamp: Lamp,
+        matrix: NDArray[np.float32],
+        lights: dict[PrototypeKey, bpy.types.Light],
+    ) -> None:
+        known = self._kept.placed.get(key)
+        is_known = known is not None and (known.lamp, known.place) == (lamp, matrix.tobytes())
+        if not is_known or self._is_touched(lamp):
+            self._kept.placed[key] = self._add(lamp, lights[lamp.key], matrix, known, identity_of(*key[0], key[1]))
 
     def _is_touched(self, lamp: Lamp) -> bool:
         return self._changes.is_everything or self._changes.lists_any(lamp.key)
-
-    def _remove(self, gone: dict[tuple[PrototypeKey, int], PlacedLamp]) -> None:
-        for placed in gone.values():
-            self._free(placed)
 
     def _free(self, placed: PlacedLamp | None) -> None:
         if placed is not None and placed.handle is not None:

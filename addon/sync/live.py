@@ -13,7 +13,7 @@ from . import SyncReport
 from .changes import EVERYTHING, Changes, original_uid
 from .images import ImageCache
 from .instances import InstanceSync, KeptInstances, follow_moves
-from .materials import KeptMaterials, MaterialContext, MaterialTable, TreeUses, tree_uses
+from .materials import KeptMaterials, MaterialContext, MaterialTable, tree_uses
 from .scene import timed
 from .world import environment_arguments
 
@@ -101,9 +101,8 @@ class LiveSync:
             self._images.begin()
         else:
             self._images.begin_again(changes.has_images)
-        if changes.has_unlisted or changes.shading or changes.has_images:
-            with timed(report, "trees"):
-                kept.attributes = self._look_into_trees(depsgraph).attributes
+        with timed(report, "trees"):
+            kept.attributes = self._wanted_attributes(depsgraph, changes, kept.attributes)
         context = MaterialContext(self._core, kept.builder, depsgraph, self._images, report)
         override = depsgraph.view_layer_eval.material_override
         materials = MaterialTable(context, override, kept.materials, changes)
@@ -122,8 +121,12 @@ class LiveSync:
         kept.environment = environment
         report.seconds["meshes"] = instances.meshes.seconds
 
-    def _look_into_trees(self, depsgraph: bpy.types.Depsgraph) -> TreeUses:
-        uses = tree_uses(depsgraph)
+    def _wanted_attributes(
+        self, depsgraph: bpy.types.Depsgraph, changes: Changes, before: frozenset[str]
+    ) -> frozenset[str]:
+        """Mesh attributes that node trees name; starts decoding the images that they name."""
+        is_partial = not (changes.has_unlisted or changes.has_images)
+        uses = tree_uses(depsgraph, only_updated=is_partial)
         for image, image_user in uses.images:
             self._images.prefetch(image, image_user)
-        return uses
+        return before | uses.attributes if is_partial else uses.attributes

@@ -77,6 +77,7 @@ class MaterialTable:
         self._kept = kept if kept is not None else KeptMaterials()
         self._changes = changes
         self._checked: set[int] = set()
+        self._in_use: set[int] = set()
         self.compiled = 0
 
     def set_handle(self, evaluated_object: bpy.types.Object) -> int:
@@ -98,17 +99,15 @@ class MaterialTable:
     def world_handle(self, world: bpy.types.World) -> int | None:
         return self._handle(world, compile_world)
 
-    def recompile(self, materials: Iterable[bpy.types.Material]) -> None:
-        """Renew the programs of those that objects use already: nothing asks for these."""
-        for material in materials:
-            if original_uid(material) in self._kept.compiled:
-                self._handle(material, compile_material)
+    def keep(self, uids: Iterable[int]) -> None:
+        """Of data-blocks that are in use although nobody asked for their programs."""
+        self._in_use.update(uids)
 
     def finish(self) -> frozenset[int]:
         """Images in use. Forgets the programs that nothing asked for, if whatever may ask has done so."""
         kept = self._kept
         if self._changes.has_unlisted:
-            for uid in set(kept.compiled) - self._checked:
+            for uid in set(kept.compiled) - self._checked - self._in_use:
                 handle = kept.compiled.pop(uid).handle
                 if handle is not None:
                     kept.free_handles.append(handle)
@@ -152,9 +151,11 @@ class TreeUses:
     images: list[tuple[bpy.types.Image, bpy.types.ImageUser]]
 
 
-def tree_uses(depsgraph: bpy.types.Depsgraph) -> TreeUses:
-    """Mesh attributes and images that any material, world or lamp of the dependency graph names."""
-    owners = (i for i in depsgraph.ids if isinstance(i, bpy.types.Material | bpy.types.World | bpy.types.Light))
+def tree_uses(depsgraph: bpy.types.Depsgraph, only_updated: bool = False) -> TreeUses:
+    """Mesh attributes and images that any material, world or lamp of the dependency graph names, or any of those that
+    the last evaluation touched."""
+    data_blocks = (update.id for update in depsgraph.updates) if only_updated else depsgraph.ids
+    owners = (i for i in data_blocks if isinstance(i, bpy.types.Material | bpy.types.World | bpy.types.Light))
     attributes: set[str] = set()
     images: dict[int, tuple[bpy.types.Image, bpy.types.ImageUser]] = {}
     for node in _nodes(owner.node_tree for owner in owners if owner.node_tree is not None):

@@ -156,6 +156,20 @@ def test_an_edited_material_is_the_only_one_compiled(watched) -> None:
     watched.expect_truth()
 
 
+def test_a_lamps_program_outlives_what_does_not_concern_it(watched) -> None:
+    light = bpy.data.lights["POINT Lamp"]
+    light.use_nodes = True
+    emission = next(node for node in light.node_tree.nodes if node.bl_idname == "ShaderNodeEmission")
+    assert watched.after(lambda: setattr(emission.inputs["Strength"], "default_value", 3.0)) != Exported()
+    watched.expect_truth()
+    watched.after(lambda: setattr(bpy.context.scene.render, "resolution_x", 500))
+    assert not watched.live._kept.materials.free_handles
+    obj = link("New", triangle("New"))
+    obj.data.materials.append(bpy.data.materials.new("New"))
+    watched.after(lambda: None)
+    watched.expect_truth()
+
+
 def test_a_group_inside_a_material_reaches_it(watched) -> None:
     group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
     group.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
