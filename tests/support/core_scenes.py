@@ -49,7 +49,8 @@ class SceneDescription:
 
     def __init__(self) -> None:
         self.builder = core.SceneBuilder()
-        self.instances: list[tuple[int, int, np.ndarray, int]] = []
+        self.instances: list[tuple[int, int, np.ndarray]] = []
+        self.visibility: list[int] = []  # by instance
 
     def add_mesh(
         self,
@@ -67,7 +68,8 @@ class SceneDescription:
         shading = {"normals": points / np.linalg.norm(points, axis=1, keepdims=True), "normals_domain": "POINT"}
         mesh = self.builder.add_mesh(name, points, corners, offsets, **(shading if smooth else {}))
         materials = self.builder.add_material_set([self.builder.add_material(material)], name)
-        self.instances.append((mesh, materials, np.eye(4) if matrix is None else matrix, visibility))
+        self.instances.append((mesh, materials, np.eye(4) if matrix is None else matrix))
+        self.visibility.append(visibility)
 
     def add_quad(
         self,
@@ -127,14 +129,14 @@ class SceneDescription:
 
     def snapshot(self) -> core.Scene:
         if self.instances:
-            mesh, materials, matrices, visibility = zip(*self.instances, strict=True)
+            mesh, materials, matrices = zip(*self.instances, strict=True)
             count = len(mesh)
             name = self.builder.add_object_name("objects")
             self.builder.add_instances(
                 np.array(mesh, np.int32), np.array(materials, np.int32), np.full(count, name, np.int32),
-                np.array(matrices, np.float32), np.array(visibility, np.uint8),
+                np.array(matrices, np.float32), np.array(self.visibility, np.uint8),
             )  # fmt: skip
-            self.instances = []
+            self.instances, self.visibility = [], []
         return self.builder.snapshot()
 
 
