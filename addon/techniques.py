@@ -12,8 +12,14 @@ if TYPE_CHECKING:
 Value = str | int | float | bool
 
 NEXT_EVENT_ITEM = ("NEE", "Next Event", "One light sample and one BSDF sample at every point, nothing is reused")
+LEARNED_ITEM = (
+    "LEARNED",
+    "Learned",
+    "As Next Event, and lights are chosen by what earlier samples saw of them around the point. Best with many lights",
+)
 DIRECT_ITEMS = (
     NEXT_EVENT_ITEM,
+    LEARNED_ITEM,
     (
         "RIS",
         "RIS",
@@ -32,6 +38,7 @@ DIRECT_ITEMS = (
 )
 SECONDARY_ITEMS = (
     NEXT_EVENT_ITEM,
+    LEARNED_ITEM,
     (
         "RIS",
         "RIS",
@@ -244,5 +251,5 @@ def works_with_cells(in_force: dict[str, Value]) -> bool:
 
 
 def is_reference(in_force: dict[str, Value]) -> bool:
-    """Whether nothing is resampled, so that there is nothing to be biased."""
-    return all(in_force[name] == answer for name, answer in REFERENCE.items())
+    """Whether nothing is reused, so that there is nothing to be biased."""
+    return all(in_force[name] in (answer, "LEARNED") for name, answer in REFERENCE.items())

@@ -29,6 +29,12 @@ class AliasTable {
   }
   /// Probability of an index: its weight over the sum of weights.
   float pmf(uint32_t index) const { return entries_[index].pmf; }
+  /// How a column is shared: `threshold` of it is its own index's, the rest the alias's.
+  struct Column {
+    float threshold;
+    uint32_t alias;
+  };
+  Column column(uint32_t index) const { return {entries_[index].threshold, entries_[index].alias}; }
   size_t memory_bytes() const { return entries_.capacity() * sizeof(Entry); }
 
  private:

@@ -49,4 +49,14 @@ inline Vec2 sobol_pair(uint32_t index, uint32_t pair, uint32_t seed) {
   return {to_unit_float(reverse_bits(x)), to_unit_float(reverse_bits(y))};
 }
 
+/// The `index`-th of points that start at `start` and cover the unit square evenly: each by itself is uniform where
+/// `start` is. The two-dimensional Kronecker sequence of the plastic number.
+/// [Roberts 2018, The Unreasonable Effectiveness of Quasirandom Sequences]
+inline Vec2 kronecker_point(Vec2 start, int index) {
+  constexpr Vec2 kStep{0.7548776662f, 0.5698402910f};
+  const auto fraction = [](float x) { return std::min(x - std::floor(x), kOneMinusEpsilon); };
+  const auto i = static_cast<float>(index);
+  return {fraction(start.x + i * kStep.x), fraction(start.y + i * kStep.y)};
+}
+
 }  // namespace cistern

@@ -276,6 +276,19 @@ float LightSet::pmf(uint32_t emitter, Vec3 position, Vec3 n) const { return impl
 
 float LightSet::receiver_free_pmf(uint32_t emitter) const { return impl_->choice.receiver_free_pmf(emitter); }
 
+EmitterPlace LightSet::place(uint32_t emitter) const {
+  if (emitter < impl_->first_triangle()) {
+    const Lamp& lamp = impl_->lamps[emitter].shape;
+    return is_sun(lamp) ? EmitterPlace{{}, emitter, true}
+                        : EmitterPlace{lamp_bounds(lamp).box.center(), emitter, false};
+  }
+  const auto first_instance = static_cast<uint32_t>(impl_->first_triangle());
+  if (emitter >= impl_->environment_index())
+    return {{}, first_instance + static_cast<uint32_t>(impl_->scene->instances.size()), true};
+  const EmissiveTriangle& t = impl_->triangles[emitter - impl_->first_triangle()];
+  return {t.point({1.0f / 3.0f, 1.0f / 3.0f}), first_instance + t.instance, false};
+}
+
 std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 position, const PathState& path) const {
   if (sample.emitter < impl_->first_triangle())
     return impl_->evaluate_lamp(impl_->lamps[sample.emitter], sample.uv, position, path);

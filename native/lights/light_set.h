@@ -40,6 +40,13 @@ struct LampHit {
   int max_bounces = 0;  // of the lamp: skip the hit when the receiver's PathState::depth was larger
 };
 
+/// Where an emitter is, and what it belongs to.
+struct EmitterPlace {
+  Vec3 center;          // m; of a distant emitter zero
+  uint32_t object = 0;  // a lamp is one by itself, emissive triangles of an instance are one together
+  bool is_distant = false;
+};
+
 /// All emitters of a scene, ready for sampling. Immutable.
 class LightSet {
  public:
@@ -64,6 +71,9 @@ class LightSet {
   /// A fixed probability of each emitter, near enough to what `choose` does for multiple importance sampling weights
   /// that every receiver can evaluate at no cost: 1/count with UNIFORM, else the share of all power.
   float receiver_free_pmf(uint32_t emitter) const;
+
+  /// Emitters of an object have consecutive numbers.
+  EmitterPlace place(uint32_t emitter) const;
 
   /// Empty where the sample sends nothing to `position` (behind a one-sided light, outside a spot cone, black). `path`
   /// is that of the ray which leaves the receiver for the light, as if it had been scattered there: what the light

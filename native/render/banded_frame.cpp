@@ -19,8 +19,7 @@ BandedFrame::BandedFrame(const FrameContext& context) : context_(context), shari
 }
 
 bool BandedFrame::is_for(const Settings& s) {
-  return s.indirect == IndirectAnswer::CELL_SHARED && s.direct == DirectAnswer::NEE &&
-         s.secondary == SecondaryAnswer::NEE;
+  return s.indirect == IndirectAnswer::CELL_SHARED && !uses_reservoirs(s.direct) && !uses_reservoirs(s.secondary);
 }
 
 bool BandedFrame::render(uint32_t frame, Film& film, const StopCondition& stop) {
@@ -57,13 +56,16 @@ bool BandedFrame::trace_paths(const Region& band, uint32_t frame, const StopCond
     const auto pixel = static_cast<uint32_t>(y * band.width + x);
     PathSampler sampler(s.seed, full_frame_pixel(s, x, first_row + y), frame, s.sequence);
     const Ray ray = sample_camera_ray(context_, x, first_row + y, sampler);
+    scratch.path.trains_lights = trains_lights(context_, full_frame_pixel(s, x, first_row + y), frame);
     scratch.capture.link_count = sharing_.link_count();
     scratch.capture.leaves_deep_link = sharing_.leaves_deep_link();
     records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path, &scratch.capture);
     visible_points_[pixel] = scratch.capture.visible;
     sharing_.start_pixel(scratch.capture, pixel);
   };
-  return for_each_pixel<Scratch>(band.width, band.height, stop, trace, [](const Scratch&) {});
+  return for_each_pixel<Scratch>(band.width, band.height, stop, trace, [&](const Scratch& scratch) {
+    if (context_.learning) context_.learning->add(scratch.path.light_records);
+  });
 }
 
 void BandedFrame::add_to_film(const Region& band, Film& film) const {

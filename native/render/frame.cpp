@@ -26,10 +26,14 @@ bool render_frames(const FrameContext& context, uint32_t first_frame, uint32_t c
     for (uint32_t frame = first_frame; frame < first_frame + count; ++frame) {
       PathSampler sampler(s.seed, full_frame_pixel(s, x, y), frame, s.sequence);
       const Ray ray = sample_camera_ray(context, x, y, sampler);
+      scratch.trains_lights = trains_lights(context, full_frame_pixel(s, x, y), frame);
       film.add(static_cast<uint32_t>(y * film.width() + x), trace_path(context.paths, ray, sampler, scratch));
     }
   };
-  return for_each_pixel<PathScratch>(film.width(), film.height(), stop, render_pixel, [](const PathScratch&) {});
+  const auto finish_tile = [&](const PathScratch& scratch) {
+    if (context.learning) context.learning->add(scratch.light_records);
+  };
+  return for_each_pixel<PathScratch>(film.width(), film.height(), stop, render_pixel, finish_tile);
 }
 
 }  // namespace cistern

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "render/settings.h"
+#include "render/learned_light_stage.h"
 #include "render/tiles.h"
 
 namespace cistern {
@@ -10,7 +10,13 @@ struct FrameContext {
   const Settings& settings;
   const PathContext& paths;
   const PixelFilter& filter;
+  LearnedLightStage* learning = nullptr;  // where paths leave records of light; null: nowhere
 };
+
+/// Whether the path of a pixel, by its number in the full frame, leaves records.
+inline bool trains_lights(const FrameContext& context, uint32_t pixel, uint32_t frame) {
+  return context.learning && context.learning->trains(pixel, frame);
+}
 
 /// A pixel of the region by its number in the full frame: pictures of a part equal that part of the whole.
 uint32_t full_frame_pixel(const Settings& settings, int x, int y);
@@ -18,7 +24,8 @@ uint32_t full_frame_pixel(const Settings& settings, int x, int y);
 /// The camera ray of a pixel's sample in a frame; takes the filter and lens dimensions of its sampler.
 Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sampler);
 
-/// Adds frames [first_frame, first_frame + count) of the reference path tracer to the film. The picture does not depend
+/// Adds frames [first_frame, first_frame + count) of paths that share nothing to the film, of which at most the choice
+/// of lights is learned: then all with the same table. The picture does not depend
 /// on the number of threads. Pixels may have different sample counts after an early return, which the film knows. True
 /// if all frames were finished.
 bool render_frames(const FrameContext& context, uint32_t first_frame, uint32_t count, Film& film,

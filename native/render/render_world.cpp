@@ -20,13 +20,15 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
       accel(std::move(the_accel)),
       lights(std::move(the_lights)),
       filter(settings.pixel_filter, settings.filter_width),
+      learning(LearnedLightStage::make(settings, *scene, *accel, *lights)),
       paths{*scene,
             *accel,
             *lights,
             settings.limits,
             pixel_footprint(scene->camera, settings.width, settings.height),
             records_surfaces(settings.passes),
-            scatter_kinds_matter(*scene, settings.limits)},
-      context{settings, paths, filter} {}
+            scatter_kinds_matter(*scene, settings.limits),
+            learning ? learning->use() : nullptr},
+      context{settings, paths, filter, learning.get()} {}
 
 }  // namespace cistern

@@ -6,8 +6,8 @@
 
 namespace cistern {
 
-/// All that the frames of a render look at, immutable and kept alive together: also after the render, for history that
-/// was found in it.
+/// All that the frames of a render look at, immutable but for what is learned and kept alive together: also after the
+/// render, for history that was found in it.
 struct RenderWorld {
   RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene, std::shared_ptr<const Accel> the_accel,
               std::shared_ptr<const LightSet> the_lights);
@@ -19,6 +19,7 @@ struct RenderWorld {
   const std::shared_ptr<const Accel> accel;
   const std::shared_ptr<const LightSet> lights;
   const PixelFilter filter;
+  const std::unique_ptr<LearnedLightStage> learning;  // null unless needed; changes between frames
   const PathContext paths;
   const FrameContext context;  // refers to the above
 };

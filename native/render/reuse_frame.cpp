@@ -14,8 +14,8 @@ ReuseFrame::ReuseFrame(std::shared_ptr<const RenderWorld> world, std::shared_ptr
                        std::function<void(float)> report_caching)
     : world_(std::move(world)), context_(world_->context), paths_(PathStage::make(context_)) {
   const Settings& s = context_.settings;
-  if (s.direct != DirectAnswer::NEE) direct_.emplace(context_, std::move(cache_cells), std::move(report_caching));
-  if (s.secondary != SecondaryAnswer::NEE) secondary_.emplace(context_);
+  if (uses_reservoirs(s.direct)) direct_.emplace(context_, std::move(cache_cells), std::move(report_caching));
+  if (uses_reservoirs(s.secondary)) secondary_.emplace(context_);
   const size_t pixels = static_cast<size_t>(s.region.width) * static_cast<size_t>(s.region.height);
   records_.resize(pixels);
   visible_points_.resize(pixels);
@@ -36,7 +36,7 @@ void ReuseFrame::take_over(ReuseFrame&& earlier, SceneChange change) {
 }
 
 bool ReuseFrame::is_needed(const Settings& s) {
-  return s.direct != DirectAnswer::NEE || s.secondary != SecondaryAnswer::NEE || s.indirect != IndirectAnswer::PATH;
+  return uses_reservoirs(s.direct) || uses_reservoirs(s.secondary) || s.indirect != IndirectAnswer::PATH;
 }
 
 bool ReuseFrame::render(Film& film, const StopCondition& stop) {
@@ -70,6 +70,7 @@ bool ReuseFrame::trace_paths(const FrameRun& run) {
     const auto pixel = static_cast<uint32_t>(y * s.region.width + x);
     PathSampler sampler(s.seed, full_frame_pixel(s, x, y), run.frame, s.sequence);
     const Ray ray = sample_camera_ray(context_, x, y, sampler);
+    scratch.path.trains_lights = trains_lights(context_, full_frame_pixel(s, x, y), run.frame);
     PathCapture& capture = scratch.capture;
     if (direct_) capture.direct_candidates = static_cast<float>(s.direct_reuse.light_candidates);
     if (secondary_) capture.secondary_candidates = static_cast<float>(s.secondary_reuse.light_candidates);
@@ -84,6 +85,7 @@ bool ReuseFrame::trace_paths(const FrameRun& run) {
   return for_each_pixel<Scratch>(s.region.width, s.region.height, run.stop, trace, [&](Scratch& scratch) {
     non_finite_weights_.fetch_add(scratch.non_finite, std::memory_order_relaxed);
     if (secondary_) secondary_->add_batch(std::move(scratch.batch));
+    if (context_.learning) context_.learning->add(scratch.path.light_records);
   });
 }
 

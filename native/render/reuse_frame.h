@@ -21,7 +21,7 @@ class ReuseFrame {
   /// random numbers of a frame that others remember must not come again.
   void take_over(ReuseFrame&& earlier, SceneChange change);
 
-  /// Whether any answer of these settings is not the path tracer's.
+  /// Whether any answer of these settings takes more than paths by themselves.
   static bool is_needed(const Settings& settings);
 
   /// Adds the next frame to the film. Does nothing to the film unless the last stage is reached, and

@@ -149,6 +149,7 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame
   uint32_t batch = 1;
   for (uint32_t frame = 0; frame < frames && !cancelled_ && !stop.deadline_passed();) {
     batch = std::min(batch, frames - frame);
+    if (context.learning) batch = std::min(batch, context.learning->frames_to_update(frame));
     const Clock::time_point batch_start = Clock::now();
     if (!(reuse    ? reuse->render(*film_, stop)
           : banded ? banded->render(frame, *film_, stop)
@@ -156,6 +157,7 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame
       break;
     const double batch_seconds = seconds_since(batch_start);
     frame += batch;
+    if (context.learning && frame < frames) context.learning->finish_frames(frame);
     if (settings_.time_limit > 0.0) stop.deadline = rendering_since_ + limit;
     bool publish_now;
     {
@@ -167,6 +169,10 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame
         progress_.stage_seconds = reuse->stage_times().seconds();
       }
       if (banded) progress_.memory_bytes = fixed_memory + banded->memory_bytes();
+      if (context.learning) {
+        const size_t of_frame = reuse ? reuse->memory_bytes() : (banded ? banded->memory_bytes() : 0);
+        progress_.memory_bytes = fixed_memory + of_frame + context.learning->memory_bytes();
+      }
       publish_now = wants_pixels_ && frame < frames;
     }
     if (publish_now) publish();

@@ -20,12 +20,14 @@ namespace cistern {
 /// point. NEE, NEE and PATH are the reference path tracer.
 enum class DirectAnswer : uint8_t {
   NEE,
+  LEARNED,       // next-event estimation, lights chosen by what they brought to the cell in earlier frames
   RIS,           // light candidates resampled at each point by itself
   RESTIR,        // [Bitterli 2020]
   RESTIR_CACHE,  // [Stefanescu 2025]
 };
 enum class SecondaryAnswer : uint8_t {
   NEE,
+  LEARNED,          // as at the visible point
   RIS,              // light candidates resampled at each vertex by itself
   CELL_RESERVOIRS,  // [Boissé 2021]
 };
@@ -75,6 +77,14 @@ struct Settings {
   bool keep_instances = false;
   friend bool operator==(const Settings&, const Settings&) = default;
 };
+
+/// Whether the light samples of these vertices are left by the paths to stages of reservoirs.
+inline bool uses_reservoirs(DirectAnswer direct) {
+  return direct != DirectAnswer::NEE && direct != DirectAnswer::LEARNED;
+}
+inline bool uses_reservoirs(SecondaryAnswer secondary) {
+  return secondary != SecondaryAnswer::NEE && secondary != SecondaryAnswer::LEARNED;
+}
 
 /// Throws Error naming the first setting that is out of range, its value and the range. Fills an empty region and the
 /// numbers of `direct_reuse` that are 0; reuse that the chosen answer does not have is switched off, and `bias` reaches

@@ -1,15 +1,8 @@
 #include "restir/initial_light.h"
 
+#include "base/sobol.h"
+
 namespace cistern {
-namespace {
-
-/// Steps of the two-dimensional Kronecker sequence of the plastic number.
-/// [Roberts 2018, The Unreasonable Effectiveness of Quasirandom Sequences]
-constexpr Vec2 kLatticeStep{0.7548776662f, 0.5698402910f};
-
-float fraction(float x) { return std::min(x - std::floor(x), kOneMinusEpsilon); }
-
-}  // namespace
 
 LightReservoir resample_light_candidates(const PathContext& context, const VisiblePoint& visible, int count, Rng& rng,
                                          uint64_t& non_finite) {
@@ -18,8 +11,7 @@ LightReservoir resample_light_candidates(const PathContext& context, const Visib
   const Vec2 u_start = rng.next_vec2();
   for (int i = 0; i < count; ++i) {
     const double u_choice = (i + rng.next_double()) / count;
-    const Vec2 step = static_cast<float>(i) * kLatticeStep;
-    const Vec2 u_light{fraction(u_start.x + step.x), fraction(u_start.y + step.y)};
+    const Vec2 u_light = kronecker_point(u_start, i);
     const float u_keep = rng.next_float();
     const auto choice = context.lights.choose(receiver.position, receiver.side, u_choice, u_light);
     if (!choice) continue;

@@ -23,6 +23,15 @@ struct PathLimits {
   friend bool operator==(const PathLimits&, const PathLimits&) = default;
 };
 
+class LearnedLights;
+
+/// Where light samples of a path are chosen by what was learned, instead of by the light set.
+struct LearnedLightUse {
+  const LearnedLights* lights;
+  bool at_visible_point = false;  // and at smooth vertices before it
+  bool at_later_vertices = false;
+};
+
 /// What a path needs besides its own random numbers; all of it immutable while rendering.
 struct PathContext {
   const Scene& scene;
@@ -34,6 +43,8 @@ struct PathContext {
   bool record_surfaces = true;
   /// Whether reuse has to tell diffuse, glossy and transmitted rays apart: scatter_kinds_matter.
   bool tells_kinds = false;
+  /// Null: the light set chooses everywhere.
+  const LearnedLightUse* learned = nullptr;
 };
 
 /// Whether what a scattered ray meets, or how far its path goes on, depends on the kind of its scattering: by ray

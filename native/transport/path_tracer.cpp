@@ -22,6 +22,7 @@ float light_sample_share(const PathContext& context, float candidates, uint32_t 
 
 PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
                       PathCapture* capture) {
+  if (context.learned) return trace_learned_path(context, ray, sampler, scratch, capture);
   if (capture) return Walk<CapturingWalk>(context, ray, sampler, scratch, capture).run();
   return Walk<ReferenceWalk>(context, ray, sampler, scratch, nullptr).run();
 }

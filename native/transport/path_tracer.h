@@ -1,5 +1,6 @@
 #pragma once
 
+#include "lights/light_record.h"
 #include "transport/path_capture.h"
 #include "transport/path_sampler.h"
 #include "transport/transmittance.h"
@@ -27,6 +28,8 @@ struct PathRecord {
 /// Reusable memory of one thread, so that nothing is allocated per sample.
 struct PathScratch {
   std::vector<LampHit> lamp_hits;
+  bool trains_lights = false;              // whether paths leave records where lights are chosen by what was learned
+  std::vector<LightRecord> light_records;  // of all paths so far
 };
 
 /// The reference estimator: unidirectional path tracing with next-event estimation at every vertex and multiple

@@ -7,8 +7,10 @@
 #include "base/warp.h"
 #include "shading/material.h"
 #include "transport/camera_ray.h"
+#include "transport/learned_light_sample.h"
 #include "transport/path_throughput.h"
 #include "transport/path_tracer.h"
+#include "transport/path_walk_state.h"
 
 namespace cistern {
 
@@ -17,31 +19,9 @@ inline constexpr float kMostTransparency = 0.5f;
 
 enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
 
-/// What a walk does. Each is compiled by itself, so that the reference estimator pays for nothing but its own.
-struct ReferenceWalk {
-  static constexpr bool captures = false;
-};
-struct CapturingWalk {
-  static constexpr bool captures = true;
-};
-
-/// What the current vertex of a walk is to others.
-struct VertexUse {
-  float light_candidates = 0.0f;       // above 0: direct light by its rough lobes is left to the caller
-  std::optional<int> sample_point_of;  // index of a link
-  std::optional<int> starts;           // index of the link that leaves it
-};
-
-/// How far a walk has come with what it captures.
-struct CaptureState {
-  PathCapture* out = nullptr;
-  VertexUse vertex;
-  std::optional<int> open_link;   // its sample point is the next vertex
-  float link_probability = 0.0f;  // of the open link's direction (per solid angle), and of reaching the sample point
-  float mis_candidates = 0.0f;    // VertexUse::light_candidates of the last vertex that light samples could have lit
-  bool only_deep_link_next =
-      false;  // a bounce limit is reached for all but the second link, which may bounce once more
-};
+/// trace_path for a context with learned lights.
+PathRecord trace_learned_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
+                              PathCapture* capture);
 
 /// One path on its way. The steps of `trace_path` in the order they happen. `capture` is null unless the kind captures.
 template <class Kind>
@@ -101,7 +81,7 @@ class Walk {
     }
     if (is_vertex) {
       if constexpr (Kind::captures) capture_vertex(point, bsdf);
-      add_direct_light(point, bsdf, p_scatter);
+      add_light_samples(point, bsdf, p_scatter);
     }
     return continue_path(point, bsdf, p_scatter);
   }
@@ -126,18 +106,6 @@ class Walk {
     const Rgb shown = ends_here ? min(bsdf.emission, Rgb(1.0f)) : bsdf_albedo(bsdf);
     record_.albedo = throughput_.smooth * shown;
     record_.denoising_normal = bsdf.scatters() ? bsdf_normal(bsdf) : bsdf.ng;
-  }
-
-  static bool has_rough_lobe(const Bsdf& bsdf) {
-    for (int i = 0; i < bsdf.count; ++i)
-      if (!is_smooth(bsdf.lobes[i])) return true;
-    return false;
-  }
-
-  static bool has_smooth_lobe(const Bsdf& bsdf) {
-    for (int i = 0; i < bsdf.count; ++i)
-      if (is_smooth(bsdf.lobes[i])) return true;
-    return false;
   }
 
   // --- what is left to others -------------------------------------------------------------------------------------
@@ -222,6 +190,9 @@ class Walk {
     if constexpr (Kind::captures) {
       if (capture_.mis_candidates > 0.0f) return captured_emitter_weight(*emitter, pdf);
     }
+    if constexpr (Kind::learns) {
+      if (learning_.of_ray) return learned_emitter_weight(*emitter, pdf);
+    }
     const float pmf = context_.lights.pmf(*emitter, mis_receiver_->position, mis_receiver_->normal);
     return power_heuristic(scatter_pdf_, pmf * pdf);
   }
@@ -288,6 +259,13 @@ class Walk {
     return next;
   }
 
+  void add_light_samples(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
+    if constexpr (Kind::learns) {
+      if (choose_by_learning(point, bsdf)) return add_learned_light(point, bsdf, p_scatter);
+    }
+    add_direct_light(point, bsdf, p_scatter);
+  }
+
   void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
     const VertexUse use = vertex_use();
     const bool leaves_rough = use.light_candidates > 0.0f;
@@ -340,6 +318,48 @@ class Walk {
     add_to_continuations(rough_cos * radiance, smooth_cos * radiance);
   }
 
+  // --- the same with learned lights ------------------------------------------------------------------------------
+
+  /// Sets the chooser of the current vertex; false where the light set chooses.
+  bool choose_by_learning(const SurfacePoint& point, const Bsdf& bsdf) {
+    const LearnedLightUse& use = *context_.learned;
+    const bool applies = learning_.met_visible_point ? use.at_later_vertices : use.at_visible_point;
+    learning_.met_visible_point |= has_rough_lobe(bsdf);
+    learning_.at_vertex.reset();
+    if (!applies || vertex_use().light_candidates > 0.0f) return false;
+    learning_.at_vertex = use.lights->chooser(point.position, light_side(point, bsdf));
+    return true;
+  }
+
+  /// Like emitter_weight, against `candidates` samples of the chooser of the vertex that scattered the ray.
+  float learned_emitter_weight(uint32_t emitter, float pdf) const {
+    const LearnedLights::Chooser& chooser = *learning_.of_ray;
+    const float pmf = context_.learned->lights->pmf(chooser, emitter);
+    return power_heuristic(scatter_pdf_, static_cast<float>(chooser.candidates) * pmf * pdf);
+  }
+
+  /// Next-event estimation with the light sample that learned lights offer.
+  void add_learned_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
+    const LearnedLightVertex vertex{point, bsdf, scattered_state(bsdf), p_scatter,
+                                    vertex_use().sample_point_of.has_value()};
+    const Vec2 u_light = sampler_.light_position(state_.depth);
+    const auto sample = sample_learned_light(context_, *learning_.at_vertex, vertex, u_light, sampler_);
+    if (!sample) return;
+    Rgb radiance = sample->unshadowed;
+    if (sample->light.casts_shadow) radiance *= transmittance(context_, point, sample->light, state_);
+    if (scratch_.trains_lights) {
+      const auto record = light_record(context_, *learning_.at_vertex, vertex, *sample, radiance, throughput_.total());
+      if (record) scratch_.light_records.push_back(*record);
+    }
+    if (is_black(radiance)) return;
+    if constexpr (Kind::captures) {
+      if (vertex.keeps_light) keep_incident_light(sample->light, radiance, sample->f.rough_cos);
+    }
+    const bool is_environment = sample->emitter == context_.lights.environment_emitter();
+    add_reflected_light(sample->f.rough_cos, sample->f.smooth_cos, radiance,
+                        is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
+  }
+
   // --- continuing ---------------------------------------------------------------------------------------------------
 
   bool continue_path(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
@@ -381,6 +401,7 @@ class Walk {
     if constexpr (Kind::captures) leave_captured_vertex(*sample, p_scatter);
     count_bounce(*sample);
     sees_film_ &= context_.limits.film_transparent_glass && sample->is_clear;
+    if constexpr (Kind::learns) learning_.of_ray = learning_.at_vertex;
     if (sample->is_delta) {
       mis_receiver_.reset();
     } else {
@@ -407,26 +428,10 @@ class Walk {
     capture_.link_probability = pdf * p_scatter;
   }
 
-  static void count_scattering(PathState& state, ScatterKind kind) {
-    ++state.depth;
-    state.ray_kind = ray_kind(kind);
-    switch (kind) {
-      case ScatterKind::DIFFUSE:
-        ++state.diffuse_depth;
-        break;
-      case ScatterKind::GLOSSY:
-        ++state.glossy_depth;
-        break;
-      case ScatterKind::TRANSMISSION:
-        ++state.transmission_depth;
-        break;
-    }
-  }
-
   void count_bounce(const BsdfSample& sample) {
     count_scattering(state_, sample.kind);
     state_.is_singular = sample.is_delta;
-    last_segment_ = exceeds_limits(state_);
+    last_segment_ = exceeds_limits(state_, context_.limits);
     if constexpr (Kind::captures) {
       if (last_segment_ && !capture_.out->leaves_deep_link && continues_deep_link()) extend_deep_link();
     }
@@ -441,14 +446,8 @@ class Walk {
       const int before = capture_.out->links[1].from.state.*count - capture_.out->visible.state.*count;
       of_link.*count = static_cast<uint16_t>(of_link.*count - before);
     }
-    last_segment_ = exceeds_limits(of_link);
+    last_segment_ = exceeds_limits(of_link, context_.limits);
     capture_.only_deep_link_next = !last_segment_;
-  }
-
-  bool exceeds_limits(const PathState& state) const {
-    const PathLimits& limits = context_.limits;
-    return state.depth > limits.max_bounces || state.diffuse_depth > limits.max_diffuse_bounces ||
-           state.glossy_depth > limits.max_glossy_bounces || state.transmission_depth > limits.max_transmission_bounces;
   }
 
   /// Whether the second link is under way, towards its sample point or beyond.
@@ -472,6 +471,7 @@ class Walk {
   PathSampler& sampler_;
   PathScratch& scratch_;
   [[no_unique_address]] std::conditional_t<Kind::captures, CaptureState, std::monostate> capture_;
+  [[no_unique_address]] std::conditional_t<Kind::learns, LearningState, std::monostate> learning_;
   PathState state_;
   PathRecord record_;
   std::conditional_t<Kind::captures, CapturedThroughput, Throughput> throughput_;

@@ -1,0 +1,182 @@
+#include "lights/learned_light_table.h"
+
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "base/alias_table.h"
+#include "base/hash.h"
+
+namespace cistern {
+namespace {
+
+/// Part of the probabilities that ignores shadows: light that a cell's samples have not seen yet may still reach some
+/// of its points.
+constexpr double kUnshadowedShare = 0.3;
+
+double lerp(double a, double b, double t) { return a + (b - a) * t; }
+
+float visibility(const ClusterStatistics& s) {
+  const double visible = s.unshadowed > 0.0 ? s.visible / s.unshadowed : 1.0;
+  return static_cast<float>(std::clamp(visible, LearnedLightTable::kLeastVisibility, 1.0));
+}
+
+/// More where more clusters share in the light: with few, what is left of the noise is visibility, which weighing
+/// candidates does not see.
+int candidates(double entropy) {
+  constexpr double kFew = 2.0, kMany = 5.0;
+  const double clusters = std::exp(entropy);
+  return clusters < kFew ? 1 : (clusters < kMany ? 2 : 4);
+}
+
+/// Calls body(statistics of a cell) for each cell of `sorted`.
+template <class Body>
+void for_each_cell(std::span<const ClusterStatistics> sorted, const Body& body) {
+  for (size_t begin = 0; begin < sorted.size();) {
+    size_t end = begin + 1;
+    while (end < sorted.size() && sorted[end].cell == sorted[begin].cell) ++end;
+    body(sorted.subspan(begin, end - begin));
+    begin = end;
+  }
+}
+
+void add(ClusterStatistics& to, const ClusterStatistics& s) {
+  to.visible += s.visible;
+  to.visible_squares += s.visible_squares;
+  to.unshadowed += s.unshadowed;
+  to.squares += s.squares;
+  to.squares_without += s.squares_without;
+}
+
+/// The same statistics of coarser cells.
+void make_coarser(std::vector<ClusterStatistics>& statistics) {
+  for (ClusterStatistics& s : statistics) s.cell = coarser_cell(s.cell);
+  sum_equal_pairs(statistics);
+}
+
+}  // namespace
+
+void sum_equal_pairs(std::vector<ClusterStatistics>& statistics) {
+  // By all members: equal elements are then equal to the last bit, and every sum has one order.
+  tbb::parallel_sort(statistics.begin(), statistics.end());
+  size_t kept = 0;
+  for (size_t i = 1; i < statistics.size(); ++i) {
+    ClusterStatistics& last = statistics[kept];
+    const ClusterStatistics& next = statistics[i];
+    if (last.cell == next.cell && last.cluster == next.cluster) {
+      add(last, next);
+    } else {
+      statistics[++kept] = next;
+    }
+  }
+  if (!statistics.empty()) statistics.resize(kept + 1);
+}
+
+LearnedLightTable::LearnedLightTable(std::vector<ClusterStatistics> finest) {
+  std::vector<NestedCellKey> cells;
+  for_each_cell(finest, [&](std::span<const ClusterStatistics> of_cell) { cells.push_back(of_cell[0].cell); });
+  add_rows(finest);
+  for (int step = 0; step < kDoublings; ++step) {
+    make_coarser(finest);
+    add_rows(finest);
+  }
+  fill_slots();
+  give_ancestors(cells);
+  fill_slots();
+}
+
+void LearnedLightTable::add_rows(std::span<const ClusterStatistics> statistics) {
+  for_each_cell(statistics, [this](std::span<const ClusterStatistics> of_cell) {
+    ClusterStatistics total;
+    for (const ClusterStatistics& s : of_cell) add(total, s);
+    const double sample_size = total.visible > 0.0 ? total.visible * total.visible / total.visible_squares : 0.0;
+    if (sample_size >= kLeastSampleSize) add_row(of_cell, total, sample_size);
+  });
+}
+
+void LearnedLightTable::add_row(std::span<const ClusterStatistics> of_cell, const ClusterStatistics& total,
+                                double sample_size) {
+  Row row{.begin = static_cast<uint32_t>(entries_.size()), .effective_sample_size = static_cast<float>(sample_size)};
+  std::vector<float> shares;
+  double entropy = 0.0;
+  ClusterStatistics others;
+  for (const ClusterStatistics& s : of_cell) {
+    const double visible = s.visible / total.visible;
+    if (visible > 0.0) entropy -= visible * std::log(visible);
+    const double share = lerp(visible, s.unshadowed / total.unshadowed, kUnshadowedShare);
+    if (share < kLeastShare) {
+      add(others, s);
+      continue;
+    }
+    shares.push_back(static_cast<float>(share));
+    entries_.push_back({.cluster = s.cluster, .visibility = visibility(s)});
+  }
+  if (shares.empty()) return;
+  row.count = static_cast<uint32_t>(shares.size());
+  row.entropy = static_cast<float>(entropy);
+  row.other_visibility = visibility(others);
+  row.candidates = candidates(entropy);
+  const AliasTable alias(shares);
+  for (uint32_t i = 0; i < row.count; ++i) {
+    const AliasTable::Column column = alias.column(i);
+    Entry& entry = entries_[row.begin + i];
+    entry.pmf = alias.pmf(i);
+    entry.threshold = column.threshold;
+    entry.alias = column.alias;
+  }
+  named_.push_back({of_cell[0].cell, static_cast<uint32_t>(rows_.size())});
+  rows_.push_back(row);
+}
+
+void LearnedLightTable::give_ancestors(std::span<const NestedCellKey> cells) {
+  for (const NestedCellKey cell : cells) {
+    if (find_exactly(cell)) continue;
+    if (const Row* row = find(cell)) named_.push_back({cell, static_cast<uint32_t>(row - rows_.data())});
+  }
+}
+
+void LearnedLightTable::fill_slots() {
+  slots_.assign(std::bit_ceil(2 * std::max<size_t>(named_.size(), 1)), {});
+  const size_t mask = slots_.size() - 1;
+  for (const Slot& named : named_) {
+    size_t i = mix_bits(named.cell) & mask;
+    while (slots_[i].cell != kNoNestedCell) i = (i + 1) & mask;
+    slots_[i] = named;
+  }
+}
+
+const LearnedLightTable::Row* LearnedLightTable::find_exactly(NestedCellKey key) const {
+  const size_t mask = slots_.size() - 1;
+  for (size_t i = mix_bits(key) & mask; slots_[i].cell != kNoNestedCell; i = (i + 1) & mask)
+    if (slots_[i].cell == key) return &rows_[slots_[i].row];
+  return nullptr;
+}
+
+const LearnedLightTable::Row* LearnedLightTable::find(NestedCellKey key) const {
+  if (rows_.empty() || key == kNoNestedCell) return nullptr;
+  for (int step = 0; step <= kDoublings; ++step, key = coarser_cell(key))
+    if (const Row* row = find_exactly(key)) return row;
+  return nullptr;
+}
+
+const LearnedLightTable::Entry& LearnedLightTable::choose(const Row& row, double u) const {
+  const double scaled = u * row.count;
+  const auto column = std::min(static_cast<uint32_t>(scaled), row.count - 1);
+  const Entry* entries = entries_.data() + row.begin;
+  const Entry& entry = entries[column];
+  return static_cast<float>(scaled - column) < entry.threshold ? entry : entries[entry.alias];
+}
+
+const LearnedLightTable::Entry* LearnedLightTable::find(const Row& row, uint32_t cluster) const {
+  const auto entries = std::span(entries_).subspan(row.begin, row.count);
+  const auto found = std::ranges::lower_bound(entries, cluster, {}, &Entry::cluster);
+  return found != entries.end() && found->cluster == cluster ? &*found : nullptr;
+}
+
+size_t LearnedLightTable::memory_bytes() const {
+  return rows_.capacity() * sizeof(Row) + entries_.capacity() * sizeof(Entry) +
+         (named_.capacity() + slots_.capacity()) * sizeof(Slot);
+}
+
+}  // namespace cistern

@@ -1,0 +1,53 @@
+#include "render/learned_light_stage.h"
+
+#include <bit>
+
+#include "base/rng.h"
+#include "transport/camera_ray.h"
+
+namespace cistern {
+namespace {
+
+/// Paths that leave records between two updates: what is learned more grows ever slower, what it costs must not.
+constexpr double kTrainingPaths = 1 << 19;
+constexpr uint32_t kTrainingStream = 0x6c726e64;
+/// After so many frames learning must have shown that it pays: light samples whose mean square is smaller by this
+/// factor than by the light set's choice make up for what the choice costs. (Squares hold the squared mean as well, so
+/// the factor between variances is larger.)
+constexpr uint32_t kTrialFrames = 16;
+constexpr double kLeastGain = 1.1;
+
+}  // namespace
+
+std::unique_ptr<LearnedLightStage> LearnedLightStage::make(const Settings& s, const Scene& scene, const Accel& accel,
+                                                           const LightSet& lights) {
+  const bool is_asked_for = s.direct == DirectAnswer::LEARNED || s.secondary == SecondaryAnswer::LEARNED;
+  if (!is_asked_for || lights.emitter_count() < 2) return nullptr;
+  const PixelFootprint pixel = pixel_footprint(scene.camera, s.width, s.height);
+  const NestedCells cells({}, accel.bounds(), scene.camera.camera_to_world.translation, pixel.angle, pixel.size);
+  return std::make_unique<LearnedLightStage>(s, lights, cells);
+}
+
+LearnedLightStage::LearnedLightStage(const Settings& settings, const LightSet& lights, const NestedCells& cells)
+    : lights_(lights, cells),
+      use_{&lights_, settings.direct == DirectAnswer::LEARNED, settings.secondary == SecondaryAnswer::LEARNED},
+      seed_(settings.seed),
+      pixels_(static_cast<double>(settings.region.width) * settings.region.height) {}
+
+bool LearnedLightStage::trains(uint32_t pixel, uint32_t frame) const {
+  if (is_off() || training_.is_full()) return false;
+  const double share = kTrainingPaths / (pixels_ * std::bit_floor(std::max(frame, 1u)));
+  return share >= 1.0 || Rng(seed_, pixel, frame, kTrainingStream).next_double() < share;
+}
+
+uint32_t LearnedLightStage::frames_to_update(uint32_t frame) const {
+  return frame == 0 ? 1 : 2 * std::bit_floor(frame) - frame;
+}
+
+void LearnedLightStage::finish_frames(uint32_t next) {
+  if (!std::has_single_bit(next) || is_off() || training_.is_full()) return;
+  lights_.set_table(training_.learn());
+  if (next == kTrialFrames && training_.gain() < kLeastGain) use_.at_visible_point = use_.at_later_vertices = false;
+}
+
+}  // namespace cistern

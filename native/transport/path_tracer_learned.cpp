@@ -1,0 +1,11 @@
+#include "transport/path_walk.h"
+
+namespace cistern {
+
+PathRecord trace_learned_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
+                              PathCapture* capture) {
+  if (capture) return Walk<LearnedCapturingWalk>(context, ray, sampler, scratch, capture).run();
+  return Walk<LearnedWalk>(context, ray, sampler, scratch, nullptr).run();
+}
+
+}  // namespace cistern

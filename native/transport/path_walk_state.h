@@ -1,0 +1,79 @@
+#pragma once
+
+#include <optional>
+
+#include "lights/learned_lights.h"
+#include "transport/path_capture.h"
+#include "transport/path_context.h"
+
+namespace cistern {
+
+/// What a walk does. Each is compiled by itself, so that the reference estimator pays for nothing but its own.
+template <bool kCaptures, bool kLearns>
+struct WalkKind {
+  static constexpr bool captures = kCaptures;  // leaves something to others
+  static constexpr bool learns = kLearns;      // chooses lights by PathContext::learned
+};
+using ReferenceWalk = WalkKind<false, false>;
+using CapturingWalk = WalkKind<true, false>;
+using LearnedWalk = WalkKind<false, true>;
+using LearnedCapturingWalk = WalkKind<true, true>;
+
+/// What the current vertex of a walk is to others.
+struct VertexUse {
+  float light_candidates = 0.0f;       // above 0: direct light by its rough lobes is left to the caller
+  std::optional<int> sample_point_of;  // index of a link
+  std::optional<int> starts;           // index of the link that leaves it
+};
+
+/// How far a walk has come with what it captures.
+struct CaptureState {
+  PathCapture* out = nullptr;
+  VertexUse vertex;
+  std::optional<int> open_link;      // its sample point is the next vertex
+  float link_probability = 0.0f;     // of the open link's direction (per solid angle), and of reaching the sample point
+  float mis_candidates = 0.0f;       // VertexUse::light_candidates of the last vertex that light samples could have lit
+  bool only_deep_link_next = false;  // a bounce limit is reached for all but this link, which may bounce once more
+};
+
+/// How a walk chooses lights.
+struct LearningState {
+  bool met_visible_point = false;
+  std::optional<LearnedLights::Chooser> at_vertex;  // none: the light set chooses
+  std::optional<LearnedLights::Chooser> of_ray;     // of the last vertex that light samples could have lit
+};
+
+inline bool has_rough_lobe(const Bsdf& bsdf) {
+  for (int i = 0; i < bsdf.count; ++i)
+    if (!is_smooth(bsdf.lobes[i])) return true;
+  return false;
+}
+
+inline bool has_smooth_lobe(const Bsdf& bsdf) {
+  for (int i = 0; i < bsdf.count; ++i)
+    if (is_smooth(bsdf.lobes[i])) return true;
+  return false;
+}
+
+inline void count_scattering(PathState& state, ScatterKind kind) {
+  ++state.depth;
+  state.ray_kind = ray_kind(kind);
+  switch (kind) {
+    case ScatterKind::DIFFUSE:
+      ++state.diffuse_depth;
+      break;
+    case ScatterKind::GLOSSY:
+      ++state.glossy_depth;
+      break;
+    case ScatterKind::TRANSMISSION:
+      ++state.transmission_depth;
+      break;
+  }
+}
+
+inline bool exceeds_limits(const PathState& state, const PathLimits& limits) {
+  return state.depth > limits.max_bounces || state.diffuse_depth > limits.max_diffuse_bounces ||
+         state.glossy_depth > limits.max_glossy_bounces || state.transmission_depth > limits.max_transmission_bounces;
+}
+
+}  // namespace cistern
