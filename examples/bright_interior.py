@@ -41,7 +41,7 @@ def sofa(width: float) -> Shape:
     """Seat, back, arms and cushions (material 1), facing -Y."""
     seat = box((width, 0.9, 0.3), 0.05).moved((0.0, 0.0, 0.28))
     back = box((width, 0.22, 0.6), 0.08).moved((0.0, 0.38, 0.62))
-    arms = [box((0.2, 0.9, 0.4), 0.06).moved((side * 0.5 * (width - 0.2), 0.0, 0.5)) for side in (-1, 1)]
+    arms = [box((0.26, 0.98, 0.4), 0.06).moved((side * 0.5 * (width - 0.2), 0.0, 0.5)) for side in (-1, 1)]
     count = round((width - 0.4) / 0.75)
     places = (np.arange(count) - 0.5 * (count - 1)) * (width - 0.4) / count
     cushions = [box((0.7, 0.7, 0.16), 0.06).moved((x, -0.08, 0.5)).painted(1) for x in places]
