@@ -7,6 +7,7 @@
 # sanitizers, clang-tidy where it is installed, the Blender tests in Blender 4.2 and 4.5 too, and the extension in each
 # Blender (which asks for Python 3.13).
 #
+# CISTERN_BLENDER names a Blender with windows, for --full to test viewports in (tests/gui/README.md); else that is left out.
 # CISTERN_TEST_SCENES names a folder of further .blend files; tests that need them are skipped without it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -70,6 +71,9 @@ if [ $full = 1 ]; then
     part "Blender ${version%.*} set-up" bash examples/setup.sh --tests --bpy $version --venv "$venv"
     part "Blender ${version%.*} tests" python_tests "$venv" $limit tests/blender
   done
+  if [ -n "${CISTERN_BLENDER:-}" ]; then part "viewports in windows" bash tests/gui/run.sh; else
+    echo "CISTERN_BLENDER is not set: tests of viewports in windows are left out"
+  fi
   part "extension in all versions" timeout -k 5 $limit .venv/bin/python -m tests.extension.matrix
 fi
 
