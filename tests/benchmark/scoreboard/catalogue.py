@@ -99,6 +99,7 @@ PATH = {
     "light_sampler": "TREE",
     "use_temporal_reuse": False,
 }
+LEARNED = {"direct": "LEARNED", "secondary": "LEARNED"}
 # Ours shares nothing between visible points where a denoiser follows, as the add-on does: addon/denoise.py.
 CYCLES, PATH_TRACER, OURS, OURS_DENOISED = "cycles", "path", "final", "final-denoised"
 
@@ -114,7 +115,9 @@ ENGINES = (
     Engine("cell-reservoirs", "cell reservoirs [Boissé 2021]", "PAPERS", {"preset": "CELL_RESERVOIRS"}),
     Engine("restir-gi", "ReSTIR GI [Ouyang 2021]", "PAPERS", {"preset": "RESTIR_GI"}),
     Engine("world-paths", "world-space paths [Zhang 2023]", "PAPERS", {"preset": "WORLD_PATHS"}),
+    Engine("learned", "learned lights (ours)", "OURS", PATH | LEARNED),
     Engine("cell-shared", "cell sharing (ours)", "OURS", PATH | {"indirect": "CELL_SHARED"}),
+    Engine("learned-shared", "both (ours)", "OURS", PATH | LEARNED | {"indirect": "CELL_SHARED"}),
     Engine(OURS, "Final (ours)", "OURS", {"preset": "FINAL"}),
     Engine(OURS_DENOISED, "Final, where it is denoised", "OURS", {"preset": "FINAL", "share_visible": 1}),
 )
