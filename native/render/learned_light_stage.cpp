@@ -17,12 +17,23 @@ constexpr uint32_t kTrainingStream = 0x6c726e64;
 constexpr uint32_t kTrialFrames = 16;
 constexpr double kLeastGain = 1.1;
 
+/// A small lamp of a few triangles is seen whole or not at all: nothing to learn.
+constexpr uint32_t kFewEmitters = 8;
+
+bool has_choice(const LightSet& lights) {
+  const auto count = static_cast<uint32_t>(lights.emitter_count());
+  if (count > kFewEmitters) return true;
+  for (uint32_t i = 1; i < count; ++i)
+    if (lights.place(i).object != lights.place(0).object) return true;
+  return false;
+}
+
 }  // namespace
 
 std::unique_ptr<LearnedLightStage> LearnedLightStage::make(const Settings& s, const Scene& scene, const Accel& accel,
                                                            const LightSet& lights) {
   const bool is_asked_for = s.direct == DirectAnswer::LEARNED || s.secondary == SecondaryAnswer::LEARNED;
-  if (!is_asked_for || lights.emitter_count() < 2) return nullptr;
+  if (!is_asked_for || !has_choice(lights)) return nullptr;
   const PixelFootprint pixel = pixel_footprint(scene.camera, s.width, s.height);
   const NestedCells cells({}, accel.bounds(), scene.camera.camera_to_world.translation, pixel.angle, pixel.size);
   return std::make_unique<LearnedLightStage>(s, lights, cells);
