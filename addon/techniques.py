@@ -117,7 +117,7 @@ CELL_REUSE = frozenset({"RESTIR_CACHE", "CELL_RESERVOIRS", "WORLD_REUSE"})  # wo
 
 PARAMETERS = (
     Parameter("light_candidates", {"RIS": 8, "RESTIR": 32, "RESTIR_CACHE": 8}),
-    Parameter("use_temporal_reuse", ON, PATH_REUSE | {"CELL_RESERVOIRS"}),
+    Parameter("use_temporal_reuse", ON, PATH_REUSE | CELL_SHARED | {"CELL_RESERVOIRS"}),
     Parameter("confidence_cap", {"RESTIR": 20, "RESTIR_CACHE": 10}),
     Parameter("use_spatial_reuse", ON),
     Parameter("spatial_neighbours", {"RESTIR": 5, "RESTIR_CACHE": 8}),

@@ -116,12 +116,11 @@ std::map<std::string, Setter> make_setters() {
   };
 }
 
-Setter set_reuse(bool DirectReuse::*direct, bool SecondaryReuse::*secondary, bool ScreenPathReuse::*screen,
-                 bool WorldPathReuse::*world) {
-  return [=](Settings& s, const py::handle& value) {
-    s.direct_reuse.*direct = s.secondary_reuse.*secondary = s.screen_paths.*screen = s.world_paths.*world =
-                                                                                         value.cast<bool>();
-  };
+/// Of all answers that have a history.
+void set_temporal_reuse(Settings& s, const py::handle& value) {
+  const bool is_on = value.cast<bool>();
+  s.direct_reuse.temporal_reuse = s.secondary_reuse.temporal_reuse = is_on;
+  s.screen_paths.temporal_reuse = s.world_paths.temporal_reuse = s.path_sharing.temporal_reuse = is_on;
 }
 
 std::map<std::string, Setter> make_reuse_setters() {
@@ -132,8 +131,7 @@ std::map<std::string, Setter> make_reuse_setters() {
              enum_member<Bias>("bias", value.cast<std::string>(), {{"UNBIASED", Bias::UNBIASED}, {"FAST", Bias::FAST}});
        }},
       {"light_candidates", reuse(&DirectReuse::light_candidates)},
-      {"temporal_reuse", set_reuse(&DirectReuse::temporal_reuse, &SecondaryReuse::temporal_reuse,
-                                   &ScreenPathReuse::temporal_reuse, &WorldPathReuse::temporal_reuse)},
+      {"temporal_reuse", set_temporal_reuse},
       {"confidence_cap", reuse(&DirectReuse::confidence_cap)},
       {"spatial_reuse", reuse(&DirectReuse::spatial_reuse)},
       {"path_spatial_reuse",

@@ -19,7 +19,8 @@ BandedFrame::BandedFrame(const FrameContext& context) : context_(context), shari
 }
 
 bool BandedFrame::is_for(const Settings& s) {
-  return s.indirect == IndirectAnswer::CELL_SHARED && !uses_reservoirs(s.direct) && !uses_reservoirs(s.secondary);
+  return s.indirect == IndirectAnswer::CELL_SHARED && !s.path_sharing.temporal_reuse && !uses_reservoirs(s.direct) &&
+         !uses_reservoirs(s.secondary);
 }
 
 bool BandedFrame::render(uint32_t frame, Film& film, const StopCondition& stop) {

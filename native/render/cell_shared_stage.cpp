@@ -14,16 +14,11 @@ constexpr float kSmallestVisibleCell = 1e-3f;  // of the scene's diagonal
 
 }  // namespace
 
-/// What CellSharedPaths wants beside each other; memory of one thread.
-struct CellSharedStage::Group {
-  std::vector<const PathLink*> links;
-  std::vector<ReflectedPaths*> reflected;
-  std::vector<Rng> rngs;
-  CellSharedPaths::Scratch scratch;
-};
-
 CellSharedStage::CellSharedStage(const FrameContext& context)
-    : context_(context), paths_(context.paths, context.settings.path_sharing.weights) {
+    : context_(context),
+      paths_(context.paths),
+      temporal_paths_(context.paths, context.settings.screen_paths, image_region(context.settings),
+                      context.settings.seed) {
   set_region(context.settings.region);
 }
 
@@ -36,18 +31,22 @@ void CellSharedStage::set_region(const Region& region) {
   const size_t pixels = pixel_count();
   for (auto& links : links_) links.resize(pixels);
   reflected_.resize(pixels);
+  if (keeps_history()) current_.temporal.resize(pixels);
   keys_.resize(pixels);
   classes_.resize(pixels);
 }
 
-/// There is no history, only memory.
-void CellSharedStage::take_over(PathStage&& earlier, const HistorySource&) {
+void CellSharedStage::take_over(PathStage&& earlier, const HistorySource& source) {
   auto& stage = static_cast<CellSharedStage&>(earlier);
   std::swap(links_, stage.links_);
   std::swap(reflected_, stage.reflected_);
   std::swap(keys_, stage.keys_);
   std::swap(classes_, stage.classes_);
+  std::swap(current_, stage.current_);
+  std::swap(previous_, stage.previous_);
   set_region(region_);
+  previous_.view = source.view();
+  if (source.earlier()) previous_.temporal.clear();
 }
 
 void CellSharedStage::start_pixel(const PathCapture& capture, uint32_t pixel) {
@@ -92,11 +91,43 @@ bool CellSharedStage::share(uint32_t frame, const StopCondition& stop) {
   return share_at(DEEP, frame, stop) && add_to_samples(frame, stop) && share_at(VISIBLE, frame, stop);
 }
 
+bool CellSharedStage::reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
+                            std::span<const VisiblePoint> previous) {
+  if (!keeps_history()) return share(run.frame, run.stop);
+  previous_.visible_points = previous_.temporal.empty() ? std::span<const VisiblePoint>() : previous;
+  return share_at(DEEP, run.frame, run.stop) && add_to_samples(run.frame, run.stop) &&
+         merge_with_history(run, visible) && share_at(VISIBLE, run.frame, run.stop);
+}
+
+/// Links of visible points then hold the temporal reservoirs.
+bool CellSharedStage::merge_with_history(const FrameRun& run, std::span<const VisiblePoint> visible) {
+  return run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+    PathReservoir& temporal = current_.temporal[pixel];
+    temporal.c = 0.0f;
+    temporal.W = 0.0f;
+    if (!visible[pixel].exists) return;
+    PathLink& link = links_[VISIBLE][pixel];
+    const PathReservoir found =
+        temporal_paths_.keep_one_direction(visible[pixel], ScreenSpacePaths::initial_sample(link), pixel, run.frame);
+    temporal = temporal_paths_.reuse_in_time(visible[pixel], found, previous_, pixel, run.frame, non_finite);
+    link.to = temporal.sample;
+    link.W = temporal.W;
+  });
+}
+
+void CellSharedStage::keep_history() {
+  if (!keeps_history()) return;
+  current_.view = {context_.paths.scene.camera, image_region(context_.settings)};
+  std::swap(current_, previous_);
+  current_.temporal.resize(pixel_count());
+}
+
 bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopCondition& stop) {
   if (!make_groups(vertex, frame, stop)) return false;
   return for_blocks(groups_.count(), kGroupBlock, stop, [&](size_t begin, size_t end) {
-    Group group;
-    for (size_t g = begin; g < end; ++g) share_group(vertex, frame, groups_.members(g), group);
+    CellSharedPaths::Group group = empty_group(vertex);
+    CellSharedPaths::Scratch scratch;
+    for (size_t g = begin; g < end; ++g) share_group(vertex, frame, groups_.members(g), group, scratch);
   });
 }
 
@@ -119,16 +150,28 @@ bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondi
   return done;
 }
 
-void CellSharedStage::share_group(Vertex vertex, uint32_t frame, std::span<const uint32_t> pixels, Group& group) {
+CellSharedPaths::Group CellSharedStage::empty_group(Vertex vertex) const {
+  CellSharedPaths::Group group;
+  group.weights = context_.settings.path_sharing.weights;
+  const bool is_resampled = vertex == VISIBLE && keeps_history();
+  if (is_resampled && group.weights == PairWeights::BALANCE) group.weights = PairWeights::TARGETS;
+  return group;
+}
+
+void CellSharedStage::share_group(Vertex vertex, uint32_t frame, std::span<const uint32_t> pixels,
+                                  CellSharedPaths::Group& group, CellSharedPaths::Scratch& scratch) {
   group.links.clear();
+  group.confidences.clear();
   group.reflected.clear();
   group.rngs.clear();
+  const bool is_resampled = vertex == VISIBLE && keeps_history();
   for (const uint32_t pixel : pixels) {
     group.links.push_back(&links_[vertex][pixel]);
+    group.confidences.push_back(is_resampled ? current_.temporal[pixel].c : 1.0f);
     group.reflected.push_back(&reflected_[pixel]);
     group.rngs.push_back(random_numbers(pixel, frame, SHARING + static_cast<uint32_t>(vertex)));
   }
-  paths_.share(group.links, group.reflected, group.rngs, group.scratch);
+  paths_.share(group, scratch);
 }
 
 bool CellSharedStage::add_to_samples(uint32_t frame, const StopCondition& stop) {
@@ -152,7 +195,9 @@ std::optional<Rgb> CellSharedStage::shade_alone(const VisiblePoint& visible, uin
 }
 
 size_t CellSharedStage::memory_bytes() const {
-  return (links_[VISIBLE].capacity() + links_[DEEP].capacity()) * sizeof(PathLink) +
+  const size_t reservoirs = current_.temporal.capacity() + previous_.temporal.capacity();
+  return reservoirs * sizeof(PathReservoir) +
+         (links_[VISIBLE].capacity() + links_[DEEP].capacity()) * sizeof(PathLink) +
          reflected_.capacity() * sizeof(ReflectedPaths) + keys_.capacity() * sizeof(CellKey) +
          classes_.capacity() * sizeof(uint32_t) + groups_.memory_bytes();
 }

@@ -14,24 +14,21 @@ class CellSharedStage final : public PathStage {
   bool leaves_deep_link() const override { return true; }
   void start_pixel(const PathCapture& capture, uint32_t pixel) override;
   std::array<PathSample*, kMaxPathLinks> samples(uint32_t pixel) override;
-  bool reuse(const FrameRun& run, std::span<const VisiblePoint>, std::span<const VisiblePoint>) override {
-    return share(run.frame, run.stop);
-  }
+  bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
+             std::span<const VisiblePoint> previous) override;
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override;
   std::optional<Rgb> shade_alone(const VisiblePoint& visible, uint32_t pixel) const override;
-  void keep_history() override {}
+  void keep_history() override;
   void take_over(PathStage&& earlier, const HistorySource& source) override;
   size_t memory_bytes() const override;
 
   /// Goes on with another part of the picture; before, it is that of the settings. Pixels are numbered within.
   void set_region(const Region& region);
-  /// At both vertices. False if stopped.
+  /// At both vertices, without history. False if stopped.
   bool share(uint32_t frame, const StopCondition& stop);
 
  private:
   enum Vertex : size_t { VISIBLE, DEEP };
-  struct Group;
-
   size_t pixel_count() const;
   const GroupRules& rules(Vertex vertex) const;
   Rng random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const;
@@ -39,14 +36,20 @@ class CellSharedStage final : public PathStage {
   static bool for_blocks(size_t count, size_t block_size, const StopCondition& stop, const Body& body);
   bool share_at(Vertex vertex, uint32_t frame, const StopCondition& stop);
   bool make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop);
-  void share_group(Vertex vertex, uint32_t frame, std::span<const uint32_t> pixels, Group& group);
+  CellSharedPaths::Group empty_group(Vertex vertex) const;
+  void share_group(Vertex vertex, uint32_t frame, std::span<const uint32_t> pixels, CellSharedPaths::Group& group,
+                   CellSharedPaths::Scratch& scratch);
+  bool keeps_history() const { return context_.settings.path_sharing.temporal_reuse; }
+  bool merge_with_history(const FrameRun& run, std::span<const VisiblePoint> visible);
   bool add_to_samples(uint32_t frame, const StopCondition& stop);
 
   const FrameContext& context_;
   Region region_;
   CellSharedPaths paths_;
+  ScreenSpacePaths temporal_paths_;
   std::array<LazyVector<PathLink>, kMaxPathLinks> links_;  // by vertex and pixel; `to` means nothing where W is 0
   LazyVector<ReflectedPaths> reflected_;                   // by pixel, of the last vertex shared at
+  PathFrame current_, previous_;                           // temporal reservoirs, with history alone
   LazyVector<CellKey> keys_;
   LazyVector<uint32_t> classes_;
   CellGroups groups_;

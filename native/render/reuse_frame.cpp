@@ -119,7 +119,7 @@ void ReuseFrame::keep_history() {
   if (direct_) direct_->keep_history();
   if (secondary_) secondary_->keep_history();
   if (paths_) paths_->keep_history();
-  if (!context_.settings.direct_reuse.temporal_reuse) return;
+  if (!context_.settings.keeps_visible_points()) return;
   previous_visible_points_.resize(visible_points_.size());
   std::swap(previous_visible_points_, visible_points_);
 }

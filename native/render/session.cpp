@@ -125,7 +125,7 @@ void Session::run() {
 }
 
 bool Session::keeps_history() const {
-  return settings_.keep_history && settings_.direct_reuse.temporal_reuse && ReuseFrame::is_needed(settings_);
+  return settings_.keep_history && settings_.keeps_visible_points() && ReuseFrame::is_needed(settings_);
 }
 
 /// Null for the reference path tracer and for banded frames.

@@ -71,6 +71,11 @@ struct Settings {
   PathLimits limits;
   double time_limit = 0.0;   // seconds of rendering, 0: none
   std::vector<Pass> passes;  // besides Combined
+
+  /// Whether some answer looks at the visible points of the frame before.
+  bool keeps_visible_points() const {
+    return direct_reuse.temporal_reuse || (indirect != IndirectAnswer::PATH && screen_paths.temporal_reuse);
+  }
   /// Whether history is taken from the RenderCache and left there. It needs temporal reuse.
   bool keep_history = false;
   /// Whether each mesh has an Embree scene of its own, which snapshots share: moves are cheap, rays cost a little more.

@@ -36,74 +36,78 @@ uint32_t CellSharedPaths::group_class(const VisiblePoint& vertex) {
   return bounces;
 }
 
-void CellSharedPaths::share(std::span<const PathLink* const> group, std::span<ReflectedPaths* const> reflected,
-                            std::span<Rng> rngs, Scratch& scratch) const {
-  if (std::ranges::none_of(group, [](const PathLink* link) { return sends_light(*link); })) return;
+void CellSharedPaths::share(Group& group, Scratch& scratch) const {
+  if (std::ranges::none_of(group.links, [](const PathLink* link) { return sends_light(*link); })) return;
   scratch.points.clear();
   scratch.bsdfs.clear();
-  for (const PathLink* link : group) {
+  for (const PathLink* link : group.links) {
     scratch.points.push_back(surface_point(link->from));
     scratch.bsdfs.push_back(evaluate_material(context_.scene, scratch.points.back(), link->from.state));
   }
   for (size_t i = 0; i < group.size(); ++i)
-    if (sends_light(*group[i])) share_sample(group, i, reflected, rngs, scratch);
+    if (sends_light(*group.links[i])) share_sample(group, i, scratch);
 }
 
-CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const PathLink& receiver, const Bsdf& bsdf,
+CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf,
                                                              const PathSample& sample) {
-  const std::optional<PathConnection> way = connect(receiver.from, sample);
+  const VisiblePoint& from = group.links[receiver]->from;
+  const std::optional<PathConnection> way = connect(from, sample);
   if (!way) return {};
   const BsdfEvaluation f = evaluate_bsdf(bsdf, way->wi);
   if (is_black(f.rough_cos) || f.pdf == 0.0f) return {};  // its BSDF sampling never makes this link
   const float share = kind_share(f, sample.kind);
-  return {*way, f.rough_cos * share, f.pdf * share * way->geometry, {}};
+  float density = f.pdf * share * way->geometry;
+  if (group.weights == PairWeights::TARGETS)
+    density = group.confidences[receiver] * path_target(from, sample, PathTarget::REFLECTED, Reflection::EVALUATED);
+  return {*way, f.rough_cos * share, density, {}};
 }
 
-void CellSharedPaths::trace_pairs(std::span<const PathLink* const> group, size_t finder, Scratch& scratch) const {
+void CellSharedPaths::trace_pairs(const Group& group, size_t finder, Scratch& scratch) const {
   scratch.rays.clear();
   scratch.ray_owners.clear();
+  // The ray of a fresh sample found it; that is no question to ask again of a shadow ray, whose ends differ a little.
+  const bool own_is_seen = group.weights != PairWeights::TARGETS && !context_.accel.has_transparent_surfaces();
   for (size_t k = 0; k < group.size(); ++k) {
     Scratch::Pair& pair = scratch.pairs[k];
     if (pair.density == 0.0f) continue;
-    if (k == finder && !context_.accel.has_transparent_surfaces()) {
-      // Its own ray found the sample; that is no question to ask again of a shadow ray, whose ends differ a little.
+    if (k == finder && own_is_seen) {
       pair.transmittance = Rgb(1.0f);
       continue;
     }
-    const int passed_before = group[k]->from.state.transparent_depth;
+    const int passed_before = group.links[k]->from.state.transparent_depth;
     scratch.rays.push_back({&scratch.points[k], pair.way.wi, pair.way.distance, passed_before, {}});
     scratch.ray_owners.push_back(static_cast<uint32_t>(k));
   }
-  const VisiblePoint& sample_point = group[finder]->to.point;
+  const VisiblePoint& sample_point = group.links[finder]->to.point;
   trace_to_vertex(context_, sample_point.ng, sample_point.state, scratch.rays);
   for (size_t i = 0; i < scratch.rays.size(); ++i)
     scratch.pairs[scratch.ray_owners[i]].transmittance = scratch.rays[i].transmittance;
 }
 
 /// MIS weight of the vertex that found the sample.
-float CellSharedPaths::finder_weight(size_t finder, const Scratch& scratch) const {
-  if (weights_ == PairWeights::EQUAL) return 1.0f / static_cast<float>(scratch.pairs.size());
+float CellSharedPaths::finder_weight(PairWeights weights, size_t finder, const Scratch& scratch) {
+  if (weights == PairWeights::EQUAL) return 1.0f / static_cast<float>(scratch.pairs.size());
   float sum = 0.0f;
   for (const Scratch::Pair& pair : scratch.pairs)
-    if (weights_ == PairWeights::UNSHADOWED || !is_black(pair.transmittance)) sum += pair.density;
+    if (weights == PairWeights::UNSHADOWED || !is_black(pair.transmittance)) sum += pair.density;
   return sum > 0.0f ? scratch.pairs[finder].density / sum : 0.0f;
 }
 
-void CellSharedPaths::share_sample(std::span<const PathLink* const> group, size_t finder,
-                                   std::span<ReflectedPaths* const> reflected, std::span<Rng> rngs,
-                                   Scratch& scratch) const {
-  const PathSample& sample = group[finder]->to;
+void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch) const {
+  const PathLink& found = *group.links[finder];
   scratch.pairs.clear();
-  for (size_t k = 0; k < group.size(); ++k) scratch.pairs.push_back(connect_pair(*group[k], scratch.bsdfs[k], sample));
+  for (size_t k = 0; k < group.size(); ++k) scratch.pairs.push_back(connect_pair(group, k, scratch.bsdfs[k], found.to));
   trace_pairs(group, finder, scratch);
-  if (is_black(scratch.pairs[finder].transmittance)) return;  // only by rounding: the link was made
-  const float weight = group[finder]->W * finder_weight(finder, scratch);
+  // Of a fresh sample only by rounding, for the link was made; one from the history may be hidden: then it is for
+  // others.
+  if (is_black(scratch.pairs[finder].transmittance)) return;
+  const float weight = found.W * finder_weight(group.weights, finder, scratch);
   for (size_t k = 0; k < group.size(); ++k) {
     const Scratch::Pair& pair = scratch.pairs[k];
     if (is_black(pair.transmittance)) continue;
-    const Rgb radiance = sent_along(context_, sample, pair.way) * pair.transmittance * pair.way.geometry;
-    if (k == finder) reflected[k]->own += pair.f_cos * radiance * group[finder]->W;
-    reflected[k]->add({pair.way.wi, radiance * weight, pair.f_cos, sample.kind}, rngs[k].next_float());
+    const Rgb radiance = sent_along(context_, found.to, pair.way) * pair.transmittance * pair.way.geometry;
+    if (k == finder) group.reflected[k]->own += pair.f_cos * radiance * found.W;
+    group.reflected[k]->add({pair.way.wi, radiance * weight, pair.f_cos, found.to.kind}, group.rngs[k].next_float());
   }
 }
 

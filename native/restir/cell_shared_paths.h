@@ -9,13 +9,17 @@
 
 namespace cistern {
 
-/// MIS weights within a group. Only BALANCE is unbiased: UNSHADOWED leaves visibility out of the densities, EQUAL is
-/// 1/n. They are what FAST stands for and what tests must tell from it.
-enum class PairWeights : uint8_t { BALANCE, UNSHADOWED, EQUAL };
+/// MIS weights within a group. BALANCE and TARGETS are unbiased; the second has confidence times target in place of
+/// densities, for samples that were resampled over time. UNSHADOWED leaves visibility out of BALANCE, EQUAL is 1/n:
+/// what FAST stands for, and what tests must tell from the others.
+enum class PairWeights : uint8_t { BALANCE, TARGETS, UNSHADOWED, EQUAL };
 
 /// What sharing in cells can be told, for each of the two vertices it happens at.
 struct PathSharing {
   PairWeights weights = PairWeights::BALANCE;
+  /// Whether visible points merge what they find with the history of their pixel before they share it; what they are
+  /// handed then does not become history. Better single frames, which are no longer independent.
+  bool temporal_reuse = true;
   GroupRules visible{.size = 16};  // at the visible point; a size of 1: not shared there
   GroupRules deep{.size = 16};     // at the next vertex
   float visible_pixels = 32.0f;    // edge of the cells that bound groups of visible points, in pixels
@@ -48,14 +52,25 @@ struct ReflectedPaths {
 /// always, as that vertex belongs to another part of the picture for each of a group.
 class CellSharedPaths {
  public:
-  CellSharedPaths(const PathContext& context, PairWeights weights) : context_(context), weights_(weights) {}
+  explicit CellSharedPaths(const PathContext& context) : context_(context) {}
+
+  /// Vertices that share, beside each other: what each found and with which confidence, and what it reflects.
+  struct Group {
+    PairWeights weights = PairWeights::BALANCE;
+    std::vector<const PathLink*> links;
+    std::vector<float> confidences;
+    std::vector<ReflectedPaths*> reflected;
+    std::vector<Rng> rngs;
+
+    size_t size() const { return links.size(); }
+  };
 
   /// Memory of one thread.
   struct Scratch {
     struct Pair {
       PathConnection way;
       Rgb f_cos;             // times the share of the kind of scattering
-      float density = 0.0f;  // of finding the sample point from the vertex, per area there; 0: never
+      float density = 0.0f;  // of finding the sample point from the vertex, per area there; or what stands for it
       Rgb transmittance;
     };
     std::vector<SurfacePoint> points;  // by vertex of the group
@@ -65,9 +80,8 @@ class CellSharedPaths {
     std::vector<uint32_t> ray_owners;
   };
 
-  /// Adds what each vertex of a group reflects; links, results and random numbers beside each other.
-  void share(std::span<const PathLink* const> group, std::span<ReflectedPaths* const> reflected, std::span<Rng> rngs,
-             Scratch& scratch) const;
+  /// Adds what each vertex of a group reflects.
+  void share(Group& group, Scratch& scratch) const;
 
   /// What keeps vertices of paths apart that have not as many bounces left; for CellGroups.
   static uint32_t group_class(const VisiblePoint& vertex);
@@ -76,14 +90,12 @@ class CellSharedPaths {
   static void add_to_sample(PathSample& sample, const ReflectedPaths& reflected, float u);
 
  private:
-  void share_sample(std::span<const PathLink* const> group, size_t finder, std::span<ReflectedPaths* const> reflected,
-                    std::span<Rng> rngs, Scratch& scratch) const;
-  static Scratch::Pair connect_pair(const PathLink& receiver, const Bsdf& bsdf, const PathSample& sample);
-  void trace_pairs(std::span<const PathLink* const> group, size_t finder, Scratch& scratch) const;
-  float finder_weight(size_t finder, const Scratch& scratch) const;
+  void share_sample(Group& group, size_t finder, Scratch& scratch) const;
+  static Scratch::Pair connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf, const PathSample& sample);
+  void trace_pairs(const Group& group, size_t finder, Scratch& scratch) const;
+  static float finder_weight(PairWeights weights, size_t finder, const Scratch& scratch);
 
   const PathContext& context_;
-  PairWeights weights_;
 };
 
 }  // namespace cistern

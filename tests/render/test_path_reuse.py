@@ -149,6 +149,12 @@ def test_all_combinations_agree_with_the_reference(answers: Answers, name: str, 
     assert result.agrees, result
 
 
+@pytest.mark.parametrize("name", ["indirect_room", "glossy_room", "panes", "leaning", "open_scene"])
+def test_sharing_without_history_agrees_with_the_reference(name: str) -> None:
+    result = compare(("NEE", "NEE", "CELL_SHARED"), name, temporal_reuse=False)
+    assert result.agrees, result
+
+
 def test_deep_links_get_no_less_of_lamps_that_count_bounces() -> None:
     """Without the history of pixels, what cells hold counts for more."""
     result = compare(("NEE", "NEE", "WORLD_REUSE"), "counting_lamp", temporal_reuse=False)
@@ -173,7 +179,8 @@ def gray_room() -> core.Scene:
 def test_sharing_between_like_surfaces_moves_light_and_makes_none() -> None:
     """Where all that share are Lambertian with one albedo, a sample's weights sum to what its own path would have had:
     the picture's sum is the same to rounding, while its pixels differ. Planted bug: equal weights."""
-    members = members_of(("NEE", "NEE", "CELL_SHARED")) | dict(samples=4, max_bounces=3, seed=1, passes=["Noisy"])
+    members = members_of(("NEE", "NEE", "CELL_SHARED"))
+    members |= dict(samples=4, max_bounces=3, seed=1, passes=["Noisy"], temporal_reuse=False)
     sums = {}
     for bias in ("UNBIASED", "FAST"):
         passes = render(gray_room(), SIZE, bias=bias, **members)
