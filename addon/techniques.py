@@ -140,8 +140,18 @@ CELL_PARAMETERS = (
 SETTINGS = (*TECHNIQUES, *(parameter.name for parameter in PARAMETERS))
 
 PRESET_ITEMS = (
-    ("FINAL", "Final", "Independent samples that average to the true picture"),
-    ("INTERACTIVE", "Interactive", "The best picture after a short time"),
+    (
+        "FINAL",
+        "Final",
+        "Independent samples that average to the true picture: lights chosen by what they brought, light paths shared "
+        "in the cells of the scene",
+    ),
+    (
+        "INTERACTIVE",
+        "Interactive",
+        "The best picture after a short time: light and paths are carried over to the next sample as well",
+    ),
+    ("PATH_TRACING", "Path Tracing", "Each pixel by itself, as the reference that all else is measured against"),
     ("RIS", "RIS [Talbot 2005]", "Resampled importance sampling: the best of 8 light samples, nothing is reused"),
     ("RESTIR_DI", "ReSTIR DI [Bitterli 2020]", "Reuse between pixels and samples, with the unbiased weights"),
     (
@@ -165,7 +175,7 @@ PRESET_ITEMS = (
     ("CUSTOM", "Custom", "The techniques chosen below"),
 )
 
-_FINAL = {
+_PATHS = {
     "direct": "NEE",
     "secondary": "NEE",
     "indirect": "PATH",
@@ -173,22 +183,25 @@ _FINAL = {
     "light_sampler": "TREE",
     "use_temporal_reuse": False,  # or the samples would not be independent
 }
-_INTERACTIVE = _FINAL | {"use_temporal_reuse": True}
-_REUSING = _INTERACTIVE | {"light_sampler": "POWER"}
+_FINAL = _PATHS | {"direct": "LEARNED", "secondary": "LEARNED", "indirect": "CELL_SHARED"}
+_HISTORY = _PATHS | {"use_temporal_reuse": True}
+_INTERACTIVE = _HISTORY | {"direct": "RESTIR", "light_candidates": 4, "indirect": "CELL_SHARED"}
+_REUSING = _HISTORY | {"light_sampler": "POWER"}
 
 # What each preset chooses; what it does not name keeps its default.
 PRESETS: dict[str, dict[str, Value]] = {
     "FINAL": _FINAL,
     "INTERACTIVE": _INTERACTIVE,
-    "RIS": _FINAL | {"direct": "RIS", "light_sampler": "POWER"},
+    "PATH_TRACING": _PATHS,
+    "RIS": _PATHS | {"direct": "RIS", "light_sampler": "POWER"},
     "RESTIR_DI": _REUSING | {"direct": "RESTIR"},
     "RESTIR_DI_FAST": _REUSING | {"direct": "RESTIR", "bias": "FAST", "use_visibility_reuse": True},
     "CELL_CACHE": _REUSING
     | {"direct": "RESTIR_CACHE", "bias": "FAST", "light_sampler": "UNIFORM", "use_visibility_reuse": True},
     "CELL_CACHE_UNBIASED": _REUSING | {"direct": "RESTIR_CACHE"},
-    "CELL_RESERVOIRS": _INTERACTIVE | {"secondary": "CELL_RESERVOIRS"},
-    "RESTIR_GI": _INTERACTIVE | {"indirect": "SCREEN_REUSE"},
-    "WORLD_PATHS": _INTERACTIVE | {"indirect": "WORLD_REUSE"},
+    "CELL_RESERVOIRS": _HISTORY | {"secondary": "CELL_RESERVOIRS"},
+    "RESTIR_GI": _HISTORY | {"indirect": "SCREEN_REUSE"},
+    "WORLD_PATHS": _HISTORY | {"indirect": "WORLD_REUSE"},
 }
 
 # Of 3D viewports; those not named here are as above.

@@ -194,8 +194,8 @@ class Settings:
     samples: int  # >= 1
     seed: int
     threads: int  # 0: all
-    direct: str  # "NEE", "RIS", "RESTIR", "RESTIR_CACHE"
-    secondary: str  # "NEE", "RIS", "CELL_RESERVOIRS"
+    direct: str  # "NEE", "LEARNED", "RIS", "RESTIR", "RESTIR_CACHE"
+    secondary: str  # "NEE", "LEARNED", "RIS", "CELL_RESERVOIRS"
     indirect: str  # "PATH", "SCREEN_REUSE", "WORLD_REUSE", "CELL_SHARED"
     bias: str  # "UNBIASED", "FAST"
     # Of reservoirs for direct light; numbers that are 0 become the chosen answer's own.

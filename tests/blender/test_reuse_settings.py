@@ -24,15 +24,21 @@ def rendered_settings(core, scene, folder):
     return vars(core.settings[-1])
 
 
-def test_reference_is_the_default_and_asks_for_no_reuse(core, tmp_path):
-    settings = rendered_settings(core, fresh_scene(), tmp_path)
+def path_traced_scene():
+    scene = fresh_scene()
+    scene.cistern.preset = "PATH_TRACING"
+    return scene
+
+
+def test_path_tracing_asks_for_no_reuse(core, tmp_path):
+    settings = rendered_settings(core, path_traced_scene(), tmp_path)
     assert (settings["direct"], settings["secondary"], settings["indirect"]) == ("NEE", "NEE", "PATH")
     assert not {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings)
 
 
 @pytest.mark.parametrize("direct", ["RIS", "RESTIR", "RESTIR_CACHE"])
 def test_parameters_of_the_system_reach_the_core(core, tmp_path, direct):
-    scene = fresh_scene()
+    scene = path_traced_scene()
     scene.cistern.direct, scene.cistern.bias, scene.cistern.use_temporal_reuse = direct, "FAST", True
     scene.cistern.light_candidates, scene.cistern.spatial_radius = 17, 2.5
     settings = rendered_settings(core, scene, tmp_path)
@@ -50,18 +56,19 @@ def test_parameters_of_the_system_reach_the_core(core, tmp_path, direct):
         ("secondary", "CELL_RESERVOIRS", {"temporal_reuse"}),
         ("indirect", "SCREEN_REUSE", {"temporal_reuse", "path_spatial_reuse"}),
         ("indirect", "WORLD_REUSE", {"temporal_reuse", "path_spatial_reuse"}),
+        ("indirect", "CELL_SHARED", {"temporal_reuse", "share_visible", "share_deep"}),
     ],
 )
 def test_answers_about_later_points_reach_the_core_with_their_switches_alone(
     core, tmp_path, question, answer, switches
 ):
-    scene = fresh_scene()
+    scene = path_traced_scene()
     setattr(scene.cistern, question, answer)
     scene.cistern.bias, scene.cistern.use_path_spatial_reuse, scene.cistern.light_candidates = "FAST", False, 17
     settings = rendered_settings(core, scene, tmp_path)
     assert (settings[question], settings["bias"]) == (answer, "FAST")
     assert {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings) == switches
-    assert not any(settings[name] for name in switches)  # FINAL keeps no history
+    assert not any(settings[name] for name in switches)  # the preset keeps no history
     assert ("cell_pixels" in settings) == (answer in {"CELL_RESERVOIRS", "WORLD_REUSE"})
 
 
@@ -122,8 +129,9 @@ def test_final_does_without_history_and_the_papers_presets_do_not(core, tmp_path
 @pytest.mark.parametrize(
     ("preset", "direct", "bias", "sampler"),
     [
-        ("FINAL", "NEE", "UNBIASED", "TREE"),
-        ("INTERACTIVE", "NEE", "UNBIASED", "TREE"),
+        ("FINAL", "LEARNED", "UNBIASED", "TREE"),
+        ("INTERACTIVE", "RESTIR", "UNBIASED", "TREE"),
+        ("PATH_TRACING", "NEE", "UNBIASED", "TREE"),
         ("RIS", "RIS", "UNBIASED", "POWER"),
         ("RESTIR_DI", "RESTIR", "UNBIASED", "POWER"),
         ("RESTIR_DI_FAST", "RESTIR", "FAST", "POWER"),
@@ -145,8 +153,6 @@ def test_presets_by_paper(core, tmp_path, preset, direct, bias, sampler):
 @pytest.mark.parametrize(
     ("preset", "secondary", "indirect"),
     [
-        ("FINAL", "NEE", "PATH"),
-        ("INTERACTIVE", "NEE", "PATH"),
         ("CELL_RESERVOIRS", "CELL_RESERVOIRS", "PATH"),
         ("RESTIR_GI", "NEE", "SCREEN_REUSE"),
         ("WORLD_PATHS", "NEE", "WORLD_REUSE"),
@@ -159,6 +165,18 @@ def test_presets_by_papers_on_indirect_light(core, tmp_path, preset, secondary, 
     assert (settings["direct"], settings["secondary"], settings["indirect"]) == ("NEE", secondary, indirect)
     assert (settings.get("bias", "UNBIASED"), settings["light_sampling"].name) == ("UNBIASED", "TREE")
     assert settings.get("temporal_reuse", True) and settings.get("path_spatial_reuse", True)
+
+
+def test_own_presets(core, tmp_path):
+    fresh_scene()
+    for preset, answers, has_history in (
+        ("FINAL", ("LEARNED", "LEARNED", "CELL_SHARED"), False),
+        ("INTERACTIVE", ("RESTIR", "NEE", "CELL_SHARED"), True),
+    ):
+        bpy.ops.cistern.choose_preset(preset=preset)
+        settings = rendered_settings(core, bpy.context.scene, tmp_path)
+        assert (settings["direct"], settings["secondary"], settings["indirect"]) == answers
+        assert settings["temporal_reuse"] is has_history and settings["bias"] == "UNBIASED"
 
 
 def test_custom_starts_from_the_preset_and_a_preset_forgets_it():

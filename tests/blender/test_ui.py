@@ -136,10 +136,12 @@ def test_techniques_are_menus_under_custom_and_read_out_under_a_preset(preset):
         ("secondary", "CELL_RESERVOIRS", 1),
         ("indirect", "SCREEN_REUSE", 2),
         ("indirect", "WORLD_REUSE", 2),
+        ("indirect", "CELL_SHARED", 3),
     ],
 )
 def test_advanced_shows_what_the_system_uses(question, answer, count):
     scene = fresh_scene()
+    scene.cistern.preset = "PATH_TRACING"
     setattr(scene.cistern, question, answer)
     panel = ui_sampling.CISTERN_RENDER_PT_techniques_advanced
     assert panel.poll(SimpleNamespace(engine=ui.ENGINE, scene=scene)) == (count > 0)
