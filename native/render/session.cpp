@@ -88,9 +88,10 @@ std::vector<float> Session::read(Pass pass) {
 }
 
 void Session::run() {
+  std::unique_ptr<ReuseFrame> reuse;  // freed when the render has ended: buffers of a gigabyte take their time
   try {
     tbb::task_arena arena(settings_.threads > 0 ? settings_.threads : tbb::task_arena::automatic);
-    arena.execute([this] {
+    arena.execute([this, &reuse] {
       film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes);
       const auto world =
           std::make_shared<const RenderWorld>(settings_, scene_, cache_->accel(scene_, settings_.keep_instances),
@@ -102,7 +103,7 @@ void Session::run() {
                                                 settings_.seed, monitor);
         if (!cache_cells) return;
       }
-      std::unique_ptr<ReuseFrame> reuse = make_reuse_frame(world, cache_cells);
+      reuse = make_reuse_frame(world, cache_cells);
       std::optional<BandedFrame> banded;
       if (BandedFrame::is_for(settings_)) banded.emplace(world->context);
       {
@@ -114,7 +115,7 @@ void Session::run() {
       }
       if (show_cells(world->context, cache_cells.get(), *film_, {cancelled_, Clock::time_point::max()}))
         render(world->context, reuse.get(), banded ? &*banded : nullptr);
-      if (keeps_history()) cache_->leave_history(std::move(reuse));
+      if (reuse && keeps_history()) cache_->leave_history(std::move(reuse));
     });
     end(cancelled_ ? Status::CANCELLED : Status::DONE, "");
   } catch (const std::bad_alloc&) {
@@ -125,7 +126,7 @@ void Session::run() {
 }
 
 bool Session::keeps_history() const {
-  return settings_.keep_history && settings_.keeps_visible_points() && ReuseFrame::is_needed(settings_);
+  return settings_.keep_history && settings_.keeps_visible_points();
 }
 
 /// Null for the reference path tracer and for banded frames.

@@ -41,9 +41,9 @@ REUSE = {
 
 @pytest.mark.parametrize("answers", REUSE.values(), ids=REUSE)
 def test_cancel_returns_soon_from_any_stage(answers: dict[str, str]) -> None:
-    """The first ends amid preparation. Small, since the allocation of a frame cannot be stopped."""
+    """The first ends amid preparation."""
     for seconds in (0.1, 0.7):
-        s = session(width=512, height=256, samples=10000, passes=["Cells"], **answers)
+        s = session(width=1024, height=512, samples=10000, passes=["Cells"], **answers)
         s.start(room())
         time.sleep(seconds)
         start = time.perf_counter()
