@@ -1,6 +1,7 @@
 """Error per frame while something moves, with history and without, as a table and a plot.
 
   python -m tests.benchmark.motion [--frames 10] [--size 96] [--replicas 8] [--references 1024] [--plot FILE.png]
+                                   [--sequences camera light object] [--light Direct] [--candidates 2]
 
 A room with sixty small lamps, two panels and a ball. In three sequences the camera goes around, a panel slides along
 the ceiling, the ball rolls; each frame is a session of one sample, as in a viewport that renders one picture per
@@ -66,14 +67,15 @@ def sequence(name: str, frames: int) -> list[core.Scene]:
     return scenes
 
 
-def picture(scene: core.Scene, cache: core.RenderCache | None, size: int, **settings) -> NDArray:
+def picture(scene: core.Scene, cache: core.RenderCache | None, size: int, light: str, **settings) -> NDArray:
     members = DEFAULTS | dict(width=size, height=size, samples=1, max_bounces=3, keep_instances=True) | settings
+    members |= dict(passes=[] if light == "Combined" else [light])
     session = core.Session(core.Settings(**members))
     session.start(scene, cache)
     progress = session.wait(3600.0)
     if progress.status is not core.Status.DONE:
         raise RuntimeError(progress.error)
-    return session.read("Combined")[..., :3].astype(np.float64)
+    return session.read(light)[..., :3].astype(np.float64)
 
 
 def blocks(picture: NDArray) -> NDArray:
@@ -95,8 +97,8 @@ def errors(pictures: NDArray, references: NDArray) -> dict[str, NDArray]:
 def measure(name: str, arguments: argparse.Namespace) -> dict[tuple[str, str, bool], dict[str, NDArray]]:
     """Errors by system, bias and whether history was kept."""
     scenes = sequence(name, arguments.frames)
-    size = arguments.size
-    references = np.array([picture(s, None, size, samples=arguments.references, seed=10**6) for s in scenes])
+    view = (arguments.size, arguments.light)
+    references = np.array([picture(s, None, *view, samples=arguments.references, seed=10**6) for s in scenes])
     found = {}
     for system, answers in SYSTEMS.items():
         for bias in ("UNBIASED", "FAST"):
@@ -104,8 +106,8 @@ def measure(name: str, arguments: argparse.Namespace) -> dict[tuple[str, str, bo
                 pictures = []
                 for seed in range(1, arguments.replicas + 1):
                     cache = core.RenderCache()
-                    settings = answers | dict(bias=bias, keep_history=history, seed=seed)
-                    pictures.append([picture(s, cache, size, **settings) for s in scenes])
+                    reuse = dict(light_candidates=arguments.candidates, bias=bias, keep_history=history, seed=seed)
+                    pictures.append([picture(s, cache, *view, **answers, **reuse) for s in scenes])
                 found[system, bias, history] = errors(np.array(pictures), references)
     return found
 
@@ -152,6 +154,8 @@ def main() -> None:
     parser.add_argument("--replicas", type=int, default=8)
     parser.add_argument("--references", type=int, default=1024)
     parser.add_argument("--sequences", nargs="+", choices=list(SEQUENCES), default=list(SEQUENCES))
+    parser.add_argument("--light", choices=("Combined", "Direct", "Indirect"), default="Combined")
+    parser.add_argument("--candidates", type=int, default=0, help="light samples of a visible point; 0: as published")
     parser.add_argument("--plot", type=Path)
     arguments = parser.parse_args()
     results = {}
