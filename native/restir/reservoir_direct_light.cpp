@@ -38,7 +38,10 @@ LightReservoir ReservoirDirectLight::initial_candidates(const VisiblePoint& visi
 }
 
 LightReservoir ReservoirDirectLight::merge(const Candidates& candidates, Rng& rng, uint64_t& non_finite) const {
-  const MisWeight weights = mis_weight_for(reuse_.bias, static_cast<int>(candidates.count));
+  // What was found under other lights says little by its number: counting it alone would leave their ghosts.
+  const bool is_of_earlier_world = candidates.domains[candidates.count - 1].world != nullptr;
+  const MisWeight weights =
+      mis_weight_for(is_of_earlier_world ? Bias::UNBIASED : reuse_.bias, static_cast<int>(candidates.count));
   // A reservoir whose sample had to be visible can only have made what its own point sees.
   const bool needs_visibility = reuse_.visibility_reuse && weights != MisWeight::CONSTANT;
   const auto p_hat = [&](size_t i, const LightSample& sample) {

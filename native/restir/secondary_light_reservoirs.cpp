@@ -48,8 +48,9 @@ LightReservoir SecondaryLightReservoirs::reuse(const VisiblePoint& vertex, const
   const auto p_hat = [&](size_t i, const LightSample& sample) {
     return domain_target(context_, candidate_count(), domains[i], sample);
   };
-  return resample<LightSample>({reservoirs.data(), count}, p_hat, mis_weight_for(reuse_.bias, static_cast<int>(count)),
-                               rng, non_finite);
+  // As in ReservoirDirectLight: counting what was found under other lights would leave their ghosts.
+  const MisWeight weights = mis_weight_for(cells.world ? Bias::UNBIASED : reuse_.bias, static_cast<int>(count));
+  return resample<LightSample>({reservoirs.data(), count}, p_hat, weights, rng, non_finite);
 }
 
 std::optional<ArrivingLight> SecondaryLightReservoirs::shade(const VisiblePoint& vertex,

@@ -135,6 +135,9 @@ TEST(History, WhatALampCouldNotReachThenIsNotHeldAgainstItNow) {
   EXPECT_GT(cold, 0.002);
   EXPECT_NEAR(mean(frame_after(settings, edit, edit.truth())), cold, 0.05 * cold)
       << "one lamp: the filter is all noise";
+  settings.direct_reuse.bias = Bias::FAST;
+  EXPECT_NEAR(mean(frame_after(settings, edit, edit.truth())), cold, 0.05 * cold);
+  settings.direct_reuse.bias = Bias::UNBIASED;
   EXPECT_LT(mean(frame_after(settings, edit, nothing_but_the_camera(edit))), 0.5 * cold)
       << "planted bug: targets of the past with the lamp of today: nulls count for it";
 }
