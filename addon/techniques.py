@@ -204,10 +204,6 @@ PRESETS: dict[str, dict[str, Value]] = {
     "WORLD_PATHS": _HISTORY | {"indirect": "WORLD_REUSE"},
 }
 
-# Of 3D viewports; those not named here are as above.
-VIEWPORT_PRESETS: dict[str, dict[str, Value]] = {
-    "INTERACTIVE": _INTERACTIVE | {"direct": "RESTIR", "light_candidates": 4, "indirect": "SCREEN_REUSE"},
-}
 VIEWPORT_PRESET_ITEMS = (
     ("RENDER", "As Final Render", "The techniques of the final render"),
     *(item for item in PRESET_ITEMS if item[0] != "CUSTOM"),
@@ -227,7 +223,7 @@ def viewport_settings_in_force(settings: "CisternSceneSettings") -> dict[str, Va
     """The same for 3D viewports: those of the final render, or a preset's alone."""
     if settings.viewport_preset == "RENDER":
         return settings_in_force(settings)
-    preset = VIEWPORT_PRESETS.get(settings.viewport_preset, PRESETS[settings.viewport_preset])
+    preset = PRESETS[settings.viewport_preset]
     defaults = {name: settings.bl_rna.properties[name].default for name in SETTINGS}
     return defaults | preset
 
