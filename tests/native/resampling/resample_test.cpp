@@ -71,6 +71,34 @@ TEST(Resample, ConstantWeightsAreWrongByTheShareOfThoseThatCannotSeeTheLight) {
   EXPECT_GT(means.p_value(expected), kFalseAlarmRate);
 }
 
+/// [Ouyang 2021] Alg. 4 l.14-20 word for word, but for the Jacobian: Z counts the members of Q that can make the chosen
+/// sample.
+LightReservoir merge_with_q(std::span<const LightReservoir> candidates, std::span<const size_t> q, Rng& rng) {
+  double w_sum = 0.0;
+  LightReservoir merged;
+  for (const auto& [light, W, c] : candidates) {
+    merged.c += c;
+    const double w = double{c} * kTargets[0][light] * W;
+    w_sum += w;
+    if (w > 0.0 && rng.next_float() * w_sum < w) merged.sample = light;
+  }
+  float z = 0.0f;
+  for (size_t j : q) z += kTargets[j][merged.sample] > 0.0f ? candidates[j].c : 0.0f;
+  if (w_sum > 0.0) merged.W = static_cast<float>(w_sum / (double{z} * kTargets[0][merged.sample]));
+  return merged;
+}
+
+// Line 15 intersects the set of merged pixels with each next one where it means to unite them. No two pixels are the
+// same, so at most the receiver is left. Seeds 31, 32; false alarm with probability kFalseAlarmRate.
+TEST(Resample, PlantedIntersectionOfQIsSeen) {
+  const auto mean_with = [](uint64_t seed, std::vector<size_t> q) {
+    return mean_weights(seed,
+                        [&](const auto& candidates, Rng& rng, uint64_t&) { return merge_with_q(candidates, q, rng); });
+  };
+  EXPECT_GT(mean_with(31, {0, 1, 2, 3}).p_value(seen_by(kTargets[0])), kFalseAlarmRate);
+  EXPECT_LT(mean_with(32, {0}).p_value(seen_by(kTargets[0])), kFalseAlarmRate) << "as printed";
+}
+
 /// Merges the listed candidates, in this order.
 template <class Candidates>
 LightReservoir merge_listed(const Candidates& candidates, std::span<const size_t> list, MisWeight weights, Rng& rng,
