@@ -6,7 +6,9 @@
 [Stefanescu 2025] Worldspace ReSTIR for Direct Illumination.
 """
 
-from bpy.props import BoolProperty, FloatProperty, IntProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
+
+from .techniques import PATH_SOURCE_ITEMS, PATH_TARGET_ITEMS
 
 # The largest values that the core takes.
 MAX_CANDIDATES = 1024
@@ -16,6 +18,7 @@ MAX_GROUP = 64
 MAX_CACHED = 32
 MAX_CACHE_CANDIDATES = 2**16
 MAX_REFRESH = 2**16
+MAX_VALIDATION = 2**16
 
 
 class ReuseSettings:
@@ -105,6 +108,44 @@ class ReuseSettings:
             "sample before [Zhang 2023, §4]"
         ),
         default=True,
+    )
+    path_target: EnumProperty(
+        name="Choose Paths by",
+        description="What light paths are chosen in proportion to where several meet",
+        items=PATH_TARGET_ITEMS,
+        default="REFLECTED",
+    )
+    path_source: EnumProperty(
+        name="Path Directions",
+        description=(
+            "How directions are drawn in which visible points look for light paths. Lobes smoother than 0.2 keep their "
+            "own [Ouyang 2021, §6]"
+        ),
+        items=PATH_SOURCE_ITEMS,
+        default="BSDF",
+    )
+    path_multi_bounce: FloatProperty(
+        name="Tiles with More Bounces",
+        description=(
+            "Share of the tiles of 64 x 32 pixels whose light paths go on after the first bounce; they then stand for "
+            "the others. 0.25 in [Ouyang 2021, §5]; 0 means all"
+        ),
+        default=0.0,
+        min=0.0,
+        max=1.0,
+        precision=2,
+    )
+    path_validation: IntProperty(
+        name="Validate Paths",
+        description=(
+            "Samples per pixel after which light paths of the history are traced again, to drop those that no longer "
+            "hold: 6 in [Ouyang 2021, §5]. Also done after an edit of lights or surfaces, where with 0 the history "
+            "starts anew. Within a final render nothing changes, and it alters no pixel"
+        ),
+        default=0,
+        min=0,
+        soft_max=30,
+        max=MAX_VALIDATION,
     )
     share_visible: IntProperty(
         name="Group at Visible Points",

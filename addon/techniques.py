@@ -70,6 +70,20 @@ INDIRECT_ITEMS = (
         "independent",
     ),
 )
+PATH_SOURCE_ITEMS = (
+    ("BSDF", "BSDF", "As the surface scatters light"),
+    ("COSINE", "Cosine", "By the cosine to the normal"),
+    ("UNIFORM", "Uniform", "Evenly over the hemisphere: more grazing light found, less of what glossy surfaces show"),
+)
+PATH_TARGET_ITEMS = (
+    ("REFLECTED", "Reflected", "By the light that the pixel's own surface reflects of a path [Ouyang 2021, Eq. 9]"),
+    (
+        "RADIANCE",
+        "Radiance",
+        "By the light that a path brings, whatever the surface: noisier here, of more use to others "
+        "[Ouyang 2021, Eq. 10]",
+    ),
+)
 BIAS_ITEMS = (
     ("UNBIASED", "Unbiased", "The expected picture is exactly the true one"),
     ("FAST", "Fast", "Cheaper weights as first published: edges and shadows come out too dark, and cells may show"),
@@ -112,6 +126,7 @@ CORE_NAMES = {"cache_reservoirs": "cache_merged"}
 ON = dict.fromkeys(("RESTIR", "RESTIR_CACHE"), True)
 OFF = dict.fromkeys(("RESTIR", "RESTIR_CACHE"), False)
 CELL_SHARED = frozenset({"CELL_SHARED"})
+SCREEN_REUSE = frozenset({"SCREEN_REUSE"})
 PATH_REUSE = frozenset({"SCREEN_REUSE", "WORLD_REUSE"})
 CELL_REUSE = frozenset({"RESTIR_CACHE", "CELL_RESERVOIRS", "WORLD_REUSE"})  # work with cells of the scene
 
@@ -125,6 +140,10 @@ PARAMETERS = (
     Parameter("spatial_rounds", {"RESTIR": 1, "RESTIR_CACHE": 1}),
     Parameter("use_visibility_reuse", OFF),
     Parameter("use_path_spatial_reuse", {}, PATH_REUSE),
+    Parameter("path_target", {}, PATH_REUSE, "REFLECTED"),
+    Parameter("path_source", {}, SCREEN_REUSE, "BSDF"),
+    Parameter("path_multi_bounce", {}, SCREEN_REUSE, 1),
+    Parameter("path_validation", {}, SCREEN_REUSE),
     Parameter("share_visible", {}, CELL_SHARED, 16),
     Parameter("share_deep", {}, CELL_SHARED, 16),
     Parameter("cache_reservoirs", {"RESTIR_CACHE": 4}),
@@ -168,6 +187,11 @@ PRESET_ITEMS = (
     ),
     ("RESTIR_GI", "ReSTIR GI [Ouyang 2021]", "Light paths reused between pixels and samples, with unbiased weights"),
     (
+        "RESTIR_GI_FAST",
+        "ReSTIR GI, Biased [Ouyang 2021]",
+        "As published: the cheap weights, directions drawn evenly, a quarter of the tiles with more than one bounce",
+    ),
+    (
         "WORLD_PATHS",
         "World-Space Paths [Zhang 2023]",
         "Light paths reused between samples and in the cells of the scene, with unbiased weights",
@@ -201,6 +225,14 @@ PRESETS: dict[str, dict[str, Value]] = {
     "CELL_CACHE_UNBIASED": _REUSING | {"direct": "RESTIR_CACHE"},
     "CELL_RESERVOIRS": _HISTORY | {"secondary": "CELL_RESERVOIRS"},
     "RESTIR_GI": _HISTORY | {"indirect": "SCREEN_REUSE"},
+    "RESTIR_GI_FAST": _HISTORY
+    | {
+        "indirect": "SCREEN_REUSE",
+        "bias": "FAST",
+        "path_source": "UNIFORM",
+        "path_multi_bounce": 0.25,
+        "path_validation": 6,
+    },
     "WORLD_PATHS": _HISTORY | {"indirect": "WORLD_REUSE"},
 }
 

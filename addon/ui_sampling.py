@@ -34,6 +34,8 @@ def draw_sentence(layout: UILayout, sentence: str) -> None:
 
 
 def value_text(value: techniques.Value) -> str:
+    if isinstance(value, str):
+        return value.capitalize()
     return ("on" if value else "off") if isinstance(value, bool) else f"{value:g}"
 
 

@@ -144,6 +144,22 @@ std::map<std::string, Setter> make_reuse_setters() {
        [](Settings& s, const py::handle& value) { s.path_sharing.visible_pixels = value.cast<float>(); }},
       {"share_deep_pixels",
        [](Settings& s, const py::handle& value) { s.path_sharing.deep_pixels = value.cast<float>(); }},
+      {"path_source",
+       [](Settings& s, const py::handle& value) {
+         s.screen_paths.source = enum_member<RoughSampling>(
+             "path_source", value.cast<std::string>(),
+             {{"BSDF", RoughSampling::BSDF}, {"COSINE", RoughSampling::COSINE}, {"UNIFORM", RoughSampling::UNIFORM}});
+       }},
+      {"path_target",
+       [](Settings& s, const py::handle& value) {
+         s.screen_paths.rules.target = s.world_paths.rules.target =
+             enum_member<PathTarget>("path_target", value.cast<std::string>(),
+                                     {{"REFLECTED", PathTarget::REFLECTED}, {"RADIANCE", PathTarget::RADIANCE}});
+       }},
+      {"path_validation",
+       [](Settings& s, const py::handle& value) { s.screen_paths.validation_frames = value.cast<int>(); }},
+      {"path_multi_bounce",
+       [](Settings& s, const py::handle& value) { s.screen_paths.multi_bounce_share = value.cast<float>(); }},
       {"spatial_neighbours", reuse(&DirectReuse::spatial_neighbours)},
       {"spatial_radius", reuse(&DirectReuse::spatial_radius)},
       {"spatial_rounds", reuse(&DirectReuse::spatial_rounds)},

@@ -204,6 +204,11 @@ class Settings:
     confidence_cap: float  # of history, in frames
     spatial_reuse: bool  # of direct light
     path_spatial_reuse: bool  # of indirect light
+    # Of SCREEN_REUSE; the target of WORLD_REUSE too.
+    path_source: str  # "BSDF", "COSINE", "UNIFORM": density of directions from visible points
+    path_target: str  # "REFLECTED", "RADIANCE": what the choice among paths is proportional to
+    path_validation: int  # frames after which paths of the history are traced again; 0: never
+    path_multi_bounce: float  # share of tiles whose paths go on beyond the first sample point; 0: all
     spatial_neighbours: int  # per round
     spatial_radius: float  # pixels
     spatial_rounds: int

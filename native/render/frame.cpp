@@ -10,8 +10,11 @@ uint32_t full_frame_pixel(const Settings& s, int x, int y) {
 }
 
 Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sampler) {
+  return sample_camera_ray(context, context.paths.scene.camera, x, y, sampler);
+}
+
+Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, int y, PathSampler& sampler) {
   const Settings& s = context.settings;
-  const Camera& camera = context.paths.scene.camera;
   const Vec2 offset = context.filter.sample(sampler.filter());
   const Vec2 film_position{(static_cast<float>(s.region.x + x) + 0.5f + offset.x) / static_cast<float>(s.width),
                            (static_cast<float>(s.region.y + y) + 0.5f + offset.y) / static_cast<float>(s.height)};

@@ -23,6 +23,8 @@ uint32_t full_frame_pixel(const Settings& settings, int x, int y);
 
 /// The camera ray of a pixel's sample in a frame; takes the filter and lens dimensions of its sampler.
 Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sampler);
+/// The same of another camera.
+Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, int y, PathSampler& sampler);
 
 /// Adds frames [first_frame, first_frame + count) of paths that share nothing to the film, of which at most the choice
 /// of lights is learned: then all with the same table. The picture does not depend

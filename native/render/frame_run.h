@@ -24,6 +24,14 @@ struct FrameRun {
   }
 };
 
+/// Light at the vertices of a path that is left to reservoirs.
+inline void ask_for_light(PathCapture& capture, const Settings& s) {
+  capture.direct_candidates =
+      s.direct == DirectAnswer::NEE ? 0.0f : static_cast<float>(s.direct_reuse.light_candidates);
+  capture.secondary_candidates =
+      s.secondary == SecondaryAnswer::NEE ? 0.0f : static_cast<float>(s.secondary_reuse.light_candidates);
+}
+
 /// The pixels of the region as restir/ wants them.
 inline ImageRegion image_region(const Settings& s) {
   return {s.region.x, s.region.y, s.region.width, s.region.height, s.width, s.height};

@@ -29,6 +29,14 @@ class ScreenPathStage final : public PathStage {
   }
 
   int link_count() const override { return 1; }
+  void ask(PathCapture& capture, uint32_t full_frame_pixel, uint32_t frame) const override {
+    PathStage::ask(capture, full_frame_pixel, frame);
+    const ScreenPathReuse& reuse = context_.settings.screen_paths;
+    // What counts as a kind of scattering is the choice of BSDF sampling.
+    capture.rough_sampling = context_.paths.tells_kinds ? RoughSampling::BSDF : reuse.source;
+    capture.going_on_probability = reuse.multi_bounce_share;
+    capture.goes_on = paths_.goes_on(full_frame_pixel, frame);
+  }
   void start_pixel(const PathCapture& capture, uint32_t pixel) override {
     current_.temporal[pixel] = ScreenSpacePaths::initial_sample(capture.links[0]);
   }
@@ -38,10 +46,16 @@ class ScreenPathStage final : public PathStage {
 
   bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
              std::span<const VisiblePoint> previous) override {
+    if (run.frame >= cameras_.size()) cameras_.resize(run.frame + 1, context_.paths.scene.camera);
+    if (must_validate_ || is_validation_frame(run.frame)) {
+      if (!drop_invalid(run, must_validate_ ? Nulls::DROP : Nulls::KEEP)) return false;
+      must_validate_ = false;
+    }
     current_.visible_points = visible;
     previous_.visible_points = previous_.temporal.empty() ? std::span<const VisiblePoint>() : previous;
     const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
       if (!visible[pixel].exists) return;
+      current_.temporal[pixel].sample.origin = {full_frame_pixel_of(pixel), run.frame};
       const PathReservoir found = paths_.keep_one_direction(visible[pixel], current_.temporal[pixel], pixel, run.frame);
       current_.temporal[pixel] = paths_.reuse_in_time(visible[pixel], found, previous_, pixel, run.frame, non_finite);
     });
@@ -69,14 +83,17 @@ class ScreenPathStage final : public PathStage {
     std::swap(previous_, stage.previous_);
     resize(current_);
     previous_.view = source.view();
-    if (!source.earlier()) return;
+    cameras_ = std::move(stage.cameras_);
+    if (!source.earlier() && !stage.must_validate_) return;
+    must_validate_ = validates() && previous_.temporal.size() == pixel_count(context_);
+    if (must_validate_) return;
     previous_.temporal.clear();
     previous_.spatial.clear();
   }
 
   size_t memory_bytes() const override {
     const auto count = [](const PathFrame& f) { return f.temporal.capacity() + f.spatial.capacity(); };
-    return (count(current_) + count(previous_)) * sizeof(PathReservoir);
+    return (count(current_) + count(previous_)) * sizeof(PathReservoir) + cameras_.capacity() * sizeof(Camera);
   }
 
  private:
@@ -85,9 +102,60 @@ class ScreenPathStage final : public PathStage {
     frame.spatial.resize(pixel_count(context_));
   }
 
+  struct Replay {
+    PathScratch scratch;
+    PathCapture capture;
+  };
+
+  /// Light that reservoirs brought to a sample point is no part of its path, and what is learned of lights changes.
+  bool validates() const {
+    const Settings& s = context_.settings;
+    return s.screen_paths.validation_frames > 0 && s.secondary == SecondaryAnswer::NEE && !context_.paths.learned;
+  }
+  bool is_validation_frame(uint32_t frame) const {
+    return validates() && (frame + 1) % static_cast<uint32_t>(context_.settings.screen_paths.validation_frames) == 0;
+  }
+  uint32_t full_frame_pixel_of(uint32_t pixel) const {
+    const Settings& s = context_.settings;
+    const auto width = static_cast<uint32_t>(s.region.width);
+    return full_frame_pixel(s, static_cast<int>(pixel % width), static_cast<int>(pixel / width));
+  }
+
+  /// Reservoirs that found nothing hold no path to trace again.
+  enum class Nulls { KEEP, DROP };
+  bool drop_invalid(const FrameRun& run, Nulls nulls) {
+    if (previous_.temporal.size() != pixel_count(context_)) return true;  // none, or of a picture of another size
+    const auto is_invalid = [&](const PathReservoir& reservoir, Replay& replay) {
+      if (!(reservoir.W > 0.0f)) return nulls == Nulls::DROP;
+      return !still_holds(reservoir.sample, trace_again(reservoir.sample.origin, replay));
+    };
+    const Region& region = context_.settings.region;
+    const auto validate_pixel = [&](int x, int y, Replay& replay) {
+      const size_t pixel = static_cast<size_t>(y) * static_cast<size_t>(region.width) + static_cast<size_t>(x);
+      for (PathReservoir* reservoir : {&previous_.temporal[pixel], &previous_.spatial[pixel]})
+        if (is_invalid(*reservoir, replay)) *reservoir = {};
+    };
+    return for_each_pixel<Replay>(region.width, region.height, run.stop, validate_pixel, [](const Replay&) {});
+  }
+
+  const PathLink& trace_again(PathOrigin origin, Replay& replay) const {
+    const Settings& s = context_.settings;
+    const auto width = static_cast<uint32_t>(s.width);
+    const int x = static_cast<int>(origin.pixel % width) - s.region.x;
+    const int y = static_cast<int>(origin.pixel / width) - s.region.y;
+    PathSampler sampler(s.seed, origin.pixel, origin.frame, s.sequence);
+    const Ray ray = sample_camera_ray(context_, cameras_[origin.frame], x, y, sampler);
+    ask_for_light(replay.capture, s);
+    ask(replay.capture, origin.pixel, origin.frame);
+    trace_path(context_.paths, ray, sampler, replay.scratch, &replay.capture);
+    return replay.capture.links[0];
+  }
+
   const FrameContext& context_;
   ScreenSpacePaths paths_;
   PathFrame current_, previous_;
+  std::vector<Camera> cameras_;  // by frame
+  bool must_validate_ = false;   // light has changed since the history was found
 };
 
 class WorldPathStage final : public PathStage {
@@ -192,6 +260,11 @@ void PathStage::add_to(const VisiblePoint& visible, uint32_t pixel, float clamp_
   record.indirect += reflected;
   if (const std::optional<Rgb> alone = shade_alone(visible, pixel))
     record.shared = reflected - clamp_contribution(*alone, clamp_indirect);
+}
+
+void PathStage::ask(PathCapture& capture, uint32_t, uint32_t) const {
+  capture.link_count = link_count();
+  capture.leaves_deep_link = leaves_deep_link();
 }
 
 std::unique_ptr<PathStage> PathStage::make(const FrameContext& context) {

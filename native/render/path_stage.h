@@ -15,6 +15,8 @@ class PathStage {
   virtual int link_count() const = 0;
   /// See PathCapture.
   virtual bool leaves_deep_link() const { return false; }
+  /// Sets what it wants of the path of a pixel (in the full frame), besides what `ask_for_light` does.
+  virtual void ask(PathCapture& capture, uint32_t full_frame_pixel, uint32_t frame) const;
   virtual void start_pixel(const PathCapture& capture, uint32_t pixel) = 0;
   /// Path samples of a pixel, by link, while light can still be added to them.
   virtual std::array<PathSample*, kMaxPathLinks> samples(uint32_t pixel) = 0;
@@ -27,7 +29,7 @@ class PathStage {
   virtual std::optional<Rgb> shade_alone(const VisiblePoint&, uint32_t) const { return std::nullopt; }
   virtual void keep_history() = 0;
   /// Goes on with the history of a stage of the same kind, if light is as it was: the radiance that paths found is part
-  /// of them. Else with its memory alone.
+  /// of them. Else with its memory alone, or with what validation leaves of it.
   virtual void take_over(PathStage&& earlier, const HistorySource& source) = 0;
   virtual size_t memory_bytes() const = 0;
 

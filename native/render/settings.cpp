@@ -71,6 +71,12 @@ void check_direct_reuse(const DirectReuse& reuse) {
   require("spatial_rounds", reuse.spatial_rounds, 0, 16);
 }
 
+void check_screen_paths(ScreenPathReuse& reuse) {
+  if (reuse.multi_bounce_share == 0.0f) reuse.multi_bounce_share = 1.0f;
+  require("path_validation", reuse.validation_frames, 0, 1 << 16);
+  require("path_multi_bounce", reuse.multi_bounce_share, 0.01f, 1.0f);
+}
+
 void check_path_sharing(PathSharing& sharing) {
   constexpr int kMost = 64;
   const PathSharing ours;
@@ -107,6 +113,7 @@ void check_settings(Settings& s) {
   check_direct_reuse(s.direct_reuse);
   check_light_cache(s.light_cache);
   check_path_sharing(s.path_sharing);
+  check_screen_paths(s.screen_paths);
   if (s.grid.min_cell_size == 0.0f) s.grid.min_cell_size = kDefaultMinCellShare;
   if (s.grid.cell_pixels == 0.0f) s.grid.cell_pixels = GridSettings().cell_pixels;
   require("min_cell_size", s.grid.min_cell_size, 1e-6f, 1.0f);

@@ -96,7 +96,7 @@ Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, cons
                    Reflection reflection) {
   const std::optional<PathConnection> way = connect(visible, sample);
   if (!way) return {};
-  const Bsdf bsdf = evaluate_material(context.scene, surface_point(visible), visible.state);
+  const Bsdf bsdf = evaluate_material(context.scene, visible);
   const BsdfEvaluation evaluation = evaluate_bsdf(bsdf, way->wi);
   const Rgb response = evaluation.rough_cos * kind_share(evaluation, sample.kind);
   if (is_black(response) || evaluation.pdf == 0.0f) return {};  // no path leaves where BSDF sampling has no density

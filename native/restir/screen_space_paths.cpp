@@ -8,9 +8,34 @@ namespace {
 /// [Ouyang 2021] §4.2: 25 degrees, 5 % of the depth.
 constexpr Similarity kSimilarity{0.9063f, 1.05f};
 
-enum Stream : uint32_t { TEMPORAL = 0x100, SPATIAL, DIRECTION };
+enum Stream : uint32_t { TEMPORAL = 0x100, SPATIAL, DIRECTION, TILE };
+
+constexpr uint32_t kTileWidth = 64, kTileHeight = 32;
+
+/// How far a point may have moved, of the length of the ray that found it; and how much its light may have changed.
+constexpr float kMovement = 1e-3f, kChange = 0.01f;
+
+/// Of a direction that the sample kept.
+bool has_same_light(const IncidentRadiance& kept, const IncidentRadiance& again) {
+  if (is_black(kept.radiance)) return true;
+  const float before = luminance(kept.f_cos * kept.radiance), now = luminance(again.f_cos * again.radiance);
+  return std::abs(now - before) <= kChange * std::max(before, now);
+}
 
 }  // namespace
+
+bool still_holds(const PathSample& sample, const PathLink& again) {
+  if (!(again.W > 0.0f)) return false;
+  const float moved = length(again.to.point.receiver.position - sample.point.receiver.position);
+  if (!(moved <= kMovement * sample.point.state.ray_length)) return false;
+  return has_same_light(sample.light, again.to.light) && has_same_light(sample.continuation, again.to.continuation);
+}
+
+bool ScreenSpacePaths::goes_on(uint32_t full_frame_pixel, uint32_t frame) const {
+  const auto width = static_cast<uint32_t>(image_.full_width), tiles_in_row = (width + kTileWidth - 1) / kTileWidth;
+  const uint32_t column = full_frame_pixel % width / kTileWidth, row = full_frame_pixel / width / kTileHeight;
+  return Rng(seed_, row * tiles_in_row + column, frame, TILE).next_float() < reuse_.multi_bounce_share;
+}
 
 std::optional<uint32_t> ScreenSpacePaths::previous_pixel(const VisiblePoint& visible, const PathFrame& previous,
                                                          uint32_t pixel) const {

@@ -8,17 +8,21 @@
 
 namespace cistern {
 
-/// What ReSTIR GI can be told. Numbers are those of [Ouyang 2021] §4 and §6.
+/// What ReSTIR GI can be told. Numbers are those of [Ouyang 2021] §4 and §6, but for the last three: there UNIFORM, 6
+/// and 0.25.
 struct ScreenPathReuse {
   PathMergeRules rules;
   bool temporal_reuse = true;
   bool spatial_reuse = true;
-  float temporal_cap = 30.0f;    // of the temporal reservoir's history, in frames
-  float spatial_cap = 500.0f;    // of the spatial reservoir's
-  int neighbours = 3;            // merged per frame
-  int starved_neighbours = 9;    // where the spatial reservoir has less than half of its cap
-  float largest_radius = 0.1f;   // where neighbours are looked for, of the picture's larger side
-  float smallest_radius = 3.0f;  // pixels
+  float temporal_cap = 30.0f;                  // of the temporal reservoir's history, in frames
+  float spatial_cap = 500.0f;                  // of the spatial reservoir's
+  int neighbours = 3;                          // merged per frame
+  int starved_neighbours = 9;                  // where the spatial reservoir has less than half of its cap
+  float largest_radius = 0.1f;                 // where neighbours are looked for, of the picture's larger side
+  float smallest_radius = 3.0f;                // pixels
+  RoughSampling source = RoughSampling::BSDF;  // of the directions in which visible points look for sample points
+  int validation_frames = 0;                   // samples of the history are validated every so many; 0: never
+  float multi_bounce_share = 1.0f;             // of tiles, whose paths go on beyond the sample point
   friend bool operator==(const ScreenPathReuse&, const ScreenPathReuse&) = default;
 };
 
@@ -42,13 +46,17 @@ struct PathFrame {
 /// Sample points keep what they received, so glossy ones are evaluated towards each receiver (FAST: AS_FOUND, as
 /// printed). UNBIASED merges by the balance heuristic and pairwise MIS with a visibility ray in each target instead of
 /// 1/Z (Alg. 4 l.15-19, where Q is also intersected instead of united); FAST is 1/M. Paths that see nothing are merged
-/// as null samples.
+/// as null samples. Validation traces old paths besides the new ones of its frame instead of in their place, so that
+/// points that lose their history have a sample.
 ///
 /// Members are pure functions of their arguments.
 class ScreenSpacePaths {
  public:
   ScreenSpacePaths(const PathContext& context, const ScreenPathReuse& reuse, const ImageRegion& image, uint64_t seed)
       : context_(context), reuse_(reuse), image_(image), seed_(seed) {}
+
+  /// §5: paths beyond the sample point in some of the tiles of 64 x 32 pixels only, Russian roulette for whole tiles.
+  bool goes_on(uint32_t full_frame_pixel, uint32_t frame) const;
 
   /// Alg. 2: a reservoir of confidence 1 from what the path found.
   static PathReservoir initial_sample(const PathLink& link) { return {link.to, link.W, 1.0f}; }
@@ -76,5 +84,10 @@ class ScreenSpacePaths {
   ImageRegion image_;
   uint64_t seed_;
 };
+
+/// §5, sample validation: whether the path that found a sample, traced again from the same random numbers, still ends
+/// at the same point with the same light. Without change in the scene it does so to the last bit; tolerances are for
+/// what moves a little (texture filtering by another pixel's footprint).
+bool still_holds(const PathSample& sample, const PathLink& again);
 
 }  // namespace cistern

@@ -58,19 +58,45 @@ LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, 
       lobe.model);
 }
 
+bool samples_evenly(const Bsdf& bsdf, const Lobe& lobe) {
+  return bsdf.rough_sampling != RoughSampling::BSDF && !is_smooth(lobe);
+}
+
+Vec3 hemisphere_normal(const Bsdf& bsdf) { return bsdf.ns == Vec3{} ? bsdf.ng : bsdf.ns; }
+
+/// Probability that COSINE and UNIFORM take the side of ns for this lobe.
+float upper_probability(const Lobe& lobe) {
+  if (!transmits(lobe)) return 1.0f;
+  const MicrofacetLobe* microfacet = as_microfacet(lobe);
+  return microfacet && microfacet->reflects ? 0.5f : 0.0f;
+}
+
+float hemisphere_pdf(const Bsdf& bsdf, const Lobe& lobe, Vec3 wi, bool is_above) {
+  const float upper = upper_probability(lobe), side = is_above ? upper : 1.0f - upper;
+  const bool is_uniform = bsdf.rough_sampling == RoughSampling::UNIFORM;
+  return side * kInvPi * (is_uniform ? 0.5f : std::abs(dot(hemisphere_normal(bsdf), wi)));
+}
+
+Vec3 sample_hemisphere(const Bsdf& bsdf, const Lobe& lobe, float u_side, Vec2 u) {
+  const bool is_uniform = bsdf.rough_sampling == RoughSampling::UNIFORM;
+  const Vec3 local = is_uniform ? square_to_cone(u, 1.0f) : square_to_cosine_hemisphere(u);
+  const Vec3 n = hemisphere_normal(bsdf);
+  return Frame(u_side < upper_probability(lobe) ? n : -n).to_world(local);
+}
+
 /// evaluate_bsdf, and the density of lobe `chosen` alone: 0 says that lobe cannot have produced wi.
 BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility, int chosen, float* chosen_pdf) {
   BsdfEvaluation result;
-  const bool is_above = dot(bsdf.ns == Vec3{} ? bsdf.ng : bsdf.ns, wi) > 0.0f;
+  const bool is_above = dot(hemisphere_normal(bsdf), wi) > 0.0f;
   const bool can_leave = (dot(bsdf.ng, wi) > 0.0f) == is_above;
   for (int i = 0; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
     const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, is_above, can_leave);
-    if (i == chosen && can_leave) *chosen_pdf = evaluation.pdf;
-    if (!(evaluation.pdf > 0.0f)) continue;
+    const float pdf = samples_evenly(bsdf, lobe) ? hemisphere_pdf(bsdf, lobe, wi, is_above) : evaluation.pdf;
+    if (i == chosen && can_leave) *chosen_pdf = pdf;
     const ScatterKind kind = kind_of(lobe, !is_above);
-    if (can_leave) result.pdf_by_kind[static_cast<size_t>(kind)] += lobe.sample_weight * evaluation.pdf;
-    if ((visibility & ray_kind(kind)) == 0) continue;
+    if (can_leave) result.pdf_by_kind[static_cast<size_t>(kind)] += lobe.sample_weight * pdf;
+    if (!(evaluation.pdf > 0.0f) || (visibility & ray_kind(kind)) == 0) continue;
     (is_smooth(lobe) ? result.smooth_cos : result.rough_cos) += lobe.weight * evaluation.f_cos;
   }
   if (bsdf.total_sample_weight > 0.0f)
@@ -118,6 +144,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   wo = other.wo;
   ns = other.ns;
   total_sample_weight = other.total_sample_weight;
+  rough_sampling = other.rough_sampling;
   return *this;
 }
 
@@ -128,7 +155,7 @@ BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, const Vec3& wi, uint8_t visibilit
 
 std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction) {
   if (bsdf.count == 0) return {};
-  if (bsdf.count == 1) {
+  if (bsdf.count == 1 && bsdf.rough_sampling == RoughSampling::BSDF) {
     const auto* lambert = std::get_if<LambertLobe>(&bsdf.lobes[0].model);
     if (lambert && lambert->n == bsdf.ns) return sample_lambert(bsdf, lambert->n, u_direction);
   }
@@ -143,7 +170,10 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
   if (const MicrofacetLobe* model = as_microfacet(lobe); model && is_delta(*model))
     return sample_delta(bsdf, lobe, *model, u_branch);
   const std::optional<Vec3> wi =
-      std::visit([&](const auto& model) { return sample_lobe(model, bsdf.wo, u_branch, u_direction); }, lobe.model);
+      samples_evenly(bsdf, lobe)
+          ? sample_hemisphere(bsdf, lobe, u_branch, u_direction)
+          : std::visit([&](const auto& model) { return sample_lobe(model, bsdf.wo, u_branch, u_direction); },
+                       lobe.model);
   if (!wi) return {};
   float chosen_pdf = 0.0f;
   const BsdfEvaluation evaluation = evaluate_lobes(bsdf, *wi, kVisibleToAll, chosen, &chosen_pdf);

@@ -63,6 +63,10 @@ struct Lobe {
   float sample_weight = 0.0f;  // unnormalised probability of choosing this lobe
 };
 
+/// Density by which directions of lobes that are not smooth are sampled: their own; or the same for all of them, by the
+/// cosine to ns or evenly over the hemispheres they scatter into.
+enum class RoughSampling : uint8_t { BSDF, COSINE, UNIFORM };
+
 /// The scattering at one point: a sum of lobes, what passes straight through, and what is emitted. Lobes beyond `count`
 /// are never touched: neither constructed nor copied, since most materials have one and a Bsdf is made at every hit.
 struct Bsdf {
@@ -77,6 +81,7 @@ struct Bsdf {
   Vec3 ng, wo;                       // of the surface point: unit, same side
   Vec3 ns;                           // interpolated normal, before bump mapping; zero: ng, without bump shadowing
   float total_sample_weight = 0.0f;  // of the lobes, transparency not included
+  RoughSampling rough_sampling = RoughSampling::BSDF;
 
   Bsdf() {}
   Bsdf(const Bsdf& other) { *this = other; }

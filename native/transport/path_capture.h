@@ -20,6 +20,12 @@ struct IncidentRadiance {
   FoundKind kind = 0;
 };
 
+/// The path that found a sample: its pixel in the full frame, and its frame. With the seed and the camera of that frame
+/// it can be traced again.
+struct PathOrigin {
+  uint32_t pixel = 0, frame = 0;
+};
+
 /// What a path found beyond its sample point, kept as it arrived there: so the radiance that the sample point's rough
 /// lobes send can be evaluated towards any receiver. What the sample point itself emits is direct light and not here.
 struct PathSample {
@@ -27,6 +33,7 @@ struct PathSample {
   IncidentRadiance light, continuation;
   uint8_t light_visibility = kVisibleToAll;  // RayVisibility bits of `light`
   FoundKind kind = 0;                        // of the ray that arrived at the sample point
+  PathOrigin origin;
 
   /// Radiance sent to the vertex that found the sample point.
   Rgb radiance_as_found() const { return light.f_cos * light.radiance + continuation.f_cos * continuation.radiance; }
@@ -60,6 +67,11 @@ struct PathCapture {
   float secondary_candidates = 0.0f;  // the same at all later rough vertices
   int link_count = 0;                 // 1: indirect light of the visible point is left; 2: the next vertex's copied too
   bool leaves_deep_link = false;      // the second link's light is no longer in the first's either: left, not copied
+  RoughSampling rough_sampling = RoughSampling::BSDF;  // at the visible point
+  /// Russian roulette, played by the caller: whether the path goes on from the first link's sample point, and the
+  /// probability of that.
+  bool goes_on = true;
+  float going_on_probability = 1.0f;
 
   // Captured.
   VisiblePoint visible;

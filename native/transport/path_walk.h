@@ -59,7 +59,10 @@ class Walk {
       hold_out(1.0f);
       return false;
     }
-    const Bsdf bsdf = evaluate_material(context_.scene, point, state_);
+    Bsdf bsdf = evaluate_material(context_.scene, point, state_);
+    if constexpr (Kind::captures) {
+      if (can_be_visible_point(bsdf)) bsdf.rough_sampling = capture_.out->rough_sampling;
+    }
     const bool is_seen = average(bsdf.transparency) <= kMostTransparency;
     if (context_.record_surfaces && !record_.hit && state_.depth == 0 && is_seen) record_first_hit(point, bsdf);
     if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
@@ -127,10 +130,14 @@ class Walk {
     return captured;
   }
 
+  bool can_be_visible_point(const Bsdf& bsdf) const {
+    return !capture_.out->visible.exists && !is_black(throughput_.smooth) && has_rough_lobe(bsdf);
+  }
+
   void capture_vertex(const SurfacePoint& point, const Bsdf& bsdf) {
     const std::optional<int> link = std::exchange(capture_.open_link, std::nullopt);
     if (!has_rough_lobe(bsdf)) return;
-    const bool is_visible_point = !capture_.out->visible.exists && !is_black(throughput_.smooth);
+    const bool is_visible_point = can_be_visible_point(bsdf);
     const bool gives_light = capture_.out->visible.exists && capture_.out->secondary_candidates > 0.0f;
     if (!is_visible_point && !gives_light && !link) return;
     const VisiblePoint captured = captured_point(point, bsdf);
@@ -154,7 +161,7 @@ class Walk {
     const float pdf_area = capture_.link_probability * cosine / sqr(state_.ray_length);
     if (!(pdf_area > 0.0f)) return;
     link.W = 1.0f / pdf_area;
-    link.to = {captured, {}, {}, kVisibleToAll, found_kind(state_.ray_kind)};
+    link.to = {captured, {}, {}, kVisibleToAll, found_kind(state_.ray_kind), {}};
     capture_.vertex.sample_point_of = index;
     if (index + 1 < capture_.out->link_count) start_link(index + 1, captured);
   }
@@ -398,7 +405,10 @@ class Walk {
       throughput_.scatter(rough_weight, smooth_weight);
     }
     if (is_black(throughput_.total())) return false;
-    if constexpr (Kind::captures) leave_captured_vertex(*sample, p_scatter);
+    if constexpr (Kind::captures) {
+      leave_captured_vertex(*sample, p_scatter);
+      if (capture_.vertex.sample_point_of == 0 && !goes_on_from_sample_point()) return false;
+    }
     count_bounce(*sample);
     sees_film_ &= context_.limits.film_transparent_glass && sample->is_clear;
     if constexpr (Kind::learns) learning_.of_ray = learning_.at_vertex;
@@ -426,6 +436,12 @@ class Walk {
     }
     capture_.open_link = by_rough_lobes ? capture_.vertex.starts : std::nullopt;
     capture_.link_probability = pdf * p_scatter;
+  }
+
+  bool goes_on_from_sample_point() {
+    if (!capture_.out->goes_on) return false;
+    if (capture_.out->going_on_probability < 1.0f) scale_by_chance(Rgb(1.0f), capture_.out->going_on_probability);
+    return true;
   }
 
   void count_bounce(const BsdfSample& sample) {

@@ -1,6 +1,7 @@
 #include "transport/visible_points.h"
 
 #include "shading/lobe_microfacet.h"
+#include "shading/material.h"
 
 namespace cistern {
 namespace {
@@ -71,6 +72,7 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
   visible.exists = true;
   visible.is_lambertian = bsdf.count == 1 && std::holds_alternative<LambertLobe>(bsdf.lobes[0].model) &&
                           !scene.materials[static_cast<size_t>(point.material)]->depends_on_view;
+  visible.rough_sampling = bsdf.rough_sampling;
   visible.scattered_kinds = scattered_kinds(bsdf);
   return visible;
 }
@@ -88,6 +90,12 @@ SurfacePoint surface_point(const VisiblePoint& visible) {
   point.is_backface = visible.is_backface;
   point.footprint = visible.footprint;
   return point;
+}
+
+Bsdf evaluate_material(const Scene& scene, const VisiblePoint& visible) {
+  Bsdf bsdf = evaluate_material(scene, surface_point(visible), visible.state);
+  bsdf.rough_sampling = visible.rough_sampling;
+  return bsdf;
 }
 
 }  // namespace cistern

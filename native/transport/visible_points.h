@@ -18,12 +18,13 @@ struct VisiblePoint {
   float footprint = 0.0f;
   bool is_backface = false;
   bool exists = false;
-  uint8_t scattered_kinds = 0;  // RayVisibility bits of the rays that it can send on
-  bool is_lambertian = false;   // sends the same radiance in all directions
-  PathState state;              // of the ray that arrived
-  PathState scattered;          // of a ray scattered towards a light
-  Rgb throughput;               // of the smooth surfaces on the way
-  float distance = 0.0f;        // from the camera, along the path
+  uint8_t scattered_kinds = 0;                         // RayVisibility bits of the rays that it can send on
+  RoughSampling rough_sampling = RoughSampling::BSDF;  // of its BSDF
+  bool is_lambertian = false;                          // sends the same radiance in all directions
+  PathState state;                                     // of the ray that arrived
+  PathState scattered;                                 // of a ray scattered towards a light
+  Rgb throughput;                                      // of the smooth surfaces on the way
+  float distance = 0.0f;                               // from the camera, along the path
 };
 
 /// Normal of the half space that light must come from to be scattered, zero where it may come from anywhere: what a
@@ -34,5 +35,8 @@ Vec3 light_side(const SurfacePoint& point, const Bsdf& bsdf);
 VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, const Bsdf& bsdf);
 
 SurfacePoint surface_point(const VisiblePoint& visible);
+
+/// Its BSDF, evaluated again.
+Bsdf evaluate_material(const Scene& scene, const VisiblePoint& visible);
 
 }  // namespace cistern

@@ -67,7 +67,11 @@ def test_answers_about_later_points_reach_the_core_with_their_switches_alone(
     scene.cistern.bias, scene.cistern.use_path_spatial_reuse, scene.cistern.light_candidates = "FAST", False, 17
     settings = rendered_settings(core, scene, tmp_path)
     assert (settings[question], settings["bias"]) == (answer, "FAST")
-    assert {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings) == switches
+    numbers = {"path_target", "path_source", "path_multi_bounce", "path_validation"}
+    given = {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings)
+    assert given - numbers == switches
+    of_answer = {"SCREEN_REUSE": numbers, "WORLD_REUSE": {"path_target"}}
+    assert given & numbers == of_answer.get(answer, set())
     assert not any(settings[name] for name in switches)  # the preset keeps no history
     assert ("cell_pixels" in settings) == (answer in {"CELL_RESERVOIRS", "WORLD_REUSE"})
 
@@ -179,6 +183,15 @@ def test_own_presets(core, tmp_path):
         assert settings["temporal_reuse"] is has_history and settings["bias"] == "UNBIASED"
 
 
+def test_the_printed_preset_of_ouyang(core, tmp_path):
+    scene = fresh_scene()
+    bpy.ops.cistern.choose_preset(preset="RESTIR_GI_FAST")
+    settings = rendered_settings(core, scene, tmp_path)
+    assert (settings["indirect"], settings["bias"], settings["path_source"]) == ("SCREEN_REUSE", "FAST", "UNIFORM")
+    assert (settings["path_validation"], settings["path_target"]) == (6, "REFLECTED")
+    assert settings["path_multi_bounce"] == pytest.approx(0.25)
+
+
 def test_custom_starts_from_the_preset_and_a_preset_forgets_it():
     settings = fresh_scene().cistern
     bpy.ops.cistern.choose_preset(preset="CELL_CACHE")
@@ -194,7 +207,7 @@ def test_values_outside_the_range_are_held_at_its_ends():
     settings = fresh_scene().cistern
     for name in [parameter.name for parameter in (*techniques.PARAMETERS, *techniques.CELL_PARAMETERS)]:
         prop = settings.bl_rna.properties[name]
-        if prop.type == "BOOLEAN":
+        if prop.type not in {"INT", "FLOAT"}:
             continue
         setattr(settings, name, -1)
         assert getattr(settings, name) == 0

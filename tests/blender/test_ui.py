@@ -100,7 +100,7 @@ def test_render_and_view_layer_panels_draw_every_setting():
     scene = fresh_scene()
     scene.cistern.preset, scene.cistern.direct = "CUSTOM", "RESTIR_CACHE"
     drawn = []
-    for indirect in ("WORLD_REUSE", "CELL_SHARED"):
+    for indirect in ("SCREEN_REUSE", "WORLD_REUSE", "CELL_SHARED"):
         scene.cistern.indirect = indirect
         for cls in ui.CLASSES:
             if cls.bl_context in {"render", "view_layer"}:
@@ -134,8 +134,8 @@ def test_techniques_are_menus_under_custom_and_read_out_under_a_preset(preset):
         ("direct", "RESTIR_CACHE", 11),
         ("secondary", "RIS", 0),
         ("secondary", "CELL_RESERVOIRS", 1),
-        ("indirect", "SCREEN_REUSE", 2),
-        ("indirect", "WORLD_REUSE", 2),
+        ("indirect", "SCREEN_REUSE", 6),
+        ("indirect", "WORLD_REUSE", 3),
         ("indirect", "CELL_SHARED", 3),
     ],
 )

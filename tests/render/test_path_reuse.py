@@ -85,7 +85,7 @@ ALL: list[tuple[Answers, str, str]] = [
     ),
 ]
 SLOW = [case for case in ALL if case not in QUICK]
-CASE_RATE = sidak(FALSE_ALARM_RATE, len(QUICK) + len(SLOW) + 1)
+CASE_RATE = sidak(FALSE_ALARM_RATE, len(QUICK) + len(SLOW) + 9)
 
 FAST: dict[str, tuple[Answers, str]] = {
     # Of what a vertex of a large cell finds, much lies behind others: 1/M counts them all the same.
@@ -153,6 +153,40 @@ def test_all_combinations_agree_with_the_reference(answers: Answers, name: str, 
 def test_sharing_without_history_agrees_with_the_reference(name: str) -> None:
     result = compare(("NEE", "NEE", "CELL_SHARED"), name, temporal_reuse=False)
     assert result.agrees, result
+
+
+VARIANTS: dict[str, tuple[Answers, str, dict]] = {
+    "uniform directions": (("NEE", "NEE", "SCREEN_REUSE"), "glossy_room", dict(path_source="UNIFORM")),
+    "uniform directions, direct light reused": (
+        ("RESTIR", "NEE", "SCREEN_REUSE"), "mirror_room", dict(path_source="UNIFORM"),
+    ),
+    "cosine directions": (("RIS", "NEE", "SCREEN_REUSE"), "leaning", dict(path_source="COSINE")),
+    "chosen by radiance": (("NEE", "NEE", "SCREEN_REUSE"), "glossy_room", dict(path_target="RADIANCE")),
+    "chosen by radiance in cells": (("NEE", "NEE", "WORLD_REUSE"), "leaning", dict(path_target="RADIANCE")),
+    "every second tile": (("NEE", "NEE", "SCREEN_REUSE"), "indirect_room", dict(path_multi_bounce=0.5)),
+    "every second tile, light reused": (
+        ("NEE", "CELL_RESERVOIRS", "SCREEN_REUSE"), "panes", dict(path_multi_bounce=0.5),
+    ),
+    "all of it": (
+        ("RESTIR", "NEE", "SCREEN_REUSE"), "panes",
+        dict(path_source="UNIFORM", path_target="RADIANCE", path_multi_bounce=0.5, path_validation=3),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_settings_of_path_reuse_change_no_mean(variant: str) -> None:
+    answers, name, settings = VARIANTS[variant]
+    result = compare(answers, name, **settings)
+    assert result.agrees, result
+
+
+def test_validation_drops_nothing_where_nothing_changed() -> None:
+    """Traced again from their random numbers, all paths are the same to the last bit; so is the picture."""
+    settings = members_of(("RESTIR", "NEE", "SCREEN_REUSE")) | dict(samples=7, seed=3, max_bounces=3)
+    settings |= dict(path_source="COSINE", path_multi_bounce=0.5)
+    pictures = [render(scene("panes"), SIZE, path_validation=n, **settings)["Combined"] for n in (0, 1, 3)]
+    assert all(np.array_equal(pictures[0], picture) for picture in pictures[1:])
 
 
 def test_deep_links_get_no_less_of_lamps_that_count_bounces() -> None:

@@ -69,6 +69,54 @@ TEST(Bsdf, WeightsAgreeWithEvaluationAndWithQuadrature) {
   EXPECT_LT(mean_p_value(uncounted, integral), kFalseAlarmRate);  // planted bug: absorbed samples not counted as zero
 }
 
+/// The mixture with a smooth lobe, which keeps its own density.
+Bsdf sampled_by(RoughSampling sampling, Vec3 wo) {
+  Bsdf bsdf = mixture(wo);
+  add_lobe(bsdf, glass(0.15f), Rgb(0.3f), 0.4f);
+  bsdf.rough_sampling = sampling;
+  return bsdf;
+}
+
+TEST(Bsdf, RoughLobesMayBeSampledEvenly) {
+  const Vec3 wo = at_angle(kFrame, 0.6f);
+  const auto rough = [&](Vec3 wi) { return evaluate_bsdf(sampled_by(RoughSampling::BSDF, wo), wi).rough_cos.r; };
+  const double integral = integrate_sphere(kFrame, rough);
+  for (const RoughSampling sampling : {RoughSampling::COSINE, RoughSampling::UNIFORM}) {
+    const Bsdf bsdf = sampled_by(sampling, wo);
+    const auto sampler = [&](Rng& rng) -> std::optional<Vec3> {
+      const std::optional<BsdfSample> sample = draw(bsdf, rng);
+      return sample ? std::optional<Vec3>(sample->wi) : std::nullopt;
+    };
+    const auto density = [&](Vec3 wi) { return evaluate_bsdf(bsdf, wi).pdf; };
+    EXPECT_GT(sampler_p_value(kFrame, sampler, density, 5), kFalseAlarmRate);
+    const auto others = [&](Vec3 wi) { return evaluate_bsdf(sampled_by(RoughSampling::BSDF, wo), wi).pdf; };
+    EXPECT_LT(sampler_p_value(kFrame, sampler, others, 5), kFalseAlarmRate) << "planted: the lobes' own densities";
+    Moments mean;
+    Rng rng(6, 0, 0, 0);
+    for (int i = 0; i < 40000; ++i) {
+      const std::optional<BsdfSample> sample = draw(bsdf, rng);
+      mean.add(sample ? sample->rough_weight.r : 0.0f);
+      if (!sample) continue;
+      EXPECT_FLOAT_EQ(sample->pdf, evaluate_bsdf(bsdf, sample->wi).pdf);
+    }
+    EXPECT_GT(mean_p_value(mean, integral), kFalseAlarmRate);
+  }
+}
+
+TEST(Bsdf, DensitiesOfKindsAddUp) {
+  const Bsdf bsdf = sampled_by(RoughSampling::BSDF, at_angle(kFrame, 0.6f));
+  EXPECT_EQ(scattered_kinds(bsdf), kVisibleToDiffuse | kVisibleToGlossy | kVisibleToTransmission);
+  Rng rng(7, 0, 0, 0);
+  for (int i = 0; i < 1000; ++i) {
+    const std::optional<BsdfSample> sample = draw(bsdf, rng);
+    if (!sample) continue;
+    const BsdfEvaluation f = evaluate_bsdf(bsdf, sample->wi);
+    EXPECT_FLOAT_EQ(f.pdf_by_kind[0] + f.pdf_by_kind[1] + f.pdf_by_kind[2], f.pdf);
+    EXPECT_EQ(sample->kind_pdf, f.pdf_by_kind[static_cast<size_t>(sample->kind)]);
+    EXPECT_GT(sample->kind_pdf, 0.0f);
+  }
+}
+
 TEST(Bsdf, LobesAreSplitByRoughness) {
   const Vec3 wo = at_angle(kFrame, 0.6f);
   Bsdf bsdf = make_bsdf(wo);
