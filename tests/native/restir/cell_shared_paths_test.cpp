@@ -1,0 +1,118 @@
+#include "restir/cell_shared_paths.h"
+
+#include <gtest/gtest.h>
+
+#include "transport/path_scenes.h"
+
+namespace cistern::test {
+namespace {
+
+/// A box with a wall in the middle, which a lamp lights on one side; and light that comes over the wall to the other.
+PathScene divided_box() {
+  PathScene scene;
+  const int paint = scene.diffuse(0.6f), coat = scene.mixed(0.6f, 0.6f, 0.4f);
+  scene.floor(0.0f, 4.0f, coat);
+  scene.quad({2, 0, 1}, {0, 0, 2}, {0, 4, 0}, paint);
+  scene.quad({-2, 0, 1}, {0, 4, 0}, {0, 0, 2}, coat);
+  scene.quad({0, 2, 1}, {4, 0, 0}, {0, 0, 2}, paint);
+  scene.quad({0, -2, 1}, {0, 0, 2}, {4, 0, 0}, paint);
+  scene.quad({0, 0, 2}, {0, 4, 0}, {4, 0, 0}, paint);
+  scene.quad({0, 0, 0.6f}, {0, 4, 0}, {0, 0, 1.2f}, paint);
+  scene.quad({-0.01f, 0, 0.6f}, {0, 0, 1.2f}, {0, 4, 0}, paint);
+  scene.point_lamp({0.8f, 0.6f, 1.6f}, 3.0f);
+  return scene;
+}
+
+/// On the floor, on either side of the wall.
+const Ray kLit{{0.5f, -0.7f, 1.5f}, normalize(Vec3{0.1f, 0.3f, -1.5f})};
+const Ray kShaded{{-0.5f, -0.7f, 1.5f}, normalize(Vec3{-0.1f, 0.3f, -1.5f})};
+const Ray kCorner{{-0.5f, -0.7f, 1.5f}, normalize(Vec3{-0.9f, 0.5f, -1.5f})};
+
+constexpr uint32_t kPaths = 20000;
+
+/// What sharing changes of the light that each of three points reflects, on average nothing if it is unbiased; and that
+/// light.
+struct SharedMeans {
+  std::array<Moments, 3> change, own;
+  /// Smallest of the three, each at `shared_rate(3)`.
+  double p_value() const {
+    double smallest = 1.0;
+    for (const Moments& m : change) smallest = std::min(smallest, mean_p_value(m, 0.0));
+    return smallest;
+  }
+};
+
+SharedMeans share_paths(PairWeights weights, bool takes_one_direction = false) {
+  const Tracer tracer(divided_box());
+  const CellSharedPaths paths(tracer.context());
+  const std::array<Ray, 3> rays{kLit, kShaded, kCorner};
+  PathScratch path_scratch;
+  CellSharedPaths::Scratch scratch;
+  SharedMeans means;
+  for (uint32_t path = 0; path < kPaths; ++path) {
+    std::array<PathCapture, 3> captures;
+    std::array<ReflectedPaths, 3> reflected;
+    CellSharedPaths::Group group;
+    group.weights = weights;
+    for (uint32_t k = 0; k < 3; ++k) {
+      captures[k].link_count = 1;
+      PathSampler sampler(7, k, path, SampleSequence::RANDOM);
+      trace_path(tracer.context(), rays[k], sampler, path_scratch, &captures[k]);
+      group.links.push_back(&captures[k].links[0]);
+      group.confidences.push_back(1.0f + static_cast<float>(k));  // made up: any that do not look at samples
+      group.reflected.push_back(&reflected[k]);
+      group.rngs.emplace_back(11, k, path, 0);
+    }
+    paths.share(group, scratch);
+    for (uint32_t k = 0; k < 3; ++k) {
+      const IncidentRadiance& incident = reflected[k].incident;
+      const Rgb picked = incident.f_cos * incident.radiance * reflected[k].incident_weight;
+      means.change[k].add((takes_one_direction ? picked : reflected[k].sum).g - reflected[k].own.g);
+      means.own[k].add(reflected[k].own.g);
+    }
+  }
+  return means;
+}
+
+TEST(CellSharedPaths, SharedLightIsOnAverageThatOfThePointsOwnPaths) {
+  const SharedMeans means = share_paths(PairWeights::BALANCE);
+  EXPECT_GT(means.p_value(), shared_rate(3));
+  for (const Moments& own : means.own) EXPECT_GT(own.mean(), 0.005);
+}
+
+TEST(CellSharedPaths, TargetsInPlaceOfDensitiesAreLawfulWeights) {
+  EXPECT_GT(share_paths(PairWeights::TARGETS).p_value(), shared_rate(3));
+}
+
+TEST(CellSharedPaths, OneDirectionStandsForAll) {
+  EXPECT_GT(share_paths(PairWeights::BALANCE, true).p_value(), shared_rate(3));
+}
+
+/// Planted bugs: densities without visibility, and 1/n.
+TEST(CellSharedPaths, OtherWeightsAreSeenToBeBiased) {
+  EXPECT_LT(share_paths(PairWeights::UNSHADOWED).p_value(), kFalseAlarmRate);
+  EXPECT_LT(share_paths(PairWeights::EQUAL).p_value(), kFalseAlarmRate);
+}
+
+TEST(CellSharedPaths, AloneAPointKeepsItsOwn) {
+  const Tracer tracer(divided_box());
+  const CellSharedPaths paths(tracer.context());
+  PathScratch path_scratch;
+  CellSharedPaths::Scratch scratch;
+  int found = 0;
+  for (uint32_t path = 0; path < 100; ++path) {
+    PathCapture capture;
+    capture.link_count = 1;
+    PathSampler sampler(7, 0, path, SampleSequence::RANDOM);
+    trace_path(tracer.context(), kLit, sampler, path_scratch, &capture);
+    ReflectedPaths reflected;
+    CellSharedPaths::Group group{PairWeights::BALANCE, {&capture.links[0]}, {1.0f}, {&reflected}, {Rng(1, 0, path, 0)}};
+    paths.share(group, scratch);
+    EXPECT_FLOAT_EQ(reflected.sum.g, reflected.own.g);
+    found += reflected.own.g > 0.0f;
+  }
+  EXPECT_GT(found, 20);
+}
+
+}  // namespace
+}  // namespace cistern::test
