@@ -25,7 +25,7 @@ SYSTEMS: dict[str, dict] = {
     "WORLD_REUSE": dict(indirect="WORLD_REUSE"),
     "CELL_SHARED": dict(indirect="CELL_SHARED"),
 }
-HAVE_HISTORY = frozenset(SYSTEMS) - {"path tracing", "CELL_SHARED"}
+HAVE_HISTORY = frozenset(SYSTEMS) - {"path tracing"}
 
 
 def measure(scene_name: str, size: int, repeats: int, reference_samples: int) -> dict[str, dict[int, float]]:
