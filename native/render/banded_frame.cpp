@@ -11,7 +11,7 @@ constexpr uint32_t kBandStream = 0x62616e64;
 
 }  // namespace
 
-BandedFrame::BandedFrame(const FrameContext& context) : context_(context), sharing_(context) {
+BandedFrame::BandedFrame(const FrameContext& context) : context_(context), sharing_(context), trial_(context.settings) {
   const Region& region = context.settings.region;
   const int most_rows = std::max(kBandPixels / region.width, 1);
   const int bands = (region.height + most_rows - 1) / most_rows;
@@ -33,6 +33,7 @@ bool BandedFrame::render(uint32_t frame, Film& film, const StopCondition& stop) 
        begin = end, end = std::min(end + rows_, all.height)) {
     if (!render_band({all.x, all.y + begin, all.width, end - begin}, frame, film, stop)) return false;
   }
+  trial_.finish_frame(frame);
   return true;
 }
 
@@ -41,8 +42,10 @@ bool BandedFrame::render_band(const Region& band, uint32_t frame, Film& film, co
   const size_t pixels = static_cast<size_t>(band.width) * static_cast<size_t>(band.height);
   records_.resize(pixels);
   visible_points_.resize(pixels);
-  if (!trace_paths(band, frame, stop) || !sharing_.share(frame, stop)) return false;
+  if (!trace_paths(band, frame, stop)) return false;
+  if (trial_.shares(frame) && !sharing_.share(frame, stop)) return false;
   add_to_film(band, film);
+  if (trial_.is_running(frame)) add_to_trial(band);
   return true;
 }
 
@@ -53,6 +56,7 @@ bool BandedFrame::trace_paths(const Region& band, uint32_t frame, const StopCond
   };
   const Settings& s = context_.settings;
   const int first_row = band.y - s.region.y;
+  const bool shares = trial_.shares(frame);
   const auto trace = [&](int x, int y, Scratch& scratch) {
     const auto pixel = static_cast<uint32_t>(y * band.width + x);
     PathSampler sampler(s.seed, full_frame_pixel(s, x, first_row + y), frame, s.sequence);
@@ -60,6 +64,11 @@ bool BandedFrame::trace_paths(const Region& band, uint32_t frame, const StopCond
     scratch.path.trains_lights = trains_lights(context_, full_frame_pixel(s, x, first_row + y), frame);
     scratch.capture.link_count = sharing_.link_count();
     scratch.capture.leaves_deep_link = sharing_.leaves_deep_link();
+    if (!shares) {
+      records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path);
+      visible_points_[pixel].exists = false;
+      return;
+    }
     records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path, &scratch.capture);
     visible_points_[pixel] = scratch.capture.visible;
     sharing_.start_pixel(scratch.capture, pixel);
@@ -69,18 +78,29 @@ bool BandedFrame::trace_paths(const Region& band, uint32_t frame, const StopCond
   });
 }
 
-void BandedFrame::add_to_film(const Region& band, Film& film) const {
+void BandedFrame::add_to_film(const Region& band, Film& film) {
   constexpr size_t kBlock = 4096;
   const float limit = context_.paths.limits.clamp_indirect;
   const auto offset = static_cast<uint32_t>((band.y - context_.settings.region.y) * band.width);
   parallel_blocks(records_.size(), kBlock, [&](size_t, size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto pixel = static_cast<uint32_t>(i);
-      PathRecord record = records_[i];
+      PathRecord& record = records_[i];
       if (visible_points_[i].exists) sharing_.add_to(visible_points_[i], pixel, limit, record);
       film.add(offset + pixel, record);
     }
   });
+}
+
+void BandedFrame::add_to_trial(const Region& band) {
+  const int first_row = band.y - context_.settings.region.y;
+  for (int y = 0; y < band.height; ++y) {
+    for (int x = 0; x < band.width; ++x) {
+      const PathRecord& r = records_[static_cast<size_t>(y) * static_cast<size_t>(band.width) + static_cast<size_t>(x)];
+      const float light = luminance(r.direct + r.indirect + r.emission + r.environment);
+      if (std::isfinite(light)) trial_.add(x, first_row + y, light);
+    }
+  }
 }
 
 size_t BandedFrame::memory_bytes() const {

@@ -2,6 +2,7 @@
 
 #include "film/film.h"
 #include "render/cell_shared_stage.h"
+#include "render/sharing_trial.h"
 
 namespace cistern {
 
@@ -21,12 +22,14 @@ class BandedFrame {
 
  private:
   bool render_band(const Region& band, uint32_t frame, Film& film, const StopCondition& stop);
+  void add_to_trial(const Region& band);
   bool trace_paths(const Region& band, uint32_t frame, const StopCondition& stop);
-  void add_to_film(const Region& band, Film& film) const;
+  void add_to_film(const Region& band, Film& film);
 
   const FrameContext& context_;
   int rows_;  // of a band
   CellSharedStage sharing_;
+  SharingTrial trial_;
   LazyVector<PathRecord> records_;           // by pixel of the band
   LazyVector<VisiblePoint> visible_points_;  // beside them
 };

@@ -189,6 +189,13 @@ def test_validation_drops_nothing_where_nothing_changed() -> None:
     assert all(np.array_equal(pictures[0], picture) for picture in pictures[1:])
 
 
+@pytest.mark.parametrize("name", ["indirect_room", "glossy_room"])
+def test_sharing_on_trial_agrees_with_the_reference(name: str) -> None:
+    """For a denoiser: frames that share take turns with others, and the better kind goes on after the sixteenth."""
+    result = compare(("NEE", "NEE", "CELL_SHARED"), name, temporal_reuse=False, share_visible=1, samples=20)
+    assert result.agrees, result
+
+
 def test_deep_links_get_no_less_of_lamps_that_count_bounces() -> None:
     """Without the history of pixels, what cells hold counts for more."""
     result = compare(("NEE", "NEE", "WORLD_REUSE"), "counting_lamp", temporal_reuse=False)

@@ -1,0 +1,59 @@
+#include "render/sharing_trial.h"
+
+#include <gtest/gtest.h>
+
+#include "base/rng.h"
+
+namespace cistern {
+namespace {
+
+constexpr int kWidth = 60, kHeight = 33;  // boxes at the far edges are cut
+
+Settings for_a_denoiser(int samples) {
+  Settings s;
+  s.region = {0, 0, kWidth, kHeight};
+  s.samples = samples;
+  s.path_sharing.visible.size = 1;
+  return s;
+}
+
+/// What is decided when pixels of frames that share have `shared` times the noise of the others.
+bool decision(float shared, float fireflies = 0.0f) {
+  SharingTrial trial(for_a_denoiser(100));
+  for (uint32_t frame = 0; trial.is_running(frame); ++frame) {
+    Rng rng(5, 0, frame, 0);
+    const float noise = trial.shares(frame) ? shared : 1.0f;
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x)
+        trial.add(x, y, 1.0f + noise * (rng.next_float() - 0.5f) + (rng.next_float() < fireflies ? 1e4f : 0.0f));
+    trial.finish_frame(frame);
+  }
+  return trial.shares(16);
+}
+
+TEST(SharingTrial, FramesTakeTurns) {
+  SharingTrial trial(for_a_denoiser(100));
+  EXPECT_TRUE(trial.shares(0));
+  EXPECT_FALSE(trial.shares(1));
+  EXPECT_TRUE(trial.shares(14));
+  EXPECT_FALSE(trial.shares(15));
+}
+
+TEST(SharingTrial, SharesWhereNoiseFallsByMoreThanTheCost) {
+  EXPECT_TRUE(decision(0.5f));   // a quarter of the variance for twice the time
+  EXPECT_FALSE(decision(0.9f));  // hardly less
+  EXPECT_FALSE(decision(1.0f));
+  EXPECT_TRUE(decision(0.5f, 1e-5f)) << "a firefly must not decide";
+}
+
+TEST(SharingTrial, IsLeftOutOfPicturesThatNobodyDenoisesAndOfShortOnes) {
+  Settings plain = for_a_denoiser(100);
+  plain.path_sharing.visible.size = 16;
+  for (const SharingTrial& trial : {SharingTrial(plain), SharingTrial(for_a_denoiser(16))}) {
+    EXPECT_FALSE(trial.is_running(0));
+    EXPECT_TRUE(trial.shares(1));
+  }
+}
+
+}  // namespace
+}  // namespace cistern
