@@ -42,6 +42,8 @@ PASSES = (
     RenderPass("Noisy", "Noisy", "RGBA", "COLOR", lambda layer: layer.cistern.use_pass_noisy),
     RenderPass("Cells", "Cells", "RGB", "COLOR", lambda layer: layer.cistern.use_pass_cells),
     RenderPass("Cell Occupancy", "Cell Occupancy", "X", "VALUE", lambda layer: layer.cistern.use_pass_cell_occupancy),
+    RenderPass("Cell Level", "Cell Level", "X", "VALUE", lambda layer: layer.cistern.use_pass_cell_level),
+    RenderPass("Normal Bin", "Normal Bin", "RGB", "COLOR", lambda layer: layer.cistern.use_pass_normal_bin),
     RenderPass(
         "Reservoir Confidence",
         "Reservoir Confidence",
@@ -70,7 +72,7 @@ PASSES = (
 
 
 # Those that show cells, by the core's names.
-CELL_PASSES = frozenset({"Cells", "Cell Occupancy"})
+CELL_PASSES = frozenset({"Cells", "Cell Occupancy", "Cell Level", "Normal Bin"})
 
 
 def enabled_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:

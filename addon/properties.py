@@ -260,6 +260,21 @@ class CisternViewLayerSettings(bpy.types.PropertyGroup):
         description="Number of pixels whose visible point lies in the same cell; from the first sample",
         default=False,
     )
+    use_pass_cell_level: BoolProperty(
+        name="Cell Level",
+        description=(
+            "1 for the smallest cells, 1 more each time they are doubled, 0 where there is none; from the first sample"
+        ),
+        default=False,
+    )
+    use_pass_normal_bin: BoolProperty(
+        name="Normal Bin",
+        description=(
+            "A colour for each direction that cells are divided by, each channel 0.1 to 1, black where there is none; "
+            "from the first sample"
+        ),
+        default=False,
+    )
     use_pass_reservoir_confidence: BoolProperty(
         name="Reservoir Confidence",
         description=(

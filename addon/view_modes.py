@@ -16,6 +16,12 @@ VIEW_ITEMS = (
     ("CELLS", "Cells", "A colour for each cell of reuse"),
     ("CELL_OCCUPANCY", "Cell Occupancy", "Pixels in the same cell: dark blue 1, green 64, white 4096 and more"),
     (
+        "CELL_LEVEL",
+        "Cell Level",
+        "Size of a cell: dark blue the smallest, green doubled 3 times, white 15 times and more",
+    ),
+    ("NORMAL_BIN", "Normal Bin", "A colour for each direction that cells of reuse are divided by"),
+    (
         "RESERVOIR_CONFIDENCE",
         "Reservoir Confidence",
         "Batches of candidates behind a pixel's choice: dark blue 1, green 16, white 256 and more",
@@ -43,6 +49,8 @@ SOURCES: dict[str, tuple[str, LogScale | None]] = {
     "INDIRECT": ("Indirect", None),
     "CELLS": ("Cells", None),
     "CELL_OCCUPANCY": ("Cell Occupancy", LogScale(1.0, 4096.0)),
+    "CELL_LEVEL": ("Cell Level", LogScale(1.0, 16.0)),
+    "NORMAL_BIN": ("Normal Bin", None),
     "RESERVOIR_CONFIDENCE": ("Reservoir Confidence", LogScale(1.0, 256.0)),
     "RESERVOIR_WEIGHT": ("Reservoir Weight", LogScale(0.1, 1e5)),
 }
@@ -57,8 +65,8 @@ def core_passes(view: str) -> list[str]:
 
 
 def shows_cells(view: str) -> bool:
-    """Whether a view shows the cells themselves, or how full they are."""
-    return view in ("CELLS", "CELL_OCCUPANCY")
+    """Whether a view shows the cells themselves, or how they are made and filled."""
+    return view in ("CELLS", "CELL_OCCUPANCY", "CELL_LEVEL", "NORMAL_BIN")
 
 
 def ramp_colors(numbers: Picture, scale: LogScale) -> Picture:

@@ -22,6 +22,8 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Denoising Normal", 3},
     {"Cells", 3},
     {"Cell Occupancy", 1},
+    {"Cell Level", 1},
+    {"Normal Bin", 3},
     {"Reservoir Confidence", 1},
     {"Reservoir Weight", 1},
 }};

@@ -1,5 +1,8 @@
 #include "render/cell_views.h"
 
+#include <algorithm>
+#include <array>
+
 #include "grid/hash_grid.h"
 #include "render/cell_layout.h"
 
@@ -12,11 +15,18 @@ CellKey cache_key(const LightCacheCells& cells, const VisiblePoint& visible, boo
   return with_normals ? key : key / LightCacheCells::kNormalBins;
 }
 
+/// Keys of cells that are not divided by normal all have the same bin.
+uint64_t bin_of(CellKey key) { return static_cast<uint64_t>(key_normal_bin(key)); }
+uint64_t cache_bin(CellKey key, const Settings& s) {
+  return s.grid.use_normals ? key % LightCacheCells::kNormalBins : 0;
+}
+
 }  // namespace
 
 bool show_cells(const FrameContext& context, const LightCacheCells* cache_cells, Film& film,
                 const StopCondition& stop) {
-  if (!film.has(Pass::CELLS) && !film.has(Pass::CELL_OCCUPANCY)) return true;
+  constexpr std::array kViews{Pass::CELLS, Pass::CELL_OCCUPANCY, Pass::CELL_LEVEL, Pass::NORMAL_BIN};
+  if (std::ranges::none_of(kViews, [&](Pass pass) { return film.has(pass); })) return true;
   const Settings& s = context.settings;
   const GridLayout layout = cell_layout(context, 0, false);
   std::vector<CellKey> keys(static_cast<size_t>(film.width()) * static_cast<size_t>(film.height()), kNoCell);
@@ -41,6 +51,10 @@ bool show_cells(const FrameContext& context, const LightCacheCells* cache_cells,
         const CellKey key = keys[pixel_of(x, y)];
         film.show(Pass::CELLS, pixel_of(x, y), cell_color(key));
         film.show(Pass::CELL_OCCUPANCY, pixel_of(x, y), Rgb(static_cast<float>(grid.find(key).size())));
+        if (key == kNoCell) return;
+        film.show(Pass::CELL_LEVEL, pixel_of(x, y),
+                  Rgb(cache_cells ? 1.0f : 1.0f + static_cast<float>(key_level(key))));
+        film.show(Pass::NORMAL_BIN, pixel_of(x, y), cell_color(cache_cells ? cache_bin(key, s) : bin_of(key)));
       },
       nothing);
 }

@@ -26,6 +26,8 @@ CONSTANTS = {
     "Noisy": (0.75, 1.5, 2.5, 0.875),
     "Cells": (0.125, 0.75, 0.5),
     "Cell Occupancy": (64.0,),
+    "Cell Level": (4.0,),
+    "Normal Bin": (0.25, 0.5, 0.875),
     "Reservoir Confidence": (16.0,),
     "Reservoir Weight": (100.0,),
     "Denoising Albedo": (0.25, 0.5, 0.75),

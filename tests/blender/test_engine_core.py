@@ -257,7 +257,10 @@ def test_passes_of_reuse_have_their_documented_scales(tmp_path, preset):
     assert (weight.max() > 0.0) == (confidence.max() >= 1.0) == (preset != "FINAL")
 
 
-@pytest.mark.parametrize("view", ["CELLS", "CELL_OCCUPANCY", "RESERVOIR_CONFIDENCE", "RESERVOIR_WEIGHT", "DIRECT"])
+@pytest.mark.parametrize(
+    "view",
+    ["CELLS", "CELL_OCCUPANCY", "CELL_LEVEL", "NORMAL_BIN", "RESERVOIR_CONFIDENCE", "RESERVOIR_WEIGHT", "DIRECT"],
+)
 def test_views_of_the_built_core_are_pictures(tmp_path, view):
     scene = small_scene()
     bpy.ops.cistern.choose_preset(preset="RESTIR_DI")

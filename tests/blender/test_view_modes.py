@@ -18,7 +18,7 @@ def combined(channels):
     return np.stack([channels[f"ViewLayer.Combined.{channel}"] for channel in "RGBA"], axis=2)
 
 
-@pytest.mark.parametrize("view", ["DIRECT", "INDIRECT", "CELLS"])
+@pytest.mark.parametrize("view", ["DIRECT", "INDIRECT", "CELLS", "NORMAL_BIN"])
 def test_colours_are_shown_as_they_are_and_passes_keep_their_own(core, tmp_path, view):
     scene = fresh_scene()
     scene.cistern.view = view
@@ -26,10 +26,10 @@ def test_colours_are_shown_as_they_are_and_passes_keep_their_own(core, tmp_path,
     source = view_modes.SOURCES[view][0]
     np.testing.assert_array_equal(combined(channels), np.broadcast_to((*CONSTANTS[source], 1.0), (6, 8, 4)))
     assert channels["ViewLayer.Direct.R"][0, 0] == CONSTANTS["Direct"][0]
-    assert core.settings[-1].passes == ["Direct", "Indirect"] + (["Cells"] if view == "CELLS" else [])
+    assert core.settings[-1].passes == ["Direct", "Indirect"] + ([source] if view in {"CELLS", "NORMAL_BIN"} else [])
 
 
-@pytest.mark.parametrize("view", ["CELL_OCCUPANCY", "RESERVOIR_CONFIDENCE", "RESERVOIR_WEIGHT"])
+@pytest.mark.parametrize("view", ["CELL_OCCUPANCY", "CELL_LEVEL", "RESERVOIR_CONFIDENCE", "RESERVOIR_WEIGHT"])
 def test_numbers_go_through_the_scale(core, tmp_path, view):
     """The stand-in's numbers lie in the middle of their scales, at green."""
     scene = fresh_scene()

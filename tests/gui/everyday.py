@@ -159,7 +159,16 @@ def edit_mesh() -> Iterator[float]:
 def cell_views() -> Iterator[float]:
     settings = bpy.context.scene.cistern
     region = driver.space().region_3d
-    for view in ("CELLS", "CELL_OCCUPANCY", "RESERVOIR_CONFIDENCE", "RESERVOIR_WEIGHT", "DIRECT", "INDIRECT"):
+    for view in (
+        "CELLS",
+        "CELL_OCCUPANCY",
+        "CELL_LEVEL",
+        "NORMAL_BIN",
+        "RESERVOIR_CONFIDENCE",
+        "RESERVOIR_WEIGHT",
+        "DIRECT",
+        "INDIRECT",
+    ):
         settings.view = view
         driver.redraw()
         for _ in range(3):

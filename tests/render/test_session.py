@@ -76,6 +76,18 @@ def test_scenes_with_nothing_in_them_render_with_every_answer(answers: dict[str,
         scene.add_quad((-1, 0, -1), (2, 0, 0), (0, 0, 2), principled())
 
 
+def test_cell_passes_agree_on_where_there_are_cells() -> None:
+    for answers in ({}, {"direct": "RESTIR_CACHE"}):
+        s = session(samples=1, passes=["Cells", "Cell Level", "Normal Bin"], **answers)
+        s.start(room())
+        assert s.wait(60.0).status is core.Status.DONE
+        cells, level, bins = (s.read(name) for name in ("Cells", "Cell Level", "Normal Bin"))
+        is_cell = cells.any(axis=-1)
+        assert is_cell.any()
+        assert np.array_equal(is_cell, level[..., 0] >= 1.0) and np.array_equal(is_cell, bins.any(axis=-1))
+        assert len(np.unique(bins[is_cell], axis=0)) < len(np.unique(cells[is_cell], axis=0))
+
+
 def test_a_cache_is_used_again() -> None:
     cache, scene = core.RenderCache(), room()
     pictures = []
