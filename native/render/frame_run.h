@@ -26,10 +26,9 @@ struct FrameRun {
 
 /// Light at the vertices of a path that is left to reservoirs.
 inline void ask_for_light(PathCapture& capture, const Settings& s) {
-  capture.direct_candidates =
-      s.direct == DirectAnswer::NEE ? 0.0f : static_cast<float>(s.direct_reuse.light_candidates);
+  capture.direct_candidates = uses_reservoirs(s.direct) ? static_cast<float>(s.direct_reuse.light_candidates) : 0.0f;
   capture.secondary_candidates =
-      s.secondary == SecondaryAnswer::NEE ? 0.0f : static_cast<float>(s.secondary_reuse.light_candidates);
+      uses_reservoirs(s.secondary) ? static_cast<float>(s.secondary_reuse.light_candidates) : 0.0f;
 }
 
 /// The pixels of the region as restir/ wants them.
