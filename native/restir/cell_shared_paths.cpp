@@ -96,7 +96,10 @@ float CellSharedPaths::finder_weight(PairWeights weights, size_t finder, const S
 void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch) const {
   const PathLink& found = *group.links[finder];
   scratch.pairs.clear();
-  for (size_t k = 0; k < group.size(); ++k) scratch.pairs.push_back(connect_pair(group, k, scratch.bsdfs[k], found.to));
+  for (size_t k = 0; k < group.size(); ++k) {
+    const bool may_have_it = k == finder || !found.to.point.is_glossy;
+    scratch.pairs.push_back(may_have_it ? connect_pair(group, k, scratch.bsdfs[k], found.to) : Scratch::Pair{});
+  }
   trace_pairs(group, finder, scratch);
   // Of a fresh sample only by rounding, for the link was made; one from the history may be hidden: then it is for
   // others.

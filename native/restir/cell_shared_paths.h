@@ -47,6 +47,9 @@ struct ReflectedPaths {
 /// exact weights cost nothing more. Groups are made without looking at the samples, and nothing carries over from frame
 /// to frame: every frame is unbiased and independent of all others.
 ///
+/// Glossy sample points stay with their finders: what they received was looked for from there, and seen from elsewhere
+/// nearly all of their light would come by rare samples. Whether a point is glossy does not depend on who found it.
+///
 /// For Lambertian vertices of equal albedo the sum over a group is what it would be without sharing: sharing moves
 /// light between pixels. So it pays at the visible point for a picture that nobody denoises, and at the next vertex
 /// always, as that vertex belongs to another part of the picture for each of a group.

@@ -50,6 +50,22 @@ Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
   return receiver;
 }
 
+/// GGX width below which a lobe is narrow: what was scattered towards one direction says little about others.
+constexpr float kNarrowAlpha = 0.3f;
+
+/// By lobes and not by their albedos: whoever looks at the point must agree.
+bool is_glossy(const Bsdf& bsdf) {
+  bool has_narrow_lobe = false;
+  for (int i = 0; i < bsdf.count; ++i) {
+    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    if (is_smooth(lobe)) continue;
+    const auto* model = std::get_if<MicrofacetLobe>(&lobe.model);
+    if (!model) return false;
+    has_narrow_lobe |= std::min(model->alpha_x, model->alpha_y) < kNarrowAlpha;
+  }
+  return has_narrow_lobe;
+}
+
 }  // namespace
 
 Vec3 light_side(const SurfacePoint& point, const Bsdf& bsdf) {
@@ -72,6 +88,7 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
   visible.exists = true;
   visible.is_lambertian = bsdf.count == 1 && std::holds_alternative<LambertLobe>(bsdf.lobes[0].model) &&
                           !scene.materials[static_cast<size_t>(point.material)]->depends_on_view;
+  visible.is_glossy = is_glossy(bsdf);
   visible.rough_sampling = bsdf.rough_sampling;
   visible.scattered_kinds = scattered_kinds(bsdf);
   return visible;

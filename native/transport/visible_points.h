@@ -21,6 +21,7 @@ struct VisiblePoint {
   uint8_t scattered_kinds = 0;                         // RayVisibility bits of the rays that it can send on
   RoughSampling rough_sampling = RoughSampling::BSDF;  // of its BSDF
   bool is_lambertian = false;                          // sends the same radiance in all directions
+  bool is_glossy = false;                              // all rough lobes are microfacets, and some of them narrow
   PathState state;                                     // of the ray that arrived
   PathState scattered;                                 // of a ray scattered towards a light
   Rgb throughput;                                      // of the smooth surfaces on the way
