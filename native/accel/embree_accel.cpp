@@ -39,6 +39,13 @@ void set_ray(RTCRay8& out, size_t i, const Ray& ray, uint32_t mask) {
   out.flags[i] = 0;
 }
 
+/// Embree as Debian builds it ends the process for rays that are not numbers. They meet nothing; what carries them
+/// shows in the film, which counts it.
+bool is_number(const Ray& ray) {
+  const Vec3 o = ray.origin, d = ray.direction;
+  return std::isfinite(o.x + o.y + o.z) && std::isfinite(d.x + d.y + d.z) && ray.t_min <= ray.t_max;
+}
+
 class EmbreeAccel final : public Accel {
  public:
   EmbreeAccel(std::shared_ptr<const TopLevel> top, MeshScenes mesh_scenes)
@@ -48,6 +55,7 @@ class EmbreeAccel final : public Accel {
     return closest_hit(ray, any_surface_mask(visibility));
   }
   bool occluded(const Ray& ray, uint8_t visibility) const override {
+    if (!is_number(ray)) return false;
     RTCRay query;
     set_ray(query, ray, opaque_mask(visibility));
     embree_occluded(top_->scene.get(), query);
@@ -80,6 +88,10 @@ class EmbreeAccel final : public Accel {
     alignas(32) std::array<int, kPacketSize> valid{};
     RTCRay8 packet;
     for (size_t i = 0; i < rays.size(); ++i) {
+      if (!is_number(rays[i])) {
+        packet.tfar[i] = 0.0f;
+        continue;
+      }
       valid[i] = -1;
       set_ray(packet, i, rays[i], mask);
     }
@@ -87,6 +99,7 @@ class EmbreeAccel final : public Accel {
     for (size_t i = 0; i < rays.size(); ++i) is_occluded[i] = packet.tfar[i] < 0.0f;
   }
   std::optional<Hit> closest_hit(const Ray& ray, uint32_t mask) const {
+    if (!is_number(ray)) return std::nullopt;
     RTCRayHit query;
     set_ray(query.ray, ray, mask);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;

@@ -45,9 +45,9 @@ std::optional<LearnedLightSample> sample_learned_light(const PathContext& contex
     const double u_choice = (i + sampler.next_double()) / chooser.candidates;
     const float w =
         draw(context, chooser, vertex, u_choice, sampler.next_float(), kronecker_point(u_light, i), candidate);
-    if (w <= 0.0f) continue;  // what is not a number goes on to the film, which counts it
-    w_sum += w;
-    if (!(sampler.next_float() * w_sum >= w) || w == w_sum) chosen = candidate;
+    if (!(w > 0.0f)) continue;
+    w_sum += w;  // infinite light goes on to the film, which counts it
+    if (w == w_sum || sampler.next_float() * w_sum < w) chosen = candidate;
   }
   if (w_sum == 0.0f) return std::nullopt;
   const float W = w_sum / chosen.target;

@@ -196,6 +196,24 @@ TEST(Accel, RaysTracedTogetherMeetWhatTheyMeetAlone) {
   EXPECT_LT(occluded, total * 4 / 5);
 }
 
+TEST(Accel, RaysThatAreNotNumbersMeetNothing) {
+  const auto scene = make_scene();
+  scene->meshes = {make_mesh({{-9, -9, 1}, {9, -9, 1}, {0, 9, 1}})};
+  place(*scene, 0, kIdentity);
+  const auto accel = Accel::build(scene);
+  const Ray up{{0, 0, 0}, {0, 0, 1}};
+  const float nan = std::nanf("");
+  const std::array<Ray, 5> rays{up, Ray{{nan, 0, 0}, {0, 0, 1}}, Ray{{0, 0, 0}, {0, nan, 1}},
+                                Ray{{0, 0, 0}, {0, 0, INFINITY}}, Ray{{0, 0, 0}, {0, 0, 1}, 0.0f, nan}};
+  std::array<bool, 5> together{};
+  accel->occluded(rays, kVisibleToShadow, together);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    EXPECT_EQ(accel->intersect(rays[i], kVisibleToCamera).has_value(), i == 0);
+    EXPECT_EQ(accel->occluded(rays[i]), i == 0);
+    EXPECT_EQ(together[i], i == 0);
+  }
+}
+
 TEST(Accel, EmptyScenesAndMeshesAreHitByNothing) {
   const std::shared_ptr<Scene> scene = make_scene();
   const Ray ray{{0.0f, 0.0f, 2.0f}, {0.0f, 0.0f, -1.0f}};
