@@ -24,6 +24,7 @@ float draw(const PathContext& context, const LearnedLights::Chooser& chooser, co
   out.emitter = choice->sample.emitter;
   out.light = *light;
   out.f = evaluate_bsdf(vertex.bsdf, light->wi, light->visibility);
+  if (!std::isfinite(luminance(light->radiance))) return out.target = INFINITY;  // for the film to count
   const float expected = static_cast<float>(chooser.candidates) * choice->pmf;  // number of draws of this emitter
   const bool has_rival = !light->is_delta && light->use_mis;
   out.mis_weight = has_rival ? power_heuristic(expected * light->pdf, out.f.pdf * vertex.p_scatter) : 1.0f;
@@ -46,7 +47,7 @@ std::optional<LearnedLightSample> sample_learned_light(const PathContext& contex
     const float w =
         draw(context, chooser, vertex, u_choice, sampler.next_float(), kronecker_point(u_light, i), candidate);
     if (!(w > 0.0f)) continue;
-    w_sum += w;  // infinite light goes on to the film, which counts it
+    w_sum += w;
     if (w == w_sum || sampler.next_float() * w_sum < w) chosen = candidate;
   }
   if (w_sum == 0.0f) return std::nullopt;
