@@ -91,7 +91,7 @@ def compare_with_cycles(
     scene: bpy.types.Scene,
     size: tuple[int, int] = (48, 48),
     samples: int = 48,
-    count: int = 6,
+    count: int = 8,
     blocks: int = 4,
     plant: Callable[[bpy.types.Scene], None] | None = None,
     floor: float = 0.0,
