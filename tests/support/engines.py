@@ -35,6 +35,7 @@ CYCLES = {
     "transparent_max_bounces": BOUNCES,
 }
 CISTERN = {
+    "preset": "PATH_TRACING",  # what is compared is scenes; tests/render holds all else to it
     "pixel_filter": "BOX",
     "filter_width": 1.0,
     "clamp_direct": 0.0,
@@ -91,7 +92,7 @@ def compare_with_cycles(
     scene: bpy.types.Scene,
     size: tuple[int, int] = (48, 48),
     samples: int = 48,
-    count: int = 8,
+    count: int = 6,
     blocks: int = 4,
     plant: Callable[[bpy.types.Scene], None] | None = None,
     floor: float = 0.0,
