@@ -25,7 +25,7 @@ float draw(const PathContext& context, const LearnedLights::Chooser& chooser, co
   out.light = *light;
   out.f = evaluate_bsdf(vertex.bsdf, light->wi, light->visibility);
   if (!std::isfinite(luminance(light->radiance))) return out.target = INFINITY;  // for the film to count
-  const float expected = static_cast<float>(chooser.candidates) * choice->pmf;  // number of draws of this emitter
+  const float expected = static_cast<float>(chooser.candidates) * choice->pmf;   // number of draws of this emitter
   const bool has_rival = !light->is_delta && light->use_mis;
   out.mis_weight = has_rival ? power_heuristic(expected * light->pdf, out.f.pdf * vertex.p_scatter) : 1.0f;
   float reflected = luminance(out.f.total_cos() * light->radiance);
