@@ -1,5 +1,6 @@
 #include "restir/cell_shared_paths.h"
 
+#include "restir/pixel_reuse.h"
 #include "shading/material.h"
 
 namespace cistern {
@@ -10,10 +11,6 @@ constexpr float kLeastResponse = 0.02f;
 
 bool sends_light(const PathLink& link) {
   return link.W > 0.0f && !(is_black(link.to.light.radiance) && is_black(link.to.continuation.radiance));
-}
-
-Rgb sent_along(const PathContext& context, const PathSample& sample, const PathConnection& way) {
-  return sample.point.is_lambertian ? sample.radiance_as_found() : sent_radiance(context, sample, way);
 }
 
 }  // namespace
@@ -97,8 +94,9 @@ void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch
   const PathLink& found = *group.links[finder];
   scratch.pairs.clear();
   for (size_t k = 0; k < group.size(); ++k) {
-    const bool may_have_it = k == finder || !found.to.point.is_glossy;
-    scratch.pairs.push_back(may_have_it ? connect_pair(group, k, scratch.bsdfs[k], found.to) : Scratch::Pair{});
+    const bool may_have_it = !found.to.point.is_glossy && has_same_bounces(group.links[k]->from, found.from);
+    scratch.pairs.push_back(may_have_it || k == finder ? connect_pair(group, k, scratch.bsdfs[k], found.to)
+                                                       : Scratch::Pair{});
   }
   trace_pairs(group, finder, scratch);
   // Of a fresh sample only by rounding, for the link was made; one from the history may be hidden: then it is for
@@ -108,7 +106,7 @@ void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch
   for (size_t k = 0; k < group.size(); ++k) {
     const Scratch::Pair& pair = scratch.pairs[k];
     if (is_black(pair.transmittance)) continue;
-    const Rgb radiance = sent_along(context_, found.to, pair.way) * pair.transmittance * pair.way.geometry;
+    const Rgb radiance = sent_radiance(context_, found.to, pair.way) * pair.transmittance * pair.way.geometry;
     if (k == finder) group.reflected[k]->own += pair.f_cos * radiance * found.W;
     group.reflected[k]->add({pair.way.wi, radiance * weight, pair.f_cos, found.to.kind}, group.rngs[k].next_float());
   }
@@ -117,7 +115,8 @@ void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch
 void CellSharedPaths::add_to_sample(PathSample& sample, const ReflectedPaths& reflected, float u) {
   IncidentRadiance& continuation = sample.continuation;
   const Rgb found = continuation.f_cos * continuation.radiance;
-  if (sample.point.is_lambertian) {  // it matters to nobody where the light came from
+  if (sample.point.is_lambertian) {             // it matters to nobody where the light came from
+    continuation.wi = sample.point.receiver.n;  // from where targets expect light
     continuation.f_cos = Rgb(1.0f);
     continuation.radiance = found + reflected.sum;
     return;

@@ -52,6 +52,7 @@ std::optional<PathConnection> connect(const VisiblePoint& visible, const PathSam
 }
 
 Rgb sent_radiance(const PathContext& context, const PathSample& sample, const PathConnection& way) {
+  if (sample.point.is_lambertian) return sample.radiance_as_found();
   SurfacePoint point = surface_point(sample.point);
   point.wo = -way.wi;
   PathState state = sample.point.state;

@@ -14,11 +14,6 @@
 
 namespace cistern {
 
-/// Surfaces more transparent than this do not count as the first one seen: Cycles' default pass_alpha_threshold.
-inline constexpr float kMostTransparency = 0.5f;
-
-enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
-
 /// trace_path for a context with learned lights.
 PathRecord trace_learned_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
                               PathCapture* capture);
@@ -415,7 +410,7 @@ class Walk {
     if (sample->is_delta) {
       mis_receiver_.reset();
     } else {
-      mis_receiver_ = Receiver{point.position, light_side(point, bsdf)};
+      mis_receiver_ = MisReceiver{point.position, light_side(point, bsdf)};
       scatter_pdf_ = sample->pdf * p_scatter;
       if constexpr (Kind::captures) capture_.mis_candidates = capture_.vertex.light_candidates;
     }
@@ -478,10 +473,6 @@ class Walk {
     return true;
   }
 
-  struct Receiver {
-    Vec3 position, normal;
-  };
-
   const PathContext& context_;
   Ray ray_;
   PathSampler& sampler_;
@@ -491,7 +482,7 @@ class Walk {
   PathState state_;
   PathRecord record_;
   std::conditional_t<Kind::captures, CapturedThroughput, Throughput> throughput_;
-  std::optional<Receiver>
+  std::optional<MisReceiver>
       mis_receiver_;          // last vertex that next-event estimation could have lit; none after a delta lobe
   float scatter_pdf_ = 0.0f;  // of the current direction, per solid angle
   float path_length_ = 0.0f;

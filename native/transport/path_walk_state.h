@@ -8,6 +8,16 @@
 
 namespace cistern {
 
+/// Surfaces more transparent than this do not count as the first one seen: Cycles' default pass_alpha_threshold.
+inline constexpr float kMostTransparency = 0.5f;
+
+enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
+
+/// The last vertex that next-event estimation could have lit.
+struct MisReceiver {
+  Vec3 position, normal;
+};
+
 /// What a walk does. Each is compiled by itself, so that the reference estimator pays for nothing but its own.
 template <bool kCaptures, bool kLearns>
 struct WalkKind {
