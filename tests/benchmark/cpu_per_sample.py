@@ -33,9 +33,12 @@ def measure(blend: str, engine: str, scale: float, samples: list[int]) -> dict[s
     """Inside a fresh process: microseconds of user time per sample per pixel, and seconds of everything else."""
     import atexit
 
+    sys.path.insert(0, str(ROOT))
+    from tests.support.blender_folder import use_own_folder
+
+    use_own_folder()
     import bpy
 
-    sys.path.insert(0, str(ROOT))
     import addon
     from tests.support.engines import prepare, render
 

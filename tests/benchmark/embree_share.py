@@ -35,9 +35,12 @@ def render(blend: str, scale: float, samples: int) -> None:
     """Inside the sampled process."""
     import atexit
 
+    sys.path.insert(0, str(ROOT))
+    from tests.support.blender_folder import use_own_folder
+
+    use_own_folder()
     import bpy
 
-    sys.path.insert(0, str(ROOT))
     import addon
     from tests.support.engines import prepare
 

@@ -8,16 +8,17 @@ includes the normals that Blender computes on demand. `--fake` leaves the native
 
 import atexit
 import json
-import os
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "blender")]
-os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="cistern-benchmark-")
+
+from tests.support.blender_folder import use_own_folder  # noqa: E402
+
+use_own_folder()
 
 import bpy  # noqa: E402
 

@@ -9,10 +9,8 @@ Any other renders sessions of 1, 2 ... FRAMES frames, of which the differences a
 
 from __future__ import annotations
 
-import os
 import resource
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +19,10 @@ from numpy.typing import NDArray
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "examples")]
-os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="cistern-benchmark-"))
+
+from tests.support.blender_folder import use_own_folder  # noqa: E402
+
+use_own_folder()
 
 import bpy  # noqa: E402
 

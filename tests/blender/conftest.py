@@ -1,9 +1,7 @@
 """Blender as a module under pytest: a fresh configuration, an empty scene, and nothing left registered at exit."""
 
 import atexit
-import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,8 +12,9 @@ ROOT = Path(__file__).resolve().parents[2]
 for folder in (ROOT, Path(__file__).resolve().parent):
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
-# Before Blender starts, or the user's own configuration is read.
-os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="cistern-tests-")
+from tests.support.blender_folder import use_own_folder  # noqa: E402
+
+use_own_folder()
 
 import bpy  # noqa: E402
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import resource
 import sys
-import tempfile
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.benchmark.scoreboard.catalogue import EXAMPLES, Scene
+from tests.support.blender_folder import use_own_folder
 
-os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="cistern-benchmark-"))
+use_own_folder()
 
 import bpy  # noqa: E402, before the core, so that both share one oneTBB
 

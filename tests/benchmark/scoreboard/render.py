@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import atexit
 import json
-import os
 import resource
 import sys
 import tempfile
@@ -24,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.benchmark.scoreboard.catalogue import EXAMPLES, PATH, Engine
+from tests.support.blender_folder import use_own_folder
 
 BOUNCES = 12
 GUIDES = {"albedo": "Denoising Albedo", "normal": "Denoising Normal"}  # pass names of Cycles
@@ -192,5 +192,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="cistern-benchmark-"))
+    use_own_folder()
     main()
