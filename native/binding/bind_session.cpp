@@ -138,12 +138,13 @@ std::map<std::string, Setter> make_reuse_setters() {
        [](Settings& s, const py::handle& value) {
          s.screen_paths.spatial_reuse = s.world_paths.spatial_reuse = value.cast<bool>();
        }},
-      {"share_visible", [](Settings& s, const py::handle& value) { s.path_sharing.visible.size = value.cast<int>(); }},
-      {"share_deep", [](Settings& s, const py::handle& value) { s.path_sharing.deep.size = value.cast<int>(); }},
+      {"share_visible",
+       [](Settings& s, const py::handle& value) { s.path_sharing.visible.groups.size = value.cast<int>(); }},
+      {"share_deep", [](Settings& s, const py::handle& value) { s.path_sharing.deep.groups.size = value.cast<int>(); }},
       {"share_visible_pixels",
-       [](Settings& s, const py::handle& value) { s.path_sharing.visible_pixels = value.cast<float>(); }},
+       [](Settings& s, const py::handle& value) { s.path_sharing.visible.pixels = value.cast<float>(); }},
       {"share_deep_pixels",
-       [](Settings& s, const py::handle& value) { s.path_sharing.deep_pixels = value.cast<float>(); }},
+       [](Settings& s, const py::handle& value) { s.path_sharing.deep.pixels = value.cast<float>(); }},
       {"path_source",
        [](Settings& s, const py::handle& value) {
          s.screen_paths.source = enum_member<RoughSampling>(

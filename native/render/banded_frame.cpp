@@ -5,7 +5,7 @@
 namespace cistern {
 namespace {
 
-/// Of a band, about: enough for full groups in cells of any size, few enough for 250 MB.
+/// Of a band, about: enough for full groups in cells of any size, few enough for 190 MB.
 constexpr int kBandPixels = 1 << 17;
 constexpr uint32_t kBandStream = 0x62616e64;
 
@@ -54,22 +54,17 @@ bool BandedFrame::trace_paths(const Region& band, uint32_t frame, const StopCond
     PathScratch path;
     PathCapture capture;
   };
-  const Settings& s = context_.settings;
-  const int first_row = band.y - s.region.y;
+  const int first_row = band.y - context_.settings.region.y;
   const bool shares = trial_.shares(frame);
   const auto trace = [&](int x, int y, Scratch& scratch) {
     const auto pixel = static_cast<uint32_t>(y * band.width + x);
-    PathSampler sampler(s.seed, full_frame_pixel(s, x, first_row + y), frame, s.sequence);
-    const Ray ray = sample_camera_ray(context_, x, first_row + y, sampler);
-    scratch.path.trains_lights = trains_lights(context_, full_frame_pixel(s, x, first_row + y), frame);
-    scratch.capture.link_count = sharing_.link_count();
-    scratch.capture.leaves_deep_link = sharing_.leaves_deep_link();
     if (!shares) {
-      records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path);
+      records_[pixel] = trace_pixel(context_, x, first_row + y, frame, scratch.path);
       visible_points_[pixel].exists = false;
       return;
     }
-    records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path, &scratch.capture);
+    sharing_.ask(scratch.capture, full_frame_pixel(context_.settings, x, first_row + y), frame);
+    records_[pixel] = trace_pixel(context_, x, first_row + y, frame, scratch.path, &scratch.capture);
     visible_points_[pixel] = scratch.capture.visible;
     sharing_.start_pixel(scratch.capture, pixel);
   };

@@ -1,16 +1,12 @@
 #include "render/cell_shared_stage.h"
 
-#include "base/parallel.h"
 #include "render/cell_layout.h"
 
 namespace cistern {
 namespace {
 
-constexpr size_t kGroupBlock = 16, kPixelBlock = 1024;
+constexpr size_t kGroupBlock = 64, kPixelBlock = 1024;
 enum Stream : uint32_t { SHARING = 0x300 };
-
-/// Of cells that bound groups of visible points: elsewhere the picture decides.
-constexpr float kSmallestVisibleCell = 1e-3f;  // of the scene's diagonal
 
 }  // namespace
 
@@ -62,7 +58,7 @@ std::array<PathSample*, kMaxPathLinks> CellSharedStage::samples(uint32_t pixel) 
   return {&links_[VISIBLE][pixel].to, &links_[DEEP][pixel].to};
 }
 
-const GroupRules& CellSharedStage::rules(Vertex vertex) const {
+const SharingCells& CellSharedStage::cells(Vertex vertex) const {
   const PathSharing& sharing = context_.settings.path_sharing;
   return vertex == VISIBLE ? sharing.visible : sharing.deep;
 }
@@ -71,19 +67,6 @@ Rng CellSharedStage::random_numbers(uint32_t pixel, uint32_t frame, uint32_t str
   const Settings& s = context_.settings;
   const ImageRegion image{region_.x, region_.y, region_.width, region_.height, s.width, s.height};
   return pixel_random_numbers(image, s.seed, pixel, frame, stream);
-}
-
-/// body(begin, end) for blocks of [0, count) in parallel; false if stopped.
-template <class Body>
-bool CellSharedStage::for_blocks(size_t count, size_t block_size, const StopCondition& stop, const Body& body) {
-  std::atomic<bool> stopped{false};
-  parallel_blocks(count, block_size, [&](size_t, size_t begin, size_t end) {
-    if (stop.cancelled.load(std::memory_order_relaxed) || stop.deadline_passed()) stopped = true;
-    if (stopped) return;
-    const FlushDenormals flush;
-    body(begin, end);
-  });
-  return !stopped;
 }
 
 /// At the deeper vertex first: what it reflects is part of what visible points share.
@@ -124,7 +107,7 @@ void CellSharedStage::keep_history() {
 
 bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopCondition& stop) {
   if (!make_groups(vertex, frame, stop)) return false;
-  return for_blocks(groups_.count(), kGroupBlock, stop, [&](size_t begin, size_t end) {
+  return for_each_block(groups_.count(), kGroupBlock, stop, [&](size_t begin, size_t end) {
     CellSharedPaths::Group group = empty_group(vertex);
     CellSharedPaths::Scratch scratch;
     for (size_t g = begin; g < end; ++g) share_group(vertex, frame, groups_.members(g), group, scratch);
@@ -132,13 +115,13 @@ bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopConditio
 }
 
 bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop) {
-  const PathSharing& sharing = context_.settings.path_sharing;
-  const float fine = std::ldexp(1.0f, -rules(vertex).fine_levels);
+  const SharingCells& cells = this->cells(vertex);
+  const float fine = std::ldexp(1.0f, -cells.groups.fine_levels);
   GridSettings grid;
-  grid.cell_pixels = (vertex == VISIBLE ? sharing.visible_pixels : sharing.deep_pixels) * fine;
-  grid.min_cell_size = (vertex == VISIBLE ? kSmallestVisibleCell : sharing.deep_size) * fine;
+  grid.cell_pixels = cells.pixels * fine;
+  grid.min_cell_size = cells.smallest * fine;
   const GridLayout layout = cell_layout(context_, grid, frame);
-  const bool done = for_blocks(pixel_count(), kPixelBlock, stop, [&](size_t begin, size_t end) {
+  const bool done = for_each_block(pixel_count(), kPixelBlock, stop, [&](size_t begin, size_t end) {
     for (size_t pixel = begin; pixel < end; ++pixel) {
       reflected_[pixel] = {};
       const VisiblePoint& point = links_[vertex][pixel].from;
@@ -146,15 +129,14 @@ bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondi
       classes_[pixel] = point.exists ? CellSharedPaths::group_class(point) : 0;
     }
   });
-  if (done) groups_.build(keys_, classes_, rules(vertex));
+  if (done) groups_.build(keys_, classes_, cells.groups);
   return done;
 }
 
 CellSharedPaths::Group CellSharedStage::empty_group(Vertex vertex) const {
   CellSharedPaths::Group group;
   group.weights = context_.settings.path_sharing.weights;
-  const bool is_resampled = vertex == VISIBLE && keeps_history();
-  if (is_resampled && group.weights == PairWeights::BALANCE) group.weights = PairWeights::TARGETS;
+  if (is_resampled(vertex) && group.weights == PairWeights::BALANCE) group.weights = PairWeights::TARGETS;
   return group;
 }
 
@@ -164,10 +146,9 @@ void CellSharedStage::share_group(Vertex vertex, uint32_t frame, std::span<const
   group.confidences.clear();
   group.reflected.clear();
   group.rngs.clear();
-  const bool is_resampled = vertex == VISIBLE && keeps_history();
   for (const uint32_t pixel : pixels) {
     group.links.push_back(&links_[vertex][pixel]);
-    group.confidences.push_back(is_resampled ? current_.temporal[pixel].c : 1.0f);
+    group.confidences.push_back(is_resampled(vertex) ? current_.temporal[pixel].c : 1.0f);
     group.reflected.push_back(&reflected_[pixel]);
     group.rngs.push_back(random_numbers(pixel, frame, SHARING + static_cast<uint32_t>(vertex)));
   }
@@ -175,7 +156,7 @@ void CellSharedStage::share_group(Vertex vertex, uint32_t frame, std::span<const
 }
 
 bool CellSharedStage::add_to_samples(uint32_t frame, const StopCondition& stop) {
-  return for_blocks(pixel_count(), kPixelBlock, stop, [&](size_t begin, size_t end) {
+  return for_each_block(pixel_count(), kPixelBlock, stop, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto pixel = static_cast<uint32_t>(i);
       PathLink& link = links_[VISIBLE][pixel];

@@ -30,10 +30,10 @@ class CellSharedStage final : public PathStage {
  private:
   enum Vertex : size_t { VISIBLE, DEEP };
   size_t pixel_count() const;
-  const GroupRules& rules(Vertex vertex) const;
+  const SharingCells& cells(Vertex vertex) const;
+  /// Whether what vertices found went through the history of their pixels.
+  bool is_resampled(Vertex vertex) const { return vertex == VISIBLE && keeps_history(); }
   Rng random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const;
-  template <class Body>
-  static bool for_blocks(size_t count, size_t block_size, const StopCondition& stop, const Body& body);
   bool share_at(Vertex vertex, uint32_t frame, const StopCondition& stop);
   bool make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop);
   CellSharedPaths::Group empty_group(Vertex vertex) const;

@@ -32,10 +32,8 @@ bool show_cells(const FrameContext& context, const LightCacheCells* cache_cells,
   std::vector<CellKey> keys(static_cast<size_t>(film.width()) * static_cast<size_t>(film.height()), kNoCell);
   const auto pixel_of = [&](int x, int y) { return static_cast<uint32_t>(y * film.width() + x); };
   const auto find_key = [&](int x, int y, PathScratch& scratch) {
-    PathSampler sampler(s.seed, full_frame_pixel(s, x, y), 0, s.sequence);
-    const Ray ray = sample_camera_ray(context, x, y, sampler);
     PathCapture capture;
-    trace_path(context.paths, ray, sampler, scratch, &capture);
+    trace_pixel(context, x, y, 0, scratch, &capture);
     const VisiblePoint& visible = capture.visible;
     if (!visible.exists) return;
     keys[pixel_of(x, y)] = cache_cells ? cache_key(*cache_cells, visible, s.grid.use_normals)

@@ -22,16 +22,21 @@ Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, 
   return camera_ray(camera, film_position, u_lens);
 }
 
+PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame, PathScratch& scratch,
+                       PathCapture* capture) {
+  const Settings& s = context.settings;
+  const uint32_t pixel = full_frame_pixel(s, x, y);
+  PathSampler sampler(s.seed, pixel, frame, s.sequence);
+  const Ray ray = sample_camera_ray(context, x, y, sampler);
+  scratch.trains_lights = context.learning && context.learning->trains(pixel, frame);
+  return trace_path(context.paths, ray, sampler, scratch, capture);
+}
+
 bool render_frames(const FrameContext& context, uint32_t first_frame, uint32_t count, Film& film,
                    const StopCondition& stop) {
-  const Settings& s = context.settings;
   const auto render_pixel = [&](int x, int y, PathScratch& scratch) {
-    for (uint32_t frame = first_frame; frame < first_frame + count; ++frame) {
-      PathSampler sampler(s.seed, full_frame_pixel(s, x, y), frame, s.sequence);
-      const Ray ray = sample_camera_ray(context, x, y, sampler);
-      scratch.trains_lights = trains_lights(context, full_frame_pixel(s, x, y), frame);
-      film.add(static_cast<uint32_t>(y * film.width() + x), trace_path(context.paths, ray, sampler, scratch));
-    }
+    for (uint32_t frame = first_frame; frame < first_frame + count; ++frame)
+      film.add(static_cast<uint32_t>(y * film.width() + x), trace_pixel(context, x, y, frame, scratch));
   };
   const auto finish_tile = [&](const PathScratch& scratch) {
     if (context.learning) context.learning->add(scratch.light_records);

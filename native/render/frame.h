@@ -13,11 +13,6 @@ struct FrameContext {
   LearnedLightStage* learning = nullptr;  // where paths leave records of light; null: nowhere
 };
 
-/// Whether the path of a pixel, by its number in the full frame, leaves records.
-inline bool trains_lights(const FrameContext& context, uint32_t pixel, uint32_t frame) {
-  return context.learning && context.learning->trains(pixel, frame);
-}
-
 /// A pixel of the region by its number in the full frame: pictures of a part equal that part of the whole.
 uint32_t full_frame_pixel(const Settings& settings, int x, int y);
 
@@ -25,6 +20,11 @@ uint32_t full_frame_pixel(const Settings& settings, int x, int y);
 Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sampler);
 /// The same of another camera.
 Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, int y, PathSampler& sampler);
+
+/// Traces the path of a pixel's sample in a frame, which leaves records in the scratch where the choice of lights
+/// learns from it; `capture` as trace_path has it.
+PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame, PathScratch& scratch,
+                       PathCapture* capture = nullptr);
 
 /// Adds frames [first_frame, first_frame + count) of paths that share nothing to the film, of which at most the choice
 /// of lights is learned: then all with the same table. The picture does not depend

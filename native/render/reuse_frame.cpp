@@ -68,14 +68,10 @@ bool ReuseFrame::trace_paths(const FrameRun& run) {
   if (secondary_) secondary_->begin_frame();
   const auto trace = [&](int x, int y, Scratch& scratch) {
     const auto pixel = static_cast<uint32_t>(y * s.region.width + x);
-    const uint32_t full_pixel = full_frame_pixel(s, x, y);
-    PathSampler sampler(s.seed, full_pixel, run.frame, s.sequence);
-    const Ray ray = sample_camera_ray(context_, x, y, sampler);
-    scratch.path.trains_lights = trains_lights(context_, full_frame_pixel(s, x, y), run.frame);
     PathCapture& capture = scratch.capture;
     ask_for_light(capture, s);
-    if (paths_) paths_->ask(capture, full_pixel, run.frame);
-    records_[pixel] = trace_path(context_.paths, ray, sampler, scratch.path, &capture);
+    if (paths_) paths_->ask(capture, full_frame_pixel(s, x, y), run.frame);
+    records_[pixel] = trace_pixel(context_, x, y, run.frame, scratch.path, &capture);
     visible_points_[pixel] = capture.visible;
     if (direct_) direct_->start_pixel(capture.visible, pixel, run.frame, scratch.non_finite);
     if (secondary_) scratch.batch.add(pixel, capture.vertices);

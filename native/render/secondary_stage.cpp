@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "base/parallel.h"
 #include "render/cell_layout.h"
 
 namespace cistern {
@@ -56,10 +55,7 @@ bool SecondaryStage::join_batches(const FrameRun& run) {
   cells_.points.resize(count);
   cells_.reservoirs.resize(count);
   scratch_.resize(count);
-  std::atomic<bool> stopped{false};
-  parallel_blocks(batches_.size(), 1, [&](size_t i, size_t, size_t) {
-    if (run.stop.cancelled.load(std::memory_order_relaxed)) stopped = true;
-    if (stopped) return;
+  const bool done = for_each_block(batches_.size(), 1, run.stop, [&](size_t i, size_t) {
     Batch& batch = batches_[i];
     auto vertex = static_cast<uint32_t>(first[i]);
     for (const auto& [pixel, vertex_count] : batch.counts) {
@@ -72,7 +68,7 @@ bool SecondaryStage::join_batches(const FrameRun& run) {
     batch = {};
   });
   batches_.clear();
-  return !stopped;
+  return done;
 }
 
 Rng SecondaryStage::random_numbers(uint32_t vertex, uint32_t frame, uint32_t pass) const {
@@ -84,16 +80,11 @@ Rng SecondaryStage::random_numbers(uint32_t vertex, uint32_t frame, uint32_t pas
 /// body(vertex, non_finite)
 template <class Body>
 bool SecondaryStage::for_vertices(const FrameRun& run, const Body& body) const {
-  std::atomic<bool> stopped{false};
-  parallel_blocks(vertices_.size(), kVertexBlock, [&](size_t, size_t begin, size_t end) {
-    if (run.stop.cancelled.load(std::memory_order_relaxed) || run.stop.deadline_passed()) stopped = true;
-    if (stopped) return;
-    const FlushDenormals flush;
+  return for_each_block(vertices_.size(), kVertexBlock, run.stop, [&](size_t begin, size_t end) {
     uint64_t non_finite = 0;
     for (size_t i = begin; i < end; ++i) body(static_cast<uint32_t>(i), non_finite);
     run.non_finite_weights.fetch_add(non_finite, std::memory_order_relaxed);
   });
-  return !stopped;
 }
 
 bool SecondaryStage::reuse(const FrameRun& run) {

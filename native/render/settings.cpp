@@ -80,12 +80,13 @@ void check_screen_paths(ScreenPathReuse& reuse) {
 void check_path_sharing(PathSharing& sharing) {
   constexpr int kMost = 64;
   const PathSharing ours;
-  if (sharing.visible.size == 0) sharing.visible.size = ours.visible.size;
-  if (sharing.deep.size == 0) sharing.deep.size = ours.deep.size;
-  require("share_visible", sharing.visible.size, 1, kMost);
-  require("share_deep", sharing.deep.size, 1, kMost);
-  require("share_visible_pixels", sharing.visible_pixels, 1.0f, 1e5f);
-  require("share_deep_pixels", sharing.deep_pixels, 1.0f, 1e5f);
+  int &visible = sharing.visible.groups.size, &deep = sharing.deep.groups.size;
+  if (visible == 0) visible = ours.visible.groups.size;
+  if (deep == 0) deep = ours.deep.groups.size;
+  require("share_visible", visible, 1, kMost);
+  require("share_deep", deep, 1, kMost);
+  require("share_visible_pixels", sharing.visible.pixels, 1.0f, 1e5f);
+  require("share_deep_pixels", sharing.deep.pixels, 1.0f, 1e5f);
 }
 
 void check_light_cache(LightCacheSettings& cache) {

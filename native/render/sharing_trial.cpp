@@ -13,7 +13,7 @@ constexpr double kLeftOut = 0.02;
 }  // namespace
 
 SharingTrial::SharingTrial(const Settings& s)
-    : is_tried_(s.path_sharing.visible.size == 1 && s.path_sharing.deep.size > 1 &&
+    : is_tried_(s.path_sharing.visible.groups.size == 1 && s.path_sharing.deep.groups.size > 1 &&
                 s.samples > static_cast<int>(kFrames)),
       columns_((s.region.width + kBoxSize - 1) / kBoxSize) {
   if (!is_tried_) return;

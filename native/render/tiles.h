@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "accel/accel.h"
+#include "base/parallel.h"
 
 namespace cistern {
 
@@ -40,6 +41,20 @@ bool for_each_pixel(int width, int height, const StopCondition& stop, const Body
     finish(scratch);
   };
   tbb::parallel_for(tiles, visit_tile, tbb::simple_partitioner());
+  return !stopped;
+}
+
+/// Calls body(begin, end) for each block of [0, count) as parallel_blocks does. Leaves out the blocks that are not
+/// begun once cancelled or past the deadline; true if there were none.
+template <class Body>
+bool for_each_block(size_t count, size_t block_size, const StopCondition& stop, const Body& body) {
+  std::atomic<bool> stopped{false};
+  parallel_blocks(count, block_size, [&](size_t, size_t begin, size_t end) {
+    if (stop.cancelled.load(std::memory_order_relaxed) || stop.deadline_passed()) stopped = true;
+    if (stopped) return;
+    const FlushDenormals flush;
+    body(begin, end);
+  });
   return !stopped;
 }
 

@@ -14,17 +14,22 @@ namespace cistern {
 /// what FAST stands for, and what tests must tell from the others.
 enum class PairWeights : uint8_t { BALANCE, TARGETS, UNSHADOWED, EQUAL };
 
+/// Which vertices share with each other.
+struct SharingCells {
+  GroupRules groups{.size = 16};  // a size of 1: none share
+  float pixels;                   // edge of the cells that bound groups, in pixels; at least:
+  float smallest;                 // of the scene's diagonal
+  friend bool operator==(const SharingCells&, const SharingCells&) = default;
+};
+
 /// What sharing in cells can be told, for each of the two vertices it happens at.
 struct PathSharing {
   PairWeights weights = PairWeights::BALANCE;
   /// Whether visible points merge what they find with the history of their pixel before they share it; what they are
   /// handed then does not become history. Better single frames, which are no longer independent.
   bool temporal_reuse = true;
-  GroupRules visible{.size = 16};  // at the visible point; a size of 1: not shared there
-  GroupRules deep{.size = 16};     // at the next vertex
-  float visible_pixels = 32.0f;    // edge of the cells that bound groups of visible points, in pixels
-  float deep_pixels = 96.0f;       // of next vertices; at least:
-  float deep_size = 1.0f / 64.0f;  // of the scene's diagonal
+  SharingCells visible{.pixels = 32.0f, .smallest = 1e-3f};      // visible points
+  SharingCells deep{.pixels = 96.0f, .smallest = 1.0f / 64.0f};  // next vertices
   friend bool operator==(const PathSharing&, const PathSharing&) = default;
 };
 
