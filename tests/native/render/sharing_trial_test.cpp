@@ -13,7 +13,7 @@ Settings for_a_denoiser(int samples) {
   Settings s;
   s.region = {0, 0, kWidth, kHeight};
   s.samples = samples;
-  s.path_sharing.visible.size = 1;
+  s.path_sharing.visible.groups.size = 1;
   return s;
 }
 
@@ -48,7 +48,7 @@ TEST(SharingTrial, SharesWhereNoiseFallsByMoreThanTheCost) {
 
 TEST(SharingTrial, IsLeftOutOfPicturesThatNobodyDenoisesAndOfShortOnes) {
   Settings plain = for_a_denoiser(100);
-  plain.path_sharing.visible.size = 16;
+  plain.path_sharing.visible.groups.size = 16;
   for (const SharingTrial& trial : {SharingTrial(plain), SharingTrial(for_a_denoiser(16))}) {
     EXPECT_FALSE(trial.is_running(0));
     EXPECT_TRUE(trial.shares(1));

@@ -94,6 +94,46 @@ TEST(CellSharedPaths, OtherWeightsAreSeenToBeBiased) {
   EXPECT_LT(share_paths(PairWeights::EQUAL).p_value(), kFalseAlarmRate);
 }
 
+/// How many of a hundred pairs of paths, changed by `alter`, leave either point something else than its own.
+template <class Alter>
+int pairs_that_share(const Alter& alter) {
+  const Tracer tracer(divided_box());
+  const CellSharedPaths paths(tracer.context());
+  PathScratch path_scratch;
+  CellSharedPaths::Scratch scratch;
+  int changed = 0;
+  for (uint32_t path = 0; path < 100; ++path) {
+    std::array<PathCapture, 2> captures;
+    std::array<ReflectedPaths, 2> reflected;
+    CellSharedPaths::Group group;
+    for (uint32_t k = 0; k < 2; ++k) {
+      captures[k].link_count = 1;
+      PathSampler sampler(7, k, path, SampleSequence::RANDOM);
+      trace_path(tracer.context(), k == 0 ? kLit : kCorner, sampler, path_scratch, &captures[k]);
+      alter(captures[k].links[0], k);
+      group.links.push_back(&captures[k].links[0]);
+      group.confidences.push_back(1.0f);
+      group.reflected.push_back(&reflected[k]);
+      group.rngs.emplace_back(11, k, path, 0);
+    }
+    paths.share(group, scratch);
+    changed += std::ranges::any_of(
+        reflected, [](const ReflectedPaths& r) { return std::abs(r.sum.g - r.own.g) > 1e-5f * (r.sum.g + r.own.g); });
+  }
+  return changed;
+}
+
+/// Groups keep them apart by hashes, which may collide.
+TEST(CellSharedPaths, PathsWithOtherBouncesLeftStayApart) {
+  EXPECT_GT(pairs_that_share([](PathLink&, uint32_t) {}), 8);
+  const auto set_back = [](PathLink& link, uint32_t k) { link.from.state.diffuse_depth += static_cast<uint16_t>(k); };
+  EXPECT_EQ(pairs_that_share(set_back), 0);
+}
+
+TEST(CellSharedPaths, GlossySamplePointsStayWithTheirFinders) {
+  EXPECT_EQ(pairs_that_share([](PathLink& link, uint32_t) { link.to.point.is_glossy = true; }), 0);
+}
+
 TEST(CellSharedPaths, AloneAPointKeepsItsOwn) {
   const Tracer tracer(divided_box());
   const CellSharedPaths paths(tracer.context());
