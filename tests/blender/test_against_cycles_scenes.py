@@ -1,7 +1,8 @@
 """Scenes made by others against Cycles, from the folder CISTERN_TEST_SCENES; see test_against_cycles_lights.
 
-Each comparison raises a false alarm with probability 0.01. What it can see is stated too: the standard error of the
-ratio of both pictures' means must be below the scene's `precision`, or the test has too few samples to say anything.
+By the Final preset: what a user gets who chooses nothing. Each comparison raises a false alarm with probability
+0.01. What it can see is stated too: the standard error of the ratio of both pictures' means must be below the scene's
+`precision`, or the test has too few samples to say anything.
 """
 
 import os
@@ -69,7 +70,8 @@ def remove_coincident_faces() -> None:
 def test_scene(name: str) -> None:
     scene, budget = load(name), SCENES[name]
     aspect = scene.render.resolution_y / scene.render.resolution_x
-    result = compare_with_cycles(scene, size=(80, round(80 * aspect)), samples=budget.samples, blocks=budget.blocks)
+    size = (80, round(80 * aspect))
+    result = compare_with_cycles(scene, size, budget.samples, blocks=budget.blocks, preset="FINAL")
     assert result.agrees, result
     assert result.ratio_error < budget.precision, result
 

@@ -35,7 +35,7 @@ CYCLES = {
     "transparent_max_bounces": BOUNCES,
 }
 CISTERN = {
-    "preset": "PATH_TRACING",  # what is compared is scenes; tests/render holds all else to it
+    "preset": "PATH_TRACING",
     "pixel_filter": "BOX",
     "filter_width": 1.0,
     "clamp_direct": 0.0,
@@ -96,9 +96,11 @@ def compare_with_cycles(
     blocks: int = 4,
     plant: Callable[[bpy.types.Scene], None] | None = None,
     floor: float = 0.0,
+    preset: str = "PATH_TRACING",
 ) -> Comparison:
     """Cistern against Cycles. `plant` changes the scene before Cycles renders it: a planted bug."""
     prepare(scene, *size)
+    scene.cistern.preset = preset
     ours = replicas(scene, "CISTERN", count, samples, blocks)
     if plant:
         plant(scene)
