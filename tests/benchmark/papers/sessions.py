@@ -1,4 +1,4 @@
-"""Sessions of the core on a scene of the scoreboard, frame by frame: what the comparisons of the papers share."""
+"""Sessions of the core on a scene of the scoreboard, frame by frame: what the comparisons of settings share."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PATH_TRACER = {"direct": "NEE", "secondary": "NEE", "indirect": "PATH"}
 class Rendered:
     """The mean of the samples of a session, or with `frame` one of its frames alone."""
 
-    picture: NDArray[np.float64]  # (height, width, 3), indirect light
+    picture: NDArray[np.float64]  # (height, width, 3)
     seconds: float  # of CPU, all threads
     stages: dict[str, float]  # CPU seconds by stage
 
@@ -62,9 +62,11 @@ def open_scene(scene: Scene) -> None:
 
 
 class Sessions:
-    """Of one scene, in indirect light of at most so many bounces."""
+    """Of one scene, in light of at most so many bounces, of which pictures show one pass."""
 
-    def __init__(self, scene: Scene, pixels: int, bounces: int, light_sampling: str) -> None:
+    def __init__(
+        self, scene: Scene, pixels: int, bounces: int, light_sampling: str, pass_name: str = "Indirect"
+    ) -> None:
         import cistern_core as core
 
         from addon.sync.scene import sync_scene
@@ -76,11 +78,11 @@ class Sessions:
         render.resolution_x, render.resolution_y, render.resolution_percentage = *size.values(), 100
         builder = core.SceneBuilder()
         sync_scene(bpy.context.evaluated_depsgraph_get(), builder, core=core)
-        self._core, self._scene = core, builder.snapshot()
+        self._core, self._scene, self._pass_name = core, builder.snapshot(), pass_name
         self._common = size | {
             "max_bounces": bounces,
             "light_sampling": core.LightSampling[light_sampling],
-            "passes": ["Indirect"],
+            "passes": [pass_name],
         }
 
     def mean(self, samples: int, seed: int, **settings: Any) -> Rendered:
@@ -93,7 +95,9 @@ class Sessions:
         seconds = resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
         if progress.status is not self._core.Status.DONE or progress.non_finite_samples or progress.non_finite_weights:
             raise RuntimeError(f"{progress.status.name}: {progress.error or 'numbers that are not finite'}")
-        return Rendered(session.read("Indirect").astype(np.float64), seconds, dict(progress.stage_seconds))
+        return Rendered(
+            session.read(self._pass_name)[..., :3].astype(np.float64), seconds, dict(progress.stage_seconds)
+        )
 
     def frame(self, number: int, seed: int, **settings: Any) -> Rendered:
         """Frame `number` (2 or more) alone, with the history of those before it: number x mean less the sum of a
