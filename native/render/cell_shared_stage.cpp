@@ -76,10 +76,12 @@ bool CellSharedStage::share(uint32_t frame, const StopCondition& stop) {
 
 bool CellSharedStage::reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
                             std::span<const VisiblePoint> previous) {
-  if (!keeps_history()) return share(run.frame, run.stop);
   previous_.visible_points = previous_.temporal.empty() ? std::span<const VisiblePoint>() : previous;
-  return share_at(DEEP, run.frame, run.stop) && add_to_samples(run.frame, run.stop) &&
-         merge_with_history(run, visible) && share_at(VISIBLE, run.frame, run.stop);
+  const bool done = keeps_history() ? share_at(DEEP, run.frame, run.stop) && add_to_samples(run.frame, run.stop) &&
+                                          merge_with_history(run, visible) && share_at(VISIBLE, run.frame, run.stop)
+                                    : share(run.frame, run.stop);
+  run.stage_times.lap("Paths: sharing");
+  return done;
 }
 
 /// Links of visible points then hold the temporal reservoirs.

@@ -44,19 +44,24 @@ bool DirectStage::merge_cache(const FrameRun& run, std::span<const VisiblePoint>
   const WorkMonitor monitor{[&] { return run.stop.cancelled || run.stop.deadline_passed(); },
                             is_first_frame_ ? report_caching_ : nullptr};
   if (!cached_->prepare(visible, run.frame, monitor)) return false;
-  return run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+  run.stage_times.lap("Direct light: cache");
+  const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
     if (visible[pixel].exists)
       reservoirs_[pixel] = cached_->initial_candidates(visible[pixel], pixel, run.frame, non_finite);
   });
+  run.stage_times.lap("Direct light: candidates");
+  return done;
 }
 
 bool DirectStage::reuse_in_time(const FrameRun& run, std::span<const VisiblePoint> visible) {
   if (!context_.settings.direct_reuse.temporal_reuse || history_.reservoirs.empty()) return true;
-  return run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+  const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
     if (visible[pixel].exists)
       reservoirs_[pixel] =
           direct_.reuse_in_time(visible[pixel], reservoirs_[pixel], history_, pixel, run.frame, non_finite);
   });
+  run.stage_times.lap("Direct light: temporal reuse");
+  return done;
 }
 
 bool DirectStage::reuse_in_space(const FrameRun& run, std::span<const VisiblePoint> visible) {
@@ -69,6 +74,7 @@ bool DirectStage::reuse_in_space(const FrameRun& run, std::span<const VisiblePoi
     });
     if (!done) return false;
     std::swap(reservoirs_, scratch_);
+    run.stage_times.lap("Direct light: spatial reuse");
   }
   return true;
 }

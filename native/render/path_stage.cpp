@@ -8,6 +8,9 @@
 namespace cistern {
 namespace {
 
+/// Names of stages, see StageTimes.
+constexpr const char *kTemporalReuse = "Paths: temporal reuse", *kSpatialReuse = "Paths: spatial reuse";
+
 size_t pixel_count(const FrameContext& context) {
   const Region& region = context.settings.region;
   return static_cast<size_t>(region.width) * static_cast<size_t>(region.height);
@@ -50,20 +53,24 @@ class ScreenPathStage final : public PathStage {
     if (must_validate_ || is_validation_frame(run.frame)) {
       if (!drop_invalid(run, must_validate_ ? Nulls::DROP : Nulls::KEEP)) return false;
       must_validate_ = false;
+      run.stage_times.lap("Paths: validation");
     }
     current_.visible_points = visible;
     previous_.visible_points = previous_.temporal.empty() ? std::span<const VisiblePoint>() : previous;
-    const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+    bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
       if (!visible[pixel].exists) return;
       current_.temporal[pixel].sample.origin = {full_frame_pixel_of(pixel), run.frame};
       const PathReservoir found = paths_.keep_one_direction(visible[pixel], current_.temporal[pixel], pixel, run.frame);
       current_.temporal[pixel] = paths_.reuse_in_time(visible[pixel], found, previous_, pixel, run.frame, non_finite);
     });
-    return done && run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+    run.stage_times.lap(kTemporalReuse);
+    done = done && run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
       current_.spatial[pixel] = visible[pixel].exists
                                     ? paths_.reuse_in_space(current_, previous_, pixel, run.frame, non_finite)
                                     : PathReservoir{};
     });
+    run.stage_times.lap(kSpatialReuse);
+    return done;
   }
 
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override {
@@ -166,7 +173,7 @@ class WorldPathStage final : public PathStage {
         link_count_(has_lamps_that_count_bounces(context.paths) ? 1 : 2) {
     resize(current_);
     spatial_.resize(pixel_count(context));
-    keys_.resize(current_.points.size());
+    keys_.resize(current_.reservoirs.size());
   }
 
   /// Second links lie a bounce deeper than those of visible points: lamps that count would give them less.
@@ -174,8 +181,7 @@ class WorldPathStage final : public PathStage {
   void start_pixel(const PathCapture& capture, uint32_t pixel) override {
     const size_t entry = 2 * size_t{pixel};
     const bool has_deep_vertex = link_count_ > 1 && capture.links[0].W > 0.0f;
-    current_.points[entry] = capture.visible;
-    current_.points[entry + 1] = has_deep_vertex ? capture.links[1].from : VisiblePoint{};
+    current_.deep_points[pixel] = has_deep_vertex ? capture.links[1].from : VisiblePoint{};
     current_.reservoirs[entry] = WorldSpacePaths::initial_sample(capture.links[0]);
     current_.reservoirs[entry + 1] = WorldSpacePaths::initial_sample(capture.links[1]);
   }
@@ -184,27 +190,34 @@ class WorldPathStage final : public PathStage {
     return {&current_.reservoirs[entry].sample, &current_.reservoirs[entry + 1].sample};
   }
 
-  bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible, std::span<const VisiblePoint>) override {
+  bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
+             std::span<const VisiblePoint> previous) override {
+    current_.visible_points = visible;
+    previous_.visible_points = previous_.reservoirs.empty() ? std::span<const VisiblePoint>() : previous;
     current_.layout = cell_layout(context_, run.frame);
     const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
       const size_t entry = 2 * size_t{pixel};
       for (const size_t i : {entry, entry + 1}) {
-        keys_[i] = paths_.key(current_.layout, current_.points[i], pixel, run.frame, i != entry);
-        current_.reservoirs[i] =
-            paths_.keep_one_direction(current_.points[i], current_.reservoirs[i], pixel, run.frame, i != entry);
+        const VisiblePoint& point = current_.point(i);
+        keys_[i] = paths_.key(current_.layout, point, pixel, run.frame, i != entry);
+        current_.reservoirs[i] = paths_.keep_one_direction(point, current_.reservoirs[i], pixel, run.frame, i != entry);
       }
       if (visible[pixel].exists)
         current_.reservoirs[entry] =
             paths_.reuse_in_time(visible[pixel], current_.reservoirs[entry], previous_, pixel, run.frame, non_finite);
     });
+    run.stage_times.lap(kTemporalReuse);
     if (!done) return false;
     current_.cells.build(keys_);
-    return run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
+    run.stage_times.lap("Paths: grid");
+    const bool spatial_done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
       spatial_[pixel] = visible[pixel].exists
                             ? paths_.reuse_in_cells(visible[pixel], current_.reservoirs[2 * size_t{pixel}], previous_,
                                                     pixel, run.frame, non_finite)
-                            : PathReservoir{};
+                            : PathReference{};
     });
+    run.stage_times.lap(kSpatialReuse);
+    return spatial_done;
   }
 
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override {
@@ -225,23 +238,23 @@ class WorldPathStage final : public PathStage {
     std::swap(keys_, stage.keys_);
     resize(current_);
     spatial_.resize(pixel_count(context_));
-    keys_.resize(current_.points.size());
+    keys_.resize(current_.reservoirs.size());
     previous_.view = source.view();
-    if (source.earlier()) previous_.points.clear();
+    if (source.earlier()) previous_.reservoirs.clear();
   }
 
   size_t memory_bytes() const override {
     const auto bytes = [](const PathCells& c) {
-      return c.points.capacity() * sizeof(VisiblePoint) + c.reservoirs.capacity() * sizeof(PathReservoir) +
+      return c.deep_points.capacity() * sizeof(VisiblePoint) + c.reservoirs.capacity() * sizeof(PathReservoir) +
              c.cells.memory_bytes();
     };
-    return bytes(current_) + bytes(previous_) + spatial_.capacity() * sizeof(PathReservoir) +
+    return bytes(current_) + bytes(previous_) + spatial_.capacity() * sizeof(PathReference) +
            keys_.capacity() * sizeof(CellKey);
   }
 
  private:
   void resize(PathCells& cells) const {
-    cells.points.resize(2 * pixel_count(context_));
+    cells.deep_points.resize(pixel_count(context_));
     cells.reservoirs.resize(2 * pixel_count(context_));
   }
 
@@ -249,7 +262,7 @@ class WorldPathStage final : public PathStage {
   WorldSpacePaths paths_;
   int link_count_;
   PathCells current_, previous_;
-  LazyVector<PathReservoir> spatial_;  // by pixel
+  LazyVector<PathReference> spatial_;  // by pixel, into the reservoirs of both frames
   LazyVector<CellKey> keys_;           // by entry
 };
 

@@ -45,11 +45,9 @@ bool ReuseFrame::render(Film& film, const StopCondition& stop) {
   if (!trace_paths(run)) return false;
   stage_times_.lap("Paths");
   if (direct_ && !direct_->reuse(run, visible_points_, previous_visible_points_)) return false;
-  if (direct_) stage_times_.lap("Direct light");
   if (secondary_ && !reuse_secondary_light(run)) return false;
   if (secondary_) stage_times_.lap("Later points: shading");
   if (paths_ && !paths_->reuse(run, visible_points_, previous_visible_points_)) return false;
-  if (paths_) stage_times_.lap("Path reuse");
   if (!shade(run, film)) return false;
   keep_history();
   stage_times_.lap("Shading");

@@ -125,7 +125,7 @@ void Session::run() {
   }
 }
 
-bool Session::keeps_history() const { return settings_.keep_history && settings_.keeps_visible_points(); }
+bool Session::keeps_history() const { return settings_.keep_history && settings_.has_temporal_reuse(); }
 
 /// Null for the reference path tracer and for banded frames.
 std::unique_ptr<ReuseFrame> Session::make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,

@@ -73,7 +73,8 @@ struct Settings {
   std::vector<Pass> passes;  // besides Combined
 
   /// Whether some answer looks at the visible points of the frame before.
-  bool keeps_visible_points() const {
+  bool keeps_visible_points() const { return has_temporal_reuse() || indirect == IndirectAnswer::WORLD_REUSE; }
+  bool has_temporal_reuse() const {
     return direct_reuse.temporal_reuse || (indirect != IndirectAnswer::PATH && screen_paths.temporal_reuse);
   }
   /// Whether history is taken from the RenderCache and left there. It needs temporal reuse.

@@ -23,15 +23,14 @@ PathReservoir WorldSpacePaths::keep_one_direction(const VisiblePoint& point, con
 PathReservoir WorldSpacePaths::reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial,
                                              const PathCells& previous, uint32_t pixel, uint32_t frame,
                                              uint64_t& non_finite) const {
-  if (!reuse_.temporal_reuse || previous.points.empty()) return initial;
+  if (!reuse_.temporal_reuse || previous.visible_points.empty()) return initial;
   const auto before = reproject(previous.view, image_, context_.scene.camera, visible, pixel);
   if (!before) return initial;
-  const size_t entry = 2 * size_t{before->pixel};
-  const VisiblePoint& there = previous.points[entry];
+  const VisiblePoint& there = previous.visible_points[before->pixel];
   if (!is_at(previous.view, *before, there, kHistorySimilarity) || !has_same_bounces(visible, there)) return initial;
   PathCandidates candidates;
   candidates.add(visible, initial, 1.0f);
-  candidates.add(there, previous.reservoirs[entry], reuse_.temporal_cap);
+  candidates.add(there, previous.reservoirs[2 * size_t{before->pixel}], reuse_.temporal_cap);
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, TEMPORAL);
   return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));
 }
@@ -44,10 +43,11 @@ CellKey WorldSpacePaths::key(const GridLayout& layout, const VisiblePoint& point
   return cell_key(layout, jitter_in_tangent_plane(layout, point.receiver.position, n, rng.next_vec2()), n);
 }
 
-PathReservoir WorldSpacePaths::reuse_in_cells(const VisiblePoint& visible, const PathReservoir& temporal,
+PathReference WorldSpacePaths::reuse_in_cells(const VisiblePoint& visible, const PathReservoir& temporal,
                                               const PathCells& previous, uint32_t pixel, uint32_t frame,
                                               uint64_t& non_finite) const {
-  if (!reuse_.spatial_reuse || previous.points.empty()) return temporal;
+  const PathReference own{&temporal.sample, temporal.W, temporal.c};
+  if (!reuse_.spatial_reuse || previous.visible_points.empty()) return own;
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, CELLS);
   const Vec3 n = visible.receiver.n;
   const Vec3 place = jitter_in_tangent_plane(previous.layout, visible.receiver.position, n, rng.next_vec2());
@@ -57,19 +57,20 @@ PathReservoir WorldSpacePaths::reuse_in_cells(const VisiblePoint& visible, const
   PathCandidates candidates;
   candidates.add(visible, temporal, INFINITY);
   for (uint32_t i = 0; i < drawn.count && !candidates.is_full(); ++i) {
-    const VisiblePoint& other = previous.points[cell[drawn[i]]];
+    const size_t entry = cell[drawn[i]];
+    const VisiblePoint& other = previous.point(entry);
     // Deep entries found as much as their visible point would have.
-    if (!has_same_bounces(visible, previous.points[cell[drawn[i]] & ~1u])) continue;
+    if (!has_same_bounces(visible, previous.visible_points[entry / 2])) continue;
     if (dot(other.receiver.n, n) < kSmallestNormalCosine) continue;
-    candidates.add(other, previous.reservoirs[cell[drawn[i]]], reuse_.temporal_cap);
+    candidates.add(other, previous.reservoirs[entry], reuse_.temporal_cap);
   }
-  if (candidates.count() == 1) return temporal;
-  return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));
+  if (candidates.count() == 1) return own;
+  return candidates.merge(context_, reuse_.rules, rng, non_finite);
 }
 
-Rgb WorldSpacePaths::shade(const VisiblePoint& visible, const PathReservoir& reservoir) const {
+Rgb WorldSpacePaths::shade(const VisiblePoint& visible, const PathReference& reservoir) const {
   if (!(reservoir.W > 0.0f)) return {};
-  return reflected_path(context_, visible, reservoir.sample, reuse_.rules.reflection) * reservoir.W;
+  return reflected_path(context_, visible, *reservoir.sample, reuse_.rules.reflection) * reservoir.W;
 }
 
 }  // namespace cistern

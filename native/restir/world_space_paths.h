@@ -25,8 +25,13 @@ struct PathCells {
   EarlierView view;
   GridLayout layout;
   HashGrid cells;
-  LazyVector<VisiblePoint> points;  // empty: there is no such frame
-  LazyVector<PathReservoir> reservoirs;
+  std::span<const VisiblePoint> visible_points;  // by pixel; empty: there is no such frame
+  LazyVector<VisiblePoint> deep_points;          // by pixel
+  LazyVector<PathReservoir> reservoirs;          // by entry
+
+  const VisiblePoint& point(size_t entry) const {
+    return entry % 2 == 0 ? visible_points[entry / 2] : deep_points[entry / 2];
+  }
 };
 
 /// World-space path resampling.
@@ -64,11 +69,12 @@ class WorldSpacePaths {
   /// The cell an entry is put into: displaced in its tangent plane.
   CellKey key(const GridLayout& layout, const VisiblePoint& point, uint32_t pixel, uint32_t frame, bool is_deep) const;
 
-  /// Alg. 2 l.9-22: from the previous frame's grid.
-  PathReservoir reuse_in_cells(const VisiblePoint& visible, const PathReservoir& temporal, const PathCells& previous,
+  /// Alg. 2 l.9-22: from the previous frame's grid. The sample stays where it is, in `temporal` or `previous`.
+  PathReference reuse_in_cells(const VisiblePoint& visible, const PathReservoir& temporal, const PathCells& previous,
                                uint32_t pixel, uint32_t frame, uint64_t& non_finite) const;
 
-  Rgb shade(const VisiblePoint& visible, const PathReservoir& reservoir) const;
+  /// Radiance at the camera; traces the ray to the sample point.
+  Rgb shade(const VisiblePoint& visible, const PathReference& reservoir) const;
 
  private:
   const PathContext& context_;

@@ -11,22 +11,31 @@ constexpr int kSide = 32;
 constexpr float kSpacing = 0.05f;
 constexpr ImageRegion kImage{0, 0, kSide, kSide, kSide, kSide};
 
-/// A point of a floor for each pixel, all of which found nothing.
-PathCells floor_cells(const WorldSpacePaths& paths, const GridLayout& layout, uint32_t frame) {
-  PathCells cells;
-  cells.layout = layout;
-  std::vector<CellKey> keys;
+/// A point of a floor for each pixel.
+std::vector<VisiblePoint> floor_points() {
+  std::vector<VisiblePoint> points(kSide * kSide);
   for (uint32_t pixel = 0; pixel < kSide * kSide; ++pixel) {
-    VisiblePoint point;
+    VisiblePoint& point = points[pixel];
     const Vec3 up{0.0f, 0.0f, 1.0f};
     const Vec3 at{kSpacing * static_cast<float>(pixel % kSide), kSpacing * static_cast<float>(pixel / kSide), 0.0f};
     point.receiver = {at, up, up, up, Rgb(0.5f), Rgb(), 1.0f, 0.0f};
     point.ng = point.ns = up;
     point.exists = true;
-    cells.points.insert(cells.points.end(), {point, VisiblePoint{}});
-    cells.reservoirs.resize(cells.points.size(), {{}, 0.0f, 1.0f});
-    keys.insert(keys.end(), {paths.key(layout, point, pixel, frame, false), kNoCell});
   }
+  return points;
+}
+
+/// Their cells; all found nothing.
+PathCells cells_of(std::span<const VisiblePoint> points, const WorldSpacePaths& paths, const GridLayout& layout,
+                   uint32_t frame) {
+  PathCells cells;
+  cells.layout = layout;
+  cells.visible_points = points;
+  cells.deep_points.resize(points.size(), VisiblePoint{});
+  cells.reservoirs.resize(2 * points.size(), {{}, 0.0f, 1.0f});
+  std::vector<CellKey> keys;
+  for (uint32_t pixel = 0; pixel < kSide * kSide; ++pixel)
+    keys.insert(keys.end(), {paths.key(layout, points[pixel], pixel, frame, false), kNoCell});
   cells.cells.build(keys);
   return cells;
 }
@@ -36,7 +45,7 @@ float taken_over(const WorldSpacePaths& paths, const PathCells& previous, uint32
   float sum = 0.0f;
   uint64_t non_finite = 0;
   for (uint32_t pixel = 0; pixel < kSide * kSide; ++pixel) {
-    const VisiblePoint& visible = previous.points[2 * size_t{pixel}];
+    const VisiblePoint& visible = previous.visible_points[pixel];
     sum += paths.reuse_in_cells(visible, {{}, 0.0f, 1.0f}, previous, pixel, frame, non_finite).c - 1.0f;
   }
   return sum / (kSide * kSide);
@@ -52,7 +61,8 @@ TEST(WorldSpacePaths, PreviousCellsAreLookedUpWithTheirOwnCamera) {
   const Tracer tracer(scene);
   const WorldSpacePaths paths(tracer.context(), {}, kImage, 1);
   const Vec3 before{0.8f, 0.8f, 1.0f}, now{0.8f, 0.8f, 2.5f};
-  PathCells previous = floor_cells(paths, layout_from(before, 6), 6);
+  const std::vector<VisiblePoint> points = floor_points();
+  PathCells previous = cells_of(points, paths, layout_from(before, 6), 6);
   const float found = taken_over(paths, previous, 7);
   EXPECT_GT(found, 2.0f) << "most cells hold three entries or more";
   previous.layout = layout_from(now, 6);
