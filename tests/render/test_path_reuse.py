@@ -19,7 +19,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.support.core_scenes import SceneDescription, render
-from tests.support.path_scenes import GRAY, SCENES, lamp_to_ceiling, room
+from tests.support.path_scenes import GRAY, SCENES, harsh_room, lamp_to_ceiling, room
 from tests.support.statistics import Comparison, block_means, compare_replicas, sidak
 
 FALSE_ALARM_RATE = 0.01
@@ -239,10 +239,14 @@ def test_five_percent_too_much_light_is_seen(name: str) -> None:
     assert not result.agrees, result
 
 
+def is_quick(answers: Answers) -> bool:
+    """Answers for direct light have tests of their own; here they are beside others."""
+    return answers[1:] != ("NEE", "PATH") and answers[0] in ("NEE", "RESTIR")
+
+
 BIT_MODES = [
-    pytest.param(answers, bias, id="-".join([*answers, bias]))
+    pytest.param(answers, bias, id="-".join([*answers, bias]), marks=() if is_quick(answers) else pytest.mark.slow)
     for answers in COMBINATIONS
-    if answers[1:] != ("NEE", "PATH") and answers[0] in ("NEE", "RESTIR")
     for bias in ("UNBIASED", "FAST")
 ]
 
@@ -251,12 +255,22 @@ BIT_MODES = [
 def test_same_bits_for_any_number_of_threads(answers: Answers, bias: str) -> None:
     passes = ["Direct", "Indirect", "Emission", "Environment"]
     settings = members_of(answers) | dict(size=SIZE, samples=4, max_bounces=3, bias=bias, passes=passes)
+    settings |= dict(temporal_reuse=True)
     one = render(scene("panes"), seed=3, threads=1, **settings)
     for threads in (2, 7):
         several = render(scene("panes"), seed=3, threads=threads, **settings)
         assert all(np.array_equal(one[name], several[name]) for name in one)
     other = render(scene("panes"), seed=4, threads=1, **settings)
     assert not np.array_equal(one["Indirect"], other["Indirect"])  # or else equality would prove nothing
+
+
+@pytest.mark.parametrize("strength", [1e-12, 1e12])
+@pytest.mark.parametrize(("answers", "bias"), BIT_MODES)
+def test_no_weight_is_other_than_finite(answers: Answers, bias: str, strength: float) -> None:
+    """`render` fails on samples and weights that are not; native tests see that such weights are counted."""
+    settings = members_of(answers) | dict(size=SIZE, samples=6, max_bounces=4, bias=bias, temporal_reuse=True)
+    picture = render(harsh_room(strength), seed=3, **settings)["Combined"]
+    assert picture.max() > 1e-3 * strength
 
 
 @pytest.mark.parametrize("bias", ["UNBIASED", "FAST"])

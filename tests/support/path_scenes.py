@@ -158,6 +158,22 @@ def hidden_objects() -> core.Scene:
     return scene.snapshot()
 
 
+def harsh_room(strength: float = 1.0) -> core.Scene:
+    """Unkind to arithmetic: surfaces that lie in each other or meet under a degree, slivers, black and white walls,
+    lobes just rough enough to reuse, a point lamp near a wall and lamps 10^12 apart in strength."""
+    scene = SceneDescription()
+    rough_enough = principled((1.0, 1.0, 1.0), metallic=1.0, roughness=0.2)
+    room(scene, floor=principled((1.0, 1.0, 1.0)), back=rough_enough, left=principled((0.0, 0.0, 0.0)))
+    lamp_to_ceiling(scene, strength)
+    scene.add_quad((-0.5, -0.5, 0.0), (1.0, 0, 0), (0, 1.0, 0), GRAY, name="in the floor")
+    scene.add_quad((-0.8, 0.0, 0.0), (1.6, 0, 0), (0, 0.5, 0.005), GREEN, name="wedge")
+    scene.add_quad((0.2, -0.6, 0.0), (1e-5, 0, 0), (0, 0, 1.0), RED, name="sliver")
+    scene.add_sphere(0.3, principled((0.9, 0.9, 1.0), specular=1.0, roughness=0.2, transmission=1.0), (0.5, 0, 0.3))
+    point_on(scene, (0.0, 0.999, 1.0), 1e-4, (strength, strength, strength))
+    point_on(scene, (0.6, -0.6, 1.0), 0.0, (1e-12 * strength, 1e-12 * strength, 1e-12 * strength))
+    return scene.snapshot()
+
+
 SCENES: dict[str, Callable[[], core.Scene]] = {
     make.__name__: make
     for make in (
