@@ -35,6 +35,7 @@ class Comparison:
     ratio: float  # sum of all means of `a` over those of `b`
     ratio_error: float  # one standard error
     largest_difference: float  # of the means of a value, over the mean of all values of `b`
+    differing: int = 0  # values whose p is below the level
 
     @property
     def agrees(self) -> bool:
@@ -73,7 +74,8 @@ def compare_replicas(
     error = abs(ratio) * float(np.hypot(*relative))
     largest = float(np.max(np.abs(mean_a - mean_b)) / np.mean(mean_b)) if mean_b.any() else np.inf
     level = sidak(false_alarm_rate, p.size)
-    return Comparison(float(p[worst]), level, worst, float(abs(t[worst])), ratio, error, largest)
+    differing = int((p < level).sum())
+    return Comparison(float(p[worst]), level, worst, float(abs(t[worst])), ratio, error, largest, differing)
 
 
 def compare_to_value(a: NDArray, expected: float | NDArray, false_alarm_rate: float = FALSE_ALARM_RATE) -> Comparison:

@@ -30,7 +30,7 @@ SHARES = {
 def measure(sessions: Sessions, reference: Reference, arguments: argparse.Namespace, scene: str) -> list[Finding]:
     ratios: dict[str, list[float]] = {}
     for seed in range(1, arguments.rounds + 1):
-        plain = sessions.frame(arguments.frames, seed)
+        plain = sessions.path_traced_frame(seed)
         for bias in ("UNBIASED", "FAST"):
             cells = sessions.frame(arguments.frames, seed, secondary="CELL_RESERVOIRS", temporal_reuse=True, bias=bias)
             for kind, error in (("MSE", reference.mse), ("trimmed MSE", reference.trimmed_mse)):

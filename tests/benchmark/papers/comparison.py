@@ -42,13 +42,14 @@ class Finding:
     spread: Range | None  # over the rounds
     paper: Range | None
     unit: str = ""
+    error: float = 0.0  # of the value, where it is known: what is no farther off counts as within
 
     @property
     def row(self) -> str:
         spread, paper = (str(r) if r else "" for r in (self.spread, self.paper))
         verdict = ""
         if self.paper:
-            is_within = self.paper.low <= self.value <= self.paper.high
+            is_within = self.paper.low - self.error <= self.value <= self.paper.high + self.error
             verdict = "within" if is_within else ("above" if self.value > self.paper.high else "below")
         return f"| {self.scene} | {self.what} | {self.value:.3g}{self.unit} | {spread} | {paper} | {verdict} |"
 

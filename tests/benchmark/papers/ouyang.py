@@ -17,14 +17,12 @@ from tests.benchmark.papers.sessions import Reference, Sessions
 
 SCENES = ("veach_ajar", "door_ajar", "market", "glossy_hall")
 PAPER = {"UNBIASED": Range(9.3, 166.0), "FAST": Range(14.6, 141.0)}
-PILOT_SAMPLES = 16
 
 
 def measure(sessions: Sessions, reference: Reference, arguments: argparse.Namespace, scene: str) -> list[Finding]:
     """Rounds in turn: both forms of reuse, and path tracing for as long."""
     ratios: dict[tuple[str, str, str], list[float]] = {}
-    pilot = [sessions.mean(count, 1).seconds for count in (PILOT_SAMPLES, 2 * PILOT_SAMPLES)]
-    per_sample = (pilot[1] - pilot[0]) / PILOT_SAMPLES
+    per_sample = sessions.path_traced_frame(1).seconds
     for seed in range(1, arguments.rounds + 1):
         for bias in PAPER:
             frame = sessions.frame(arguments.frames, seed, indirect="SCREEN_REUSE", temporal_reuse=True, bias=bias)

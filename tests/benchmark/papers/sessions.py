@@ -29,6 +29,7 @@ class Rendered:
     picture: NDArray[np.float64]  # (height, width, 3)
     seconds: float  # of CPU, all threads
     stages: dict[str, float]  # CPU seconds by stage
+    memory_bytes: int  # by the core's own count
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,8 @@ class Sessions:
 
         open_scene(scene)
         render = bpy.context.scene.render
-        scale = (pixels / (render.resolution_x * render.resolution_y)) ** 0.5
-        size = {"width": round(render.resolution_x * scale), "height": round(render.resolution_y * scale)}
+        self._shape = render.resolution_x, render.resolution_y
+        size = self.size(pixels)
         render.resolution_x, render.resolution_y, render.resolution_percentage = *size.values(), 100
         builder = core.SceneBuilder()
         sync_scene(bpy.context.evaluated_depsgraph_get(), builder, core=core)
@@ -85,29 +86,38 @@ class Sessions:
             "passes": [pass_name],
         }
 
-    def mean(self, samples: int, seed: int, **settings: Any) -> Rendered:
+    def size(self, pixels: int) -> dict[str, int]:
+        """Settings of a picture of about so many pixels, in the scene's shape."""
+        scale = (pixels / (self._shape[0] * self._shape[1])) ** 0.5
+        return {"width": round(self._shape[0] * scale), "height": round(self._shape[1] * scale)}
+
+    def mean(self, samples: int, seed: int, cache: object = None, **settings: Any) -> Rendered:
         """Raises RuntimeError when the render fails or meets numbers that are not finite."""
         members = self._common | PATH_TRACER | settings | {"samples": samples, "seed": seed}
         session = self._core.Session(self._core.Settings(**members))
         before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
-        session.start(self._scene)
+        session.start(self._scene, cache)
         progress = session.wait(3000.0)
         seconds = resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
         if progress.status is not self._core.Status.DONE or progress.non_finite_samples or progress.non_finite_weights:
             raise RuntimeError(f"{progress.status.name}: {progress.error or 'numbers that are not finite'}")
-        return Rendered(
-            session.read(self._pass_name)[..., :3].astype(np.float64), seconds, dict(progress.stage_seconds)
-        )
+        picture = session.read(self._pass_name)[..., :3].astype(np.float64)
+        return Rendered(picture, seconds, dict(progress.stage_seconds), progress.memory_bytes)
 
     def frame(self, number: int, seed: int, **settings: Any) -> Rendered:
-        """Frame `number` (2 or more) alone, with the history of those before it: number x mean less the sum of a
-        session one frame shorter, since sessions of one seed repeat each other's frames. Its times are those of the
-        longer session over its number of frames, building left out."""
-        before, after = (self.mean(count, seed, **settings) for count in (number - 1, number))
-        building = self.mean(1, seed, **settings).seconds
-        stages = {name: seconds / number for name, seconds in after.stages.items()}
-        seconds = (after.seconds - building) / (number - 1)
-        return Rendered(number * after.picture - (number - 1) * before.picture, seconds, stages)
+        """Frame `number` (2 or more) alone, in a session of its own that goes on with the history of those before it.
+        Its times are means over all of them, without building."""
+        cache = self._core.RenderCache()
+        settings["keep_history"] = True
+        before = self.mean(number - 1, seed, cache, **settings)
+        last = self.mean(1, seed, cache, **settings)
+        stages = {stage: (seconds + last.stages[stage]) / number for stage, seconds in before.stages.items()}
+        return Rendered(last.picture, sum(stages.values()), stages, last.memory_bytes)
+
+    def path_traced_frame(self, seed: int, samples: int = 16) -> Rendered:
+        """One sample for each pixel. Its time is the mean of more of them, without building."""
+        one, more = (self.mean(count, seed) for count in (1, 1 + samples))
+        return Rendered(one.picture, (more.seconds - one.seconds) / samples, {}, one.memory_bytes)
 
     def reference(self, samples: int, seed: int = 1_000_001) -> Reference:
         halves = (self.mean(samples // 2, seed + k).picture for k in (0, 1))
