@@ -74,8 +74,11 @@ QUICK: list[tuple[Answers, str, str]] = [
 ]
 """Cases of quick runs: each answer but the cache, which is slow to start, and each scene."""
 
+THREE_SCENES = ("glossy_room", "panes", "open_scene")
+"""For all combinations. What is special about the others shows with any answer for direct light."""
+
 ALL: list[tuple[Answers, str, str]] = [
-    *((answers, name, "") for answers in COMBINATIONS for name in SCENES),
+    *((a, name, "") for a in COMBINATIONS for name in (SCENES if a[0] == "NEE" else THREE_SCENES)),
     *(
         (("NEE", "CELL_RESERVOIRS", indirect), name, limits)
         for indirect in INDIRECT[1:]
