@@ -54,6 +54,7 @@ PASSES = (
     RenderPass(
         "Reservoir Weight", "Reservoir Weight", "X", "VALUE", lambda layer: layer.cistern.use_pass_reservoir_weight
     ),
+    RenderPass("Reuse Count", "Reuse Count", "X", "VALUE", lambda layer: layer.cistern.use_pass_reuse_count),
     RenderPass(
         "Denoising Normal",
         "Denoising Normal",

@@ -279,7 +279,7 @@ class CisternViewLayerSettings(bpy.types.PropertyGroup):
         name="Reservoir Confidence",
         description=(
             "How many batches of light candidates the pixel's choice stands for: 1 without reuse, 0 where there is "
-            "none; from the first sample"
+            "none; from the last sample"
         ),
         default=False,
     )
@@ -287,7 +287,15 @@ class CisternViewLayerSettings(bpy.types.PropertyGroup):
         name="Reservoir Weight",
         description=(
             "Weight of the pixel's light sample: about the reciprocal of the probability it was chosen with, 0 where "
-            "there is none; from the first sample"
+            "there is none; from the last sample"
+        ),
+        default=False,
+    )
+    use_pass_reuse_count: BoolProperty(
+        name="Reuse Count",
+        description=(
+            "How many samples of other points, or of the sample before, the pixel was handed for its light: 0 without "
+            "reuse; from the last sample"
         ),
         default=False,
     )

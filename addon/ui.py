@@ -114,7 +114,9 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
         column.prop(view_layer.cistern, "use_pass_denoising_normal")
         column.prop(view_layer.cistern, "use_pass_noisy")
         column = layout.column(heading="Reuse")
-        for name in ("cells", "cell_occupancy", "cell_level", "normal_bin", "reservoir_confidence", "reservoir_weight"):
+        for name in ("cells", "cell_occupancy", "cell_level", "normal_bin"):
+            column.prop(view_layer.cistern, f"use_pass_{name}")
+        for name in ("reservoir_confidence", "reservoir_weight", "reuse_count"):
             column.prop(view_layer.cistern, f"use_pass_{name}")
         column = layout.column(heading="Light")
         column.prop(view_layer.cistern, "use_pass_direct")

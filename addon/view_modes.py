@@ -31,6 +31,11 @@ VIEW_ITEMS = (
         "Reservoir Weight",
         "Weight of a pixel's light sample: dark blue 0.1 and less, green 100, white 100,000 and more",
     ),
+    (
+        "REUSE_COUNT",
+        "Reuse Count",
+        "Samples of other points that a pixel was handed: black none, dark blue 1, green 8, white 64 and more",
+    ),
 )
 
 
@@ -53,6 +58,7 @@ SOURCES: dict[str, tuple[str, LogScale | None]] = {
     "NORMAL_BIN": ("Normal Bin", None),
     "RESERVOIR_CONFIDENCE": ("Reservoir Confidence", LogScale(1.0, 256.0)),
     "RESERVOIR_WEIGHT": ("Reservoir Weight", LogScale(0.1, 1e5)),
+    "REUSE_COUNT": ("Reuse Count", LogScale(1.0, 64.0)),
 }
 
 # Dark blue, blue, green, yellow, white in equal steps: brighter at each. Scene-linear Rec. 709.

@@ -245,7 +245,8 @@ class Settings:
     clamp_indirect: float
     time_limit: float  # seconds, 0: none
     # Besides Combined: Direct, Indirect, Emission, Environment, Depth, Normal, Position, Denoising Albedo, Denoising
-    # Normal; and, of one frame: Cells, Cell Occupancy, Cell Level, Normal Bin, Reservoir Confidence, Reservoir Weight.
+    # Normal; and, of one frame: Cells, Cell Occupancy, Cell Level, Normal Bin, Reservoir Confidence, Reservoir Weight,
+    # Reuse Count.
     passes: Sequence[str]
 
 class Progress:

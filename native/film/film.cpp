@@ -26,6 +26,7 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Normal Bin", 3},
     {"Reservoir Confidence", 1},
     {"Reservoir Weight", 1},
+    {"Reuse Count", 1},
 }};
 
 bool is_mean_over_hits(Pass pass) { return pass == Pass::DEPTH || pass == Pass::NORMAL || pass == Pass::POSITION; }

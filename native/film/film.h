@@ -28,6 +28,7 @@ enum class Pass : uint8_t {
   NORMAL_BIN,
   RESERVOIR_CONFIDENCE,
   RESERVOIR_WEIGHT,
+  REUSE_COUNT,
   COUNT
 };
 

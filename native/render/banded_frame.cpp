@@ -83,6 +83,8 @@ void BandedFrame::add_to_film(const Region& band, Film& film) {
       PathRecord& record = records_[i];
       if (visible_points_[i].exists) sharing_.add_to(visible_points_[i], pixel, limit, record);
       film.add(offset + pixel, record);
+      const uint32_t others = visible_points_[i].exists ? sharing_.reuse_count(pixel) : 0;
+      film.show(Pass::REUSE_COUNT, offset + pixel, Rgb(static_cast<float>(others)));
     }
   });
 }

@@ -27,6 +27,7 @@ void CellSharedStage::set_region(const Region& region) {
   const size_t pixels = pixel_count();
   for (auto& links : links_) links.resize(pixels);
   reflected_.resize(pixels);
+  reuse_counts_.resize(pixels);
   if (keeps_history()) current_.temporal.resize(pixels);
   keys_.resize(pixels);
   classes_.resize(pixels);
@@ -52,6 +53,7 @@ void CellSharedStage::start_pixel(const PathCapture& capture, uint32_t pixel) {
     link.W = capture.links[i].W;
     if (link.W > 0.0f) link.to = capture.links[i].to;
   }
+  reuse_counts_[pixel] = 0;
 }
 
 std::array<PathSample*, kMaxPathLinks> CellSharedStage::samples(uint32_t pixel) {
@@ -94,7 +96,8 @@ bool CellSharedStage::merge_with_history(const FrameRun& run, std::span<const Vi
     PathLink& link = links_[VISIBLE][pixel];
     const PathReservoir found =
         temporal_paths_.keep_one_direction(visible[pixel], ScreenSpacePaths::initial_sample(link), pixel, run.frame);
-    temporal = temporal_paths_.reuse_in_time(visible[pixel], found, previous_, pixel, run.frame, non_finite);
+    temporal = temporal_paths_.reuse_in_time(visible[pixel], found, previous_, pixel, run.frame, non_finite,
+                                             reuse_counts_[pixel]);
     link.to = temporal.sample;
     link.W = temporal.W;
   });
@@ -152,6 +155,7 @@ void CellSharedStage::share_group(Vertex vertex, uint32_t frame, std::span<const
     group.links.push_back(&links_[vertex][pixel]);
     group.confidences.push_back(is_resampled(vertex) ? current_.temporal[pixel].c : 1.0f);
     group.reflected.push_back(&reflected_[pixel]);
+    reuse_counts_[pixel] += static_cast<uint32_t>(pixels.size()) - 1;
     group.rngs.push_back(random_numbers(pixel, frame, SHARING + static_cast<uint32_t>(vertex)));
   }
   paths_.share(group, scratch);
@@ -182,7 +186,7 @@ size_t CellSharedStage::memory_bytes() const {
   return reservoirs * sizeof(PathReservoir) +
          (links_[VISIBLE].capacity() + links_[DEEP].capacity()) * sizeof(PathLink) +
          reflected_.capacity() * sizeof(ReflectedPaths) + keys_.capacity() * sizeof(CellKey) +
-         classes_.capacity() * sizeof(uint32_t) + groups_.memory_bytes();
+         (classes_.capacity() + reuse_counts_.capacity()) * sizeof(uint32_t) + groups_.memory_bytes();
 }
 
 }  // namespace cistern

@@ -18,6 +18,7 @@ class CellSharedStage final : public PathStage {
              std::span<const VisiblePoint> previous) override;
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override;
   std::optional<Rgb> shade_alone(const VisiblePoint& visible, uint32_t pixel) const override;
+  uint32_t reuse_count(uint32_t pixel) const override { return reuse_counts_[pixel]; }
   void keep_history() override;
   void take_over(PathStage&& earlier, const HistorySource& source) override;
   size_t memory_bytes() const override;
@@ -49,6 +50,7 @@ class CellSharedStage final : public PathStage {
   ScreenSpacePaths temporal_paths_;
   std::array<LazyVector<PathLink>, kMaxPathLinks> links_;  // by vertex and pixel; `to` means nothing where W is 0
   LazyVector<ReflectedPaths> reflected_;                   // by pixel, of the last vertex shared at
+  LazyVector<uint32_t> reuse_counts_;                      // by pixel
   PathFrame current_, previous_;                           // temporal reservoirs, with history alone
   LazyVector<CellKey> keys_;
   LazyVector<uint32_t> classes_;

@@ -12,6 +12,7 @@ DirectStage::DirectStage(const FrameContext& context, std::shared_ptr<const Ligh
     cached_.emplace(context.paths, s.direct_reuse, s.light_cache, image_region(s), s.seed, std::move(cache_cells));
   const size_t pixels = static_cast<size_t>(s.region.width) * static_cast<size_t>(s.region.height);
   reservoirs_.resize(pixels);
+  reuse_counts_.resize(pixels);
   if (s.direct_reuse.spatial_reuse) scratch_.resize(pixels);
 }
 
@@ -29,6 +30,7 @@ void DirectStage::take_over(DirectStage&& earlier, const HistorySource& source) 
 
 void DirectStage::start_pixel(const VisiblePoint& visible, uint32_t pixel, uint32_t frame, uint64_t& non_finite) {
   reservoirs_[pixel] = {};
+  reuse_counts_[pixel] = 0;
   if (visible.exists && !cached_) reservoirs_[pixel] = direct_.initial_candidates(visible, pixel, frame, non_finite);
 }
 
@@ -47,7 +49,8 @@ bool DirectStage::merge_cache(const FrameRun& run, std::span<const VisiblePoint>
   run.stage_times.lap("Direct light: cache");
   const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
     if (visible[pixel].exists)
-      reservoirs_[pixel] = cached_->initial_candidates(visible[pixel], pixel, run.frame, non_finite);
+      reservoirs_[pixel] =
+          cached_->initial_candidates(visible[pixel], pixel, run.frame, non_finite, reuse_counts_[pixel]);
   });
   run.stage_times.lap("Direct light: candidates");
   return done;
@@ -57,8 +60,8 @@ bool DirectStage::reuse_in_time(const FrameRun& run, std::span<const VisiblePoin
   if (!context_.settings.direct_reuse.temporal_reuse || history_.reservoirs.empty()) return true;
   const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
     if (visible[pixel].exists)
-      reservoirs_[pixel] =
-          direct_.reuse_in_time(visible[pixel], reservoirs_[pixel], history_, pixel, run.frame, non_finite);
+      reservoirs_[pixel] = direct_.reuse_in_time(visible[pixel], reservoirs_[pixel], history_, pixel, run.frame,
+                                                 non_finite, reuse_counts_[pixel]);
   });
   run.stage_times.lap("Direct light: temporal reuse");
   return done;
@@ -68,9 +71,9 @@ bool DirectStage::reuse_in_space(const FrameRun& run, std::span<const VisiblePoi
   const DirectReuse& reuse = context_.settings.direct_reuse;
   for (int round = 0; reuse.spatial_reuse && round < reuse.spatial_rounds; ++round) {
     const bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
-      scratch_[pixel] = visible[pixel].exists
-                            ? direct_.reuse_in_space(visible, reservoirs_, pixel, run.frame, round, non_finite)
-                            : LightReservoir{};
+      scratch_[pixel] = visible[pixel].exists ? direct_.reuse_in_space(visible, reservoirs_, pixel, run.frame, round,
+                                                                       non_finite, reuse_counts_[pixel])
+                                              : LightReservoir{};
     });
     if (!done) return false;
     std::swap(reservoirs_, scratch_);
@@ -90,7 +93,8 @@ void DirectStage::keep_history() {
 
 size_t DirectStage::memory_bytes() const {
   const size_t reservoirs = reservoirs_.capacity() + scratch_.capacity() + history_.reservoirs.capacity();
-  return reservoirs * sizeof(LightReservoir) + (cached_ ? cached_->memory_bytes() : 0);
+  return reservoirs * sizeof(LightReservoir) + reuse_counts_.capacity() * sizeof(uint32_t) +
+         (cached_ ? cached_->memory_bytes() : 0);
 }
 
 }  // namespace cistern

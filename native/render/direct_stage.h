@@ -21,6 +21,8 @@ class DirectStage {
   /// Radiance at the camera.
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const { return direct_.shade(visible, reservoirs_[pixel]); }
   const LightReservoir& reservoir(uint32_t pixel) const { return reservoirs_[pixel]; }
+  /// Of other points, merged into that one.
+  uint32_t reuse_count(uint32_t pixel) const { return reuse_counts_[pixel]; }
   void keep_history();
   /// The cells that reservoirs came from, or null.
   const CachedLightReservoirs* cache() const { return cached_ ? &*cached_ : nullptr; }
@@ -37,6 +39,7 @@ class DirectStage {
   ReservoirDirectLight direct_;
   std::optional<CachedLightReservoirs> cached_;
   LazyVector<LightReservoir> reservoirs_, scratch_;  // by pixel
+  LazyVector<uint32_t> reuse_counts_;                // by pixel
   bool is_first_frame_ = true;
   LightHistory history_;
 };

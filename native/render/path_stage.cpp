@@ -29,6 +29,7 @@ class ScreenPathStage final : public PathStage {
       : context_(context),
         paths_(context.paths, context.settings.screen_paths, image_region(context.settings), context.settings.seed) {
     resize(current_);
+    reuse_counts_.resize(pixel_count(context));
   }
 
   int link_count() const override { return 1; }
@@ -42,6 +43,7 @@ class ScreenPathStage final : public PathStage {
   }
   void start_pixel(const PathCapture& capture, uint32_t pixel) override {
     current_.temporal[pixel] = ScreenSpacePaths::initial_sample(capture.links[0]);
+    reuse_counts_[pixel] = 0;
   }
   std::array<PathSample*, kMaxPathLinks> samples(uint32_t pixel) override {
     return {&current_.temporal[pixel].sample, nullptr};
@@ -61,13 +63,14 @@ class ScreenPathStage final : public PathStage {
       if (!visible[pixel].exists) return;
       current_.temporal[pixel].sample.origin = {full_frame_pixel_of(pixel), run.frame};
       const PathReservoir found = paths_.keep_one_direction(visible[pixel], current_.temporal[pixel], pixel, run.frame);
-      current_.temporal[pixel] = paths_.reuse_in_time(visible[pixel], found, previous_, pixel, run.frame, non_finite);
+      current_.temporal[pixel] =
+          paths_.reuse_in_time(visible[pixel], found, previous_, pixel, run.frame, non_finite, reuse_counts_[pixel]);
     });
     run.stage_times.lap(kTemporalReuse);
     done = done && run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
-      current_.spatial[pixel] = visible[pixel].exists
-                                    ? paths_.reuse_in_space(current_, previous_, pixel, run.frame, non_finite)
-                                    : PathReservoir{};
+      current_.spatial[pixel] = visible[pixel].exists ? paths_.reuse_in_space(current_, previous_, pixel, run.frame,
+                                                                              non_finite, reuse_counts_[pixel])
+                                                      : PathReservoir{};
     });
     run.stage_times.lap(kSpatialReuse);
     return done;
@@ -76,6 +79,7 @@ class ScreenPathStage final : public PathStage {
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override {
     return paths_.shade(visible, current_.spatial[pixel]);
   }
+  uint32_t reuse_count(uint32_t pixel) const override { return reuse_counts_[pixel]; }
 
   void keep_history() override {
     if (!context_.settings.screen_paths.temporal_reuse) return;
@@ -100,7 +104,8 @@ class ScreenPathStage final : public PathStage {
 
   size_t memory_bytes() const override {
     const auto count = [](const PathFrame& f) { return f.temporal.capacity() + f.spatial.capacity(); };
-    return (count(current_) + count(previous_)) * sizeof(PathReservoir) + cameras_.capacity() * sizeof(Camera);
+    return (count(current_) + count(previous_)) * sizeof(PathReservoir) + cameras_.capacity() * sizeof(Camera) +
+           reuse_counts_.capacity() * sizeof(uint32_t);
   }
 
  private:
@@ -161,8 +166,9 @@ class ScreenPathStage final : public PathStage {
   const FrameContext& context_;
   ScreenSpacePaths paths_;
   PathFrame current_, previous_;
-  std::vector<Camera> cameras_;  // by frame
-  bool must_validate_ = false;   // light has changed since the history was found
+  LazyVector<uint32_t> reuse_counts_;  // by pixel
+  std::vector<Camera> cameras_;        // by frame
+  bool must_validate_ = false;         // light has changed since the history was found
 };
 
 class WorldPathStage final : public PathStage {
@@ -173,12 +179,14 @@ class WorldPathStage final : public PathStage {
         link_count_(has_lamps_that_count_bounces(context.paths) ? 1 : 2) {
     resize(current_);
     spatial_.resize(pixel_count(context));
+    reuse_counts_.resize(pixel_count(context));
     keys_.resize(current_.reservoirs.size());
   }
 
   /// Second links lie a bounce deeper than those of visible points: lamps that count would give them less.
   int link_count() const override { return link_count_; }
   void start_pixel(const PathCapture& capture, uint32_t pixel) override {
+    reuse_counts_[pixel] = 0;
     const size_t entry = 2 * size_t{pixel};
     const bool has_deep_vertex = link_count_ > 1 && capture.links[0].W > 0.0f;
     current_.deep_points[pixel] = has_deep_vertex ? capture.links[1].from : VisiblePoint{};
@@ -203,8 +211,8 @@ class WorldPathStage final : public PathStage {
         current_.reservoirs[i] = paths_.keep_one_direction(point, current_.reservoirs[i], pixel, run.frame, i != entry);
       }
       if (visible[pixel].exists)
-        current_.reservoirs[entry] =
-            paths_.reuse_in_time(visible[pixel], current_.reservoirs[entry], previous_, pixel, run.frame, non_finite);
+        current_.reservoirs[entry] = paths_.reuse_in_time(visible[pixel], current_.reservoirs[entry], previous_, pixel,
+                                                          run.frame, non_finite, reuse_counts_[pixel]);
     });
     run.stage_times.lap(kTemporalReuse);
     if (!done) return false;
@@ -213,7 +221,7 @@ class WorldPathStage final : public PathStage {
     const bool spatial_done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
       spatial_[pixel] = visible[pixel].exists
                             ? paths_.reuse_in_cells(visible[pixel], current_.reservoirs[2 * size_t{pixel}], previous_,
-                                                    pixel, run.frame, non_finite)
+                                                    pixel, run.frame, non_finite, reuse_counts_[pixel])
                             : PathReference{};
     });
     run.stage_times.lap(kSpatialReuse);
@@ -223,6 +231,7 @@ class WorldPathStage final : public PathStage {
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override {
     return paths_.shade(visible, spatial_[pixel]);
   }
+  uint32_t reuse_count(uint32_t pixel) const override { return reuse_counts_[pixel]; }
 
   void keep_history() override {
     current_.view = {context_.paths.scene.camera, image_region(context_.settings)};
@@ -249,7 +258,7 @@ class WorldPathStage final : public PathStage {
              c.cells.memory_bytes();
     };
     return bytes(current_) + bytes(previous_) + spatial_.capacity() * sizeof(PathReference) +
-           keys_.capacity() * sizeof(CellKey);
+           keys_.capacity() * sizeof(CellKey) + reuse_counts_.capacity() * sizeof(uint32_t);
   }
 
  private:
@@ -263,6 +272,7 @@ class WorldPathStage final : public PathStage {
   int link_count_;
   PathCells current_, previous_;
   LazyVector<PathReference> spatial_;  // by pixel, into the reservoirs of both frames
+  LazyVector<uint32_t> reuse_counts_;  // by pixel
   LazyVector<CellKey> keys_;           // by entry
 };
 

@@ -27,6 +27,8 @@ class PathStage {
   virtual Rgb shade(const VisiblePoint& visible, uint32_t pixel) const = 0;
   /// The same without what other pixels found, where that is known too.
   virtual std::optional<Rgb> shade_alone(const VisiblePoint&, uint32_t) const { return std::nullopt; }
+  /// Samples of other paths that the pixel was handed in the last frame.
+  virtual uint32_t reuse_count(uint32_t pixel) const = 0;
   virtual void keep_history() = 0;
   /// Goes on with the history of a stage of the same kind, if light is as it was: the radiance that paths found is part
   /// of them. Else with its memory alone, or with what validation leaves of it.

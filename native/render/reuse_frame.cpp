@@ -103,7 +103,15 @@ bool ReuseFrame::shade(const FrameRun& run, Film& film) {
     if (visible.exists && paths_) paths_->add_to(visible, pixel, limits.clamp_indirect, record);
     film.add(pixel, record);
     if (direct_) show_reservoir(film, pixel, direct_->reservoir(pixel));
+    film.show(Pass::REUSE_COUNT, pixel, Rgb(reuse_count(pixel)));
   });
+}
+
+float ReuseFrame::reuse_count(uint32_t pixel) const {
+  uint32_t count = direct_ ? direct_->reuse_count(pixel) : 0;
+  if (secondary_) count += secondary_->reuse_count(pixel);
+  if (paths_) count += paths_->reuse_count(pixel);
+  return static_cast<float>(count);
 }
 
 void ReuseFrame::keep_history() {

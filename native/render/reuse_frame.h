@@ -44,6 +44,8 @@ class ReuseFrame {
   bool trace_paths(const FrameRun& run);
   bool reuse_secondary_light(const FrameRun& run);
   bool shade(const FrameRun& run, Film& film);
+  /// Samples of other points that a pixel was handed in this frame, for all of its light.
+  float reuse_count(uint32_t pixel) const;
   void keep_history();
 
   std::shared_ptr<const RenderWorld> world_;

@@ -52,6 +52,7 @@ bool SecondaryStage::join_batches(const FrameRun& run) {
   const size_t count = first.back();
   vertices_.resize(count);
   pixels_.resize(count);
+  reuse_counts_.resize(count);
   cells_.points.resize(count);
   cells_.reservoirs.resize(count);
   scratch_.resize(count);
@@ -93,6 +94,7 @@ bool SecondaryStage::reuse(const FrameRun& run) {
   const bool started = for_vertices(run, [&](uint32_t vertex, uint64_t& non_finite) {
     Rng rng = random_numbers(vertex, run.frame, INITIAL);
     cells_.points[vertex] = vertices_[vertex].point;
+    reuse_counts_[vertex] = 0;
     cells_.reservoirs[vertex] = light_.initial_candidates(vertices_[vertex].point, rng, non_finite);
   });
   if (!started) return false;
@@ -124,7 +126,8 @@ bool SecondaryStage::merge_with_cells(const FrameRun& run, const VertexCells& ce
   const bool done = for_vertices(run, [&](uint32_t vertex, uint64_t& non_finite) {
     Rng rng = random_numbers(vertex, run.frame, pass);
     const std::optional<uint32_t> self = is_own ? std::optional(vertex) : std::nullopt;
-    scratch_[vertex] = light_.reuse(cells_.points[vertex], cells_.reservoirs[vertex], cells, self, rng, non_finite);
+    scratch_[vertex] = light_.reuse(cells_.points[vertex], cells_.reservoirs[vertex], cells, self, rng, non_finite,
+                                    reuse_counts_[vertex]);
   });
   if (done) std::swap(cells_.reservoirs, scratch_);
   return done;
@@ -150,6 +153,12 @@ void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSam
   }
 }
 
+uint32_t SecondaryStage::reuse_count(uint32_t pixel) const {
+  uint32_t sum = 0;
+  for (uint32_t i = first_vertex_[pixel]; i < first_vertex_[pixel] + counts_[pixel]; ++i) sum += reuse_counts_[i];
+  return sum;
+}
+
 void SecondaryStage::keep_history() {
   const SecondaryReuse& reuse = context_.settings.secondary_reuse;
   if (reuse.cell_reuse && reuse.temporal_reuse) std::swap(previous_, cells_);
@@ -163,7 +172,8 @@ size_t SecondaryStage::memory_bytes() const {
   };
   return bytes(cells_) + bytes(previous_) + vertices_.capacity() * sizeof(LightVertex) +
          scratch_.capacity() * sizeof(LightReservoir) + keys_.capacity() * sizeof(CellKey) +
-         (pixels_.capacity() + first_vertex_.capacity() + counts_.capacity()) * sizeof(uint32_t);
+         (pixels_.capacity() + reuse_counts_.capacity() + first_vertex_.capacity() + counts_.capacity()) *
+             sizeof(uint32_t);
 }
 
 }  // namespace cistern

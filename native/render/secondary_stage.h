@@ -28,6 +28,8 @@ class SecondaryStage {
   bool reuse(const FrameRun& run);
   /// Adds the light of a pixel's vertices to its record and to the samples of its links.
   void shade(uint32_t pixel, PathRecord& record, std::span<PathSample* const> samples) const;
+  /// Of other vertices, merged into those of a pixel's vertices.
+  uint32_t reuse_count(uint32_t pixel) const;
   void keep_history();
   size_t memory_bytes() const;
 
@@ -44,7 +46,7 @@ class SecondaryStage {
   std::mutex mutex_;  // guards batches_
   std::vector<Batch> batches_;
   LazyVector<LightVertex> vertices_;            // those of a pixel side by side
-  LazyVector<uint32_t> pixels_;                 // by vertex
+  LazyVector<uint32_t> pixels_, reuse_counts_;  // by vertex
   LazyVector<uint32_t> first_vertex_, counts_;  // by pixel
   VertexCells cells_, previous_;
   LazyVector<LightReservoir> scratch_;  // by vertex

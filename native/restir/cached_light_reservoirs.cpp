@@ -87,11 +87,11 @@ bool CachedLightReservoirs::prepare(std::span<const VisiblePoint> visible_points
 }
 
 LightReservoir CachedLightReservoirs::initial_candidates(const VisiblePoint& visible, uint32_t pixel, uint32_t frame,
-                                                         uint64_t& non_finite) const {
+                                                         uint64_t& non_finite, uint32_t& others) const {
   LightReservoir reservoir = own_.initial_candidates(visible, pixel, frame, non_finite);
   if (const std::optional<uint32_t> cell = cache_.find(keys_[pixel])) {
     Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, kMergeStream);
-    reservoir = merge(visible, reservoir, *cell, rng, non_finite);
+    reservoir = merge(visible, reservoir, *cell, rng, non_finite, others);
   }
   if (reuse_.visibility_reuse && reservoir.W > 0.0f && !is_visible(context_, visible, reservoir.sample))
     reservoir.W = 0.0f;
@@ -100,7 +100,7 @@ LightReservoir CachedLightReservoirs::initial_candidates(const VisiblePoint& vis
 
 /// [Stefanescu 2025] §3.2.
 LightReservoir CachedLightReservoirs::merge(const VisiblePoint& visible, const LightReservoir& own, uint32_t cell,
-                                            Rng& rng, uint64_t& non_finite) const {
+                                            Rng& rng, uint64_t& non_finite, uint32_t& others) const {
   const std::span<const CachedReservoir> cached = cache_.reservoirs(cell);
   const bool is_fast = reuse_.bias == Bias::FAST;
   const auto light_candidates = static_cast<float>(reuse_.light_candidates);
@@ -116,6 +116,7 @@ LightReservoir CachedLightReservoirs::merge(const VisiblePoint& visible, const L
     candidates[i + 1] = {reservoir.sample, reservoir.W, confidence};
     cell_targets[i + 1] = reservoir.p_hat;
   }
+  others += chosen.count;
   const std::span all(candidates.data(), chosen.count + 1);
   const float albedo = albedo_of(visible.receiver);
   size_t known = 0;

@@ -31,9 +31,10 @@ class CachedLightReservoirs {
   /// that its points may look up in any. False when stopped.
   bool prepare(std::span<const VisiblePoint> visible_points, uint32_t frame, const WorkMonitor& monitor);
 
-  /// In place of ReservoirDirectLight::initial_candidates, after `prepare` for the same points and frame.
-  LightReservoir initial_candidates(const VisiblePoint& visible, uint32_t pixel, uint32_t frame,
-                                    uint64_t& non_finite) const;
+  /// In place of ReservoirDirectLight::initial_candidates, after `prepare` for the same points and frame. Adds the
+  /// number of reservoirs that it took from the cell to `others`.
+  LightReservoir initial_candidates(const VisiblePoint& visible, uint32_t pixel, uint32_t frame, uint64_t& non_finite,
+                                    uint32_t& others) const;
 
   /// Cell that a pixel took its reservoirs from in the frame last prepared.
   LightCacheKey key(uint32_t pixel) const { return keys_[pixel]; }
@@ -45,7 +46,7 @@ class CachedLightReservoirs {
   LightCacheKey key_beside(const VisiblePoint& visible, Vec3 u) const;
   LightCacheKey choose_cell(const VisiblePoint& visible, uint32_t pixel, uint32_t frame) const;
   LightReservoir merge(const VisiblePoint& visible, const LightReservoir& own, uint32_t cell, Rng& rng,
-                       uint64_t& non_finite) const;
+                       uint64_t& non_finite, uint32_t& others) const;
 
   const PathContext& context_;
   DirectReuse reuse_;

@@ -55,7 +55,7 @@ LightReservoir ReservoirDirectLight::merge(const Candidates& candidates, Rng& rn
 
 LightReservoir ReservoirDirectLight::reuse_in_time(const VisiblePoint& visible, const LightReservoir& current,
                                                    const LightHistory& history, uint32_t pixel, uint32_t frame,
-                                                   uint64_t& non_finite) const {
+                                                   uint64_t& non_finite, uint32_t& others) const {
   if (history.visible_points.empty()) return current;
   const std::optional<EarlierPlace> before = reproject(history.view, image_, context_.scene.camera, visible, pixel);
   if (!before) return current;
@@ -65,13 +65,15 @@ LightReservoir ReservoirDirectLight::reuse_in_time(const VisiblePoint& visible, 
   candidates.add({&visible}, current);
   const LightReservoir kept = to_present(history.world, history.reservoirs[before->pixel]);
   candidates.add({&previous, history.world}, cap_confidence(kept, reuse_.confidence_cap * current.c));
+  ++others;
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, TEMPORAL);
   return merge(candidates, rng, non_finite);
 }
 
 LightReservoir ReservoirDirectLight::reuse_in_space(std::span<const VisiblePoint> visible_points,
                                                     std::span<const LightReservoir> reservoirs, uint32_t pixel,
-                                                    uint32_t frame, int round, uint64_t& non_finite) const {
+                                                    uint32_t frame, int round, uint64_t& non_finite,
+                                                    uint32_t& others) const {
   const VisiblePoint& visible = visible_points[pixel];
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, SPATIAL + static_cast<uint32_t>(round));
   Candidates candidates;
@@ -81,6 +83,7 @@ LightReservoir ReservoirDirectLight::reuse_in_space(std::span<const VisiblePoint
         displaced_pixel(image_, pixel, square_to_disk(rng.next_vec2()) * reuse_.spatial_radius);
     if (!other || !visible_points[*other].exists || !is_similar(visible, visible_points[*other], kSimilarity)) continue;
     candidates.add({&visible_points[*other]}, reservoirs[*other]);
+    ++others;
   }
   return candidates.count > 1 ? merge(candidates, rng, non_finite) : reservoirs[pixel];
 }

@@ -48,7 +48,8 @@ struct LightHistory {
 /// left out by both. The path's BSDF sample is added in full instead of entering the reservoir: same weights, no
 /// selection noise.
 ///
-/// All members are pure functions of their arguments and may run in any order. `non_finite` counts weights refused.
+/// All members are pure functions of their arguments and may run in any order. `non_finite` counts weights refused,
+/// `others` the reservoirs of other points that were merged, null samples too: they count in every weight.
 class ReservoirDirectLight {
  public:
   using Image = ImageRegion;
@@ -61,12 +62,12 @@ class ReservoirDirectLight {
 
   /// Alg. 5 l.10-12: merged with the history of the same surface point, if it was seen a frame ago.
   LightReservoir reuse_in_time(const VisiblePoint& visible, const LightReservoir& current, const LightHistory& history,
-                               uint32_t pixel, uint32_t frame, uint64_t& non_finite) const;
+                               uint32_t pixel, uint32_t frame, uint64_t& non_finite, uint32_t& others) const;
 
   /// Alg. 5 l.15-18: merged with k random neighbours within the radius. `visible_points` and `reservoirs` by pixel.
   LightReservoir reuse_in_space(std::span<const VisiblePoint> visible_points,
                                 std::span<const LightReservoir> reservoirs, uint32_t pixel, uint32_t frame, int round,
-                                uint64_t& non_finite) const;
+                                uint64_t& non_finite, uint32_t& others) const;
 
   /// Alg. 5 l.21: radiance at the camera; traces the shadow ray.
   Rgb shade(const VisiblePoint& visible, const LightReservoir& reservoir) const;

@@ -55,19 +55,20 @@ PathReservoir ScreenSpacePaths::keep_one_direction(const VisiblePoint& visible, 
 
 PathReservoir ScreenSpacePaths::reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial,
                                               const PathFrame& previous, uint32_t pixel, uint32_t frame,
-                                              uint64_t& non_finite) const {
+                                              uint64_t& non_finite, uint32_t& others) const {
   if (!reuse_.temporal_reuse) return initial;
   const std::optional<uint32_t> before = previous_pixel(visible, previous, pixel);
   if (!before) return initial;
   PathCandidates candidates;
   candidates.add(visible, initial, 1.0f);
   candidates.add(previous.visible_points[*before], previous.temporal[*before], reuse_.temporal_cap);
+  ++others;
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, TEMPORAL);
   return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));
 }
 
 PathReservoir ScreenSpacePaths::reuse_in_space(const PathFrame& current, const PathFrame& previous, uint32_t pixel,
-                                               uint32_t frame, uint64_t& non_finite) const {
+                                               uint32_t frame, uint64_t& non_finite, uint32_t& others) const {
   const VisiblePoint& visible = current.visible_points[pixel];
   if (!reuse_.spatial_reuse) return current.temporal[pixel];
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, SPATIAL);
@@ -94,6 +95,7 @@ PathReservoir ScreenSpacePaths::reuse_in_space(const PathFrame& current, const P
     }
   }
   if (candidates.count() == 1) return current.temporal[pixel];
+  others += static_cast<uint32_t>(candidates.count()) - 1;
   return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));
 }
 

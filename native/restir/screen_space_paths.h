@@ -49,7 +49,8 @@ struct PathFrame {
 /// as null samples. Validation traces old paths besides the new ones of its frame instead of in their place, so that
 /// points that lose their history have a sample.
 ///
-/// Members are pure functions of their arguments.
+/// Members are pure functions of their arguments. `others` counts the reservoirs that were merged besides the point's
+/// own of this frame.
 class ScreenSpacePaths {
  public:
   ScreenSpacePaths(const PathContext& context, const ScreenPathReuse& reuse, const ImageRegion& image, uint64_t seed)
@@ -67,11 +68,11 @@ class ScreenSpacePaths {
 
   /// Alg. 3.
   PathReservoir reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial, const PathFrame& previous,
-                              uint32_t pixel, uint32_t frame, uint64_t& non_finite) const;
+                              uint32_t pixel, uint32_t frame, uint64_t& non_finite, uint32_t& others) const;
 
   /// Alg. 4, from the temporal reservoirs of `current`.
   PathReservoir reuse_in_space(const PathFrame& current, const PathFrame& previous, uint32_t pixel, uint32_t frame,
-                               uint64_t& non_finite) const;
+                               uint64_t& non_finite, uint32_t& others) const;
 
   /// Eq. 6: radiance at the camera; traces the ray to the sample point.
   Rgb shade(const VisiblePoint& visible, const PathReservoir& reservoir) const;

@@ -27,7 +27,7 @@ CellKey SecondaryLightReservoirs::jittered_key(const GridLayout& layout, const V
 
 LightReservoir SecondaryLightReservoirs::reuse(const VisiblePoint& vertex, const LightReservoir& own,
                                                const VertexCells& cells, std::optional<uint32_t> self, Rng& rng,
-                                               uint64_t& non_finite) const {
+                                               uint64_t& non_finite, uint32_t& others) const {
   std::array<LightReservoir, kMaxCellCount + 1> reservoirs;
   std::array<LightDomain, kMaxCellCount + 1> domains;
   reservoirs[0] = own;
@@ -45,6 +45,7 @@ LightReservoir SecondaryLightReservoirs::reuse(const VisiblePoint& vertex, const
     domains[count++] = {&cells.points[other], cells.world};
   }
   if (count == 1) return own;
+  others += static_cast<uint32_t>(count) - 1;
   const auto p_hat = [&](size_t i, const LightSample& sample) {
     return domain_target(context_, candidate_count(), domains[i], sample);
   };

@@ -62,8 +62,9 @@ class SecondaryLightReservoirs {
 
   /// Alg. 3 for one vertex: `own` merged with up to max_count of the reservoirs in its cell. `self` is its index among
   /// the points of `cells`, which is not drawn, or none for the cells of another frame, whose confidence is capped.
+  /// Adds the number of those merged to `others`.
   LightReservoir reuse(const VisiblePoint& vertex, const LightReservoir& own, const VertexCells& cells,
-                       std::optional<uint32_t> self, Rng& rng, uint64_t& non_finite) const;
+                       std::optional<uint32_t> self, Rng& rng, uint64_t& non_finite, uint32_t& others) const;
 
   /// What is left of the light: traces the shadow ray. W is in `radiance`.
   std::optional<ArrivingLight> shade(const VisiblePoint& vertex, const LightReservoir& reservoir) const;

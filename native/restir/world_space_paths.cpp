@@ -22,7 +22,7 @@ PathReservoir WorldSpacePaths::keep_one_direction(const VisiblePoint& point, con
 
 PathReservoir WorldSpacePaths::reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial,
                                              const PathCells& previous, uint32_t pixel, uint32_t frame,
-                                             uint64_t& non_finite) const {
+                                             uint64_t& non_finite, uint32_t& others) const {
   if (!reuse_.temporal_reuse || previous.visible_points.empty()) return initial;
   const auto before = reproject(previous.view, image_, context_.scene.camera, visible, pixel);
   if (!before) return initial;
@@ -31,6 +31,7 @@ PathReservoir WorldSpacePaths::reuse_in_time(const VisiblePoint& visible, const 
   PathCandidates candidates;
   candidates.add(visible, initial, 1.0f);
   candidates.add(there, previous.reservoirs[2 * size_t{before->pixel}], reuse_.temporal_cap);
+  ++others;
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, TEMPORAL);
   return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));
 }
@@ -45,7 +46,7 @@ CellKey WorldSpacePaths::key(const GridLayout& layout, const VisiblePoint& point
 
 PathReference WorldSpacePaths::reuse_in_cells(const VisiblePoint& visible, const PathReservoir& temporal,
                                               const PathCells& previous, uint32_t pixel, uint32_t frame,
-                                              uint64_t& non_finite) const {
+                                              uint64_t& non_finite, uint32_t& others) const {
   const PathReference own{&temporal.sample, temporal.W, temporal.c};
   if (!reuse_.spatial_reuse || previous.visible_points.empty()) return own;
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, CELLS);
@@ -65,6 +66,7 @@ PathReference WorldSpacePaths::reuse_in_cells(const VisiblePoint& visible, const
     candidates.add(other, previous.reservoirs[entry], reuse_.temporal_cap);
   }
   if (candidates.count() == 1) return own;
+  others += static_cast<uint32_t>(candidates.count()) - 1;
   return candidates.merge(context_, reuse_.rules, rng, non_finite);
 }
 

@@ -50,7 +50,8 @@ struct PathCells {
 /// exchanges width and height; bins of signed normals centred on the axes instead of Eq. (10); smallest cell 1 % of the
 /// diagonal instead of the shortest side, which may be zero.
 ///
-/// Members are pure functions of their arguments.
+/// Members are pure functions of their arguments. `others` counts the reservoirs that were merged besides the point's
+/// own of this frame.
 class WorldSpacePaths {
  public:
   WorldSpacePaths(const PathContext& context, const WorldPathReuse& reuse, const ImageRegion& image, uint64_t seed)
@@ -64,14 +65,14 @@ class WorldSpacePaths {
 
   /// Alg. 2 l.4-8: in screen space.
   PathReservoir reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial, const PathCells& previous,
-                              uint32_t pixel, uint32_t frame, uint64_t& non_finite) const;
+                              uint32_t pixel, uint32_t frame, uint64_t& non_finite, uint32_t& others) const;
 
   /// The cell an entry is put into: displaced in its tangent plane.
   CellKey key(const GridLayout& layout, const VisiblePoint& point, uint32_t pixel, uint32_t frame, bool is_deep) const;
 
   /// Alg. 2 l.9-22: from the previous frame's grid. The sample stays where it is, in `temporal` or `previous`.
   PathReference reuse_in_cells(const VisiblePoint& visible, const PathReservoir& temporal, const PathCells& previous,
-                               uint32_t pixel, uint32_t frame, uint64_t& non_finite) const;
+                               uint32_t pixel, uint32_t frame, uint64_t& non_finite, uint32_t& others) const;
 
   /// Radiance at the camera; traces the ray to the sample point.
   Rgb shade(const VisiblePoint& visible, const PathReference& reservoir) const;

@@ -30,6 +30,7 @@ CONSTANTS = {
     "Normal Bin": (0.25, 0.5, 0.875),
     "Reservoir Confidence": (16.0,),
     "Reservoir Weight": (100.0,),
+    "Reuse Count": (8.0,),
     "Denoising Albedo": (0.25, 0.5, 0.75),
     "Denoising Normal": (0.0, 1.0, 0.0),
 }

@@ -255,11 +255,22 @@ def test_passes_of_reuse_have_their_documented_scales(tmp_path, preset):
     confidence, weight = number(channels, "Reservoir Confidence"), number(channels, "Reservoir Weight")
     assert np.all(confidence >= 0.0) and np.all(weight >= 0.0)
     assert (weight.max() > 0.0) == (confidence.max() >= 1.0) == (preset != "FINAL")
+    reused = number(channels, "Reuse Count")
+    assert reused.max() > 0.0 and np.all(reused == np.round(reused))
 
 
 @pytest.mark.parametrize(
     "view",
-    ["CELLS", "CELL_OCCUPANCY", "CELL_LEVEL", "NORMAL_BIN", "RESERVOIR_CONFIDENCE", "RESERVOIR_WEIGHT", "DIRECT"],
+    [
+        "CELLS",
+        "CELL_OCCUPANCY",
+        "CELL_LEVEL",
+        "NORMAL_BIN",
+        "RESERVOIR_CONFIDENCE",
+        "RESERVOIR_WEIGHT",
+        "REUSE_COUNT",
+        "DIRECT",
+    ],
 )
 def test_views_of_the_built_core_are_pictures(tmp_path, view):
     scene = small_scene()

@@ -29,7 +29,9 @@ def test_colours_are_shown_as_they_are_and_passes_keep_their_own(core, tmp_path,
     assert core.settings[-1].passes == ["Direct", "Indirect"] + ([source] if view in {"CELLS", "NORMAL_BIN"} else [])
 
 
-@pytest.mark.parametrize("view", ["CELL_OCCUPANCY", "CELL_LEVEL", "RESERVOIR_CONFIDENCE", "RESERVOIR_WEIGHT"])
+@pytest.mark.parametrize(
+    "view", ["CELL_OCCUPANCY", "CELL_LEVEL", "RESERVOIR_CONFIDENCE", "RESERVOIR_WEIGHT", "REUSE_COUNT"]
+)
 def test_numbers_go_through_the_scale(core, tmp_path, view):
     """The stand-in's numbers lie in the middle of their scales, at green."""
     scene = fresh_scene()

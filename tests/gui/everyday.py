@@ -166,6 +166,7 @@ def cell_views() -> Iterator[float]:
         "NORMAL_BIN",
         "RESERVOIR_CONFIDENCE",
         "RESERVOIR_WEIGHT",
+        "REUSE_COUNT",
         "DIRECT",
         "INDIRECT",
     ):

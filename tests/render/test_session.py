@@ -88,6 +88,36 @@ def test_cell_passes_agree_on_where_there_are_cells() -> None:
         assert len(np.unique(bins[is_cell], axis=0)) < len(np.unique(cells[is_cell], axis=0))
 
 
+# Answers, samples, and the largest count there may be in the last sample: neighbours, history, samples of cells.
+REUSE_COUNTS = {
+    "path": ({}, 2, 0),
+    "ris": ({"direct": "RIS"}, 2, 0),
+    "restir at first": ({"direct": "RESTIR", "spatial_neighbours": 5}, 1, 5),
+    "restir": ({"direct": "RESTIR", "spatial_neighbours": 5}, 2, 6),
+    "cache alone": ({"direct": "RESTIR_CACHE", "cache_merged": 4, "spatial_reuse": False}, 1, 4),
+    "screen alone": ({"indirect": "SCREEN_REUSE", "temporal_reuse": False}, 1, 9),
+    "world at first": ({"indirect": "WORLD_REUSE"}, 1, 0),
+    "world": ({"indirect": "WORLD_REUSE", "temporal_reuse": False}, 2, 3),
+    "shared": ({"indirect": "CELL_SHARED", "temporal_reuse": False}, 2, 30),
+    "shared with history": ({"indirect": "CELL_SHARED"}, 2, 31),
+    "shared with nobody": (
+        {"indirect": "CELL_SHARED", "share_visible": 1, "share_deep": 1, "temporal_reuse": False},
+        2,
+        0,
+    ),
+}
+
+
+@pytest.mark.parametrize(("answers", "samples", "most"), REUSE_COUNTS.values(), ids=REUSE_COUNTS)
+def test_reuse_count_is_what_the_answers_were_handed(answers: dict, samples: int, most: int) -> None:
+    s = session(samples=samples, passes=["Reuse Count"], **answers)
+    s.start(room())
+    assert s.wait(60.0).status is core.Status.DONE
+    counts = s.read("Reuse Count")[..., 0]
+    assert np.array_equal(counts, np.round(counts))
+    assert counts.max() == most
+
+
 def test_a_cache_is_used_again() -> None:
     cache, scene = core.RenderCache(), room()
     pictures = []

@@ -43,7 +43,9 @@ Estimates estimate(const LightBench& bench, Bias bias, const VisiblePoint& visib
     double sum = 0.0;
     for (uint32_t frame = 0; frame < kDraws; ++frame) {
       cached.prepare(std::span(&visible, 1), frame, {});
-      const LightReservoir r = cached.initial_candidates(visible, 0, frame, non_finite);
+      uint32_t others = 0;
+      const LightReservoir r = cached.initial_candidates(visible, 0, frame, non_finite, others);
+      EXPECT_EQ(others, static_cast<uint32_t>(small_cache().merged));
       const LightReservoir mine = own.initial_candidates(visible, 0, frame, non_finite);
       sum += r.W * light_target(bench.context, 8.0f, visible, r.sample);
       estimates.own_share += r.sample.emitter == mine.sample.emitter && r.sample.uv.x == mine.sample.uv.x;
@@ -91,8 +93,10 @@ TEST(CachedLightReservoirs, WorkWithoutACell) {
   ASSERT_TRUE(cached.prepare(std::span(&visible, 1), 0, {}));
   EXPECT_EQ(cached.key(0), kNoLightCacheKey);
   uint64_t non_finite = 0;
-  const LightReservoir r = cached.initial_candidates(visible, 0, 0, non_finite);
+  uint32_t others = 0;
+  const LightReservoir r = cached.initial_candidates(visible, 0, 0, non_finite, others);
   EXPECT_EQ(r.c, 1.0f);
+  EXPECT_EQ(others, 0u);
   EXPECT_GT(r.W, 0.0f);
   EXPECT_EQ(cached.cache().cell_count(), 0u);
 }
@@ -106,7 +110,8 @@ TEST(CachedLightReservoirs, NoLightsNoCache) {
   CachedLightReservoirs cached(bench.context, reuse_of(Bias::UNBIASED), small_cache(), kOnePixel, 1, cells);
   ASSERT_TRUE(cached.prepare(std::span(&visible, 1), 0, {}));
   uint64_t non_finite = 0;
-  EXPECT_EQ(cached.initial_candidates(visible, 0, 0, non_finite).W, 0.0f);
+  uint32_t others = 0;
+  EXPECT_EQ(cached.initial_candidates(visible, 0, 0, non_finite, others).W, 0.0f);
 }
 
 }  // namespace

@@ -44,9 +44,10 @@ PathCells cells_of(std::span<const VisiblePoint> points, const WorldSpacePaths& 
 float taken_over(const WorldSpacePaths& paths, const PathCells& previous, uint32_t frame) {
   float sum = 0.0f;
   uint64_t non_finite = 0;
+  uint32_t others = 0;
   for (uint32_t pixel = 0; pixel < kSide * kSide; ++pixel) {
     const VisiblePoint& visible = previous.visible_points[pixel];
-    sum += paths.reuse_in_cells(visible, {{}, 0.0f, 1.0f}, previous, pixel, frame, non_finite).c - 1.0f;
+    sum += paths.reuse_in_cells(visible, {{}, 0.0f, 1.0f}, previous, pixel, frame, non_finite, others).c - 1.0f;
   }
   return sum / (kSide * kSide);
 }
