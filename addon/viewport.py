@@ -1,7 +1,8 @@
 """One 3D viewport: Blender's two callbacks on one side, a live scene and a rendering thread on the other.
 
-Both callbacks come on Blender's main thread and return at once. `view_update` exports what changed; `view_draw` looks
-where the camera is, and draws the newest picture. No reference to Blender's data outlives a call.
+Both callbacks come on Blender's main thread. `view_update` exports what changed; `view_draw` looks where the camera is,
+and draws the newest picture, after a change once that is there or has not come in a moment. No reference to Blender's
+data outlives a call.
 """
 
 from __future__ import annotations
@@ -56,6 +57,7 @@ class Viewport:
         if self._hiding != hiding(context.space_data):
             self._export(context, depsgraph, UNLISTED)
         self._request(engine, context, depsgraph)
+        self._render.await_picture()
         picture = self._render.picture
         if picture is not None:
             self._screen.draw(engine, depsgraph.scene, picture, (context.region.width, context.region.height))

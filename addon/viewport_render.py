@@ -1,11 +1,13 @@
 """Renders what a 3D viewport shows, on a Python thread of its own: coarse pixels first, then ever finer ones.
 
-The thread never touches Blender's data: it gets snapshots and plain numbers and leaves pictures. Nobody waits for it.
+The thread never touches Blender's data: it gets snapshots and plain numbers and leaves pictures. Nobody waits for it,
+but a redraw that would show the scene as it was before an edit, for a moment.
 """
 
 from __future__ import annotations
 
 import atexit
+import math
 import threading
 import time
 import weakref
@@ -24,7 +26,9 @@ from .viewport_camera import Rectangle, View
 # How often the thread looks up from waiting for the core.
 POLL_SECONDS = 0.005
 # The first picture after a change is as coarse as it has to be to take no longer.
-FIRST_PICTURE_SECONDS = 0.06
+FIRST_PICTURE_SECONDS = 0.035
+# A redraw waits so long after a change for its first picture, where the one before came as soon.
+REDRAW_SECONDS = 0.06
 COARSEST_PIXEL = 16
 UNMEASURED_PIXEL = 8
 # A change waits so long for the first picture of the one before it: else nothing would be seen while things move.
@@ -114,6 +118,9 @@ class ViewportRender:
         self._condition = threading.Condition()
         self._job: Job | None = None  # waiting to be taken
         self._request_in_hand = 0
+        self._submitted = self._submitted_in_hand = 0.0
+        self._first_picture_seconds = math.inf  # from the last change that has a picture to that
+        self._is_awaited = False
         self.requests = 0
         self._is_wanted = True  # whether the job in hand is to be finished
         self._is_stopped = False
@@ -130,8 +137,24 @@ class ViewportRender:
         with self._condition:
             self._job = job
             self.requests += 1
+            self._submitted = time.perf_counter()
             self._is_wanted = True
-            self._condition.notify()
+            self._condition.notify_all()
+
+    def await_picture(self) -> None:
+        """Return once there is a picture of the newest job, or it is not to be expected within REDRAW_SECONDS of its
+        submission: by the last one, or because they are over. Redraws are dear, and without waiting each change takes
+        two."""
+        with self._condition:
+            if self._first_picture_seconds > REDRAW_SECONDS:
+                return
+            self._is_awaited = True
+            self._condition.wait_for(self._is_answered, self._submitted + REDRAW_SECONDS - time.perf_counter())
+            self._is_awaited = False
+
+    def _is_answered(self) -> bool:
+        is_shown = self.picture is not None and self.picture.request == self.requests
+        return is_shown or self.error is not None or not self._is_wanted or self._is_stopped
 
     def pause(self) -> None:
         """Stop rendering; the picture stays. Returns at once."""
@@ -142,7 +165,7 @@ class ViewportRender:
         """End the thread. Returns at once unless told to wait."""
         with self._condition:
             self._is_stopped, self._job = True, None
-            self._condition.notify()
+            self._condition.notify_all()
         if waits:
             self._thread.join(STOP_SECONDS)
 
@@ -156,14 +179,16 @@ class ViewportRender:
                 self._render(job)
                 self.error = None
             except Exception as error:  # one that ended the thread would freeze the picture without a word
-                self.error = str(error) or type(error).__name__
+                with self._condition:
+                    self.error = str(error) or type(error).__name__
+                    self._condition.notify_all()
                 self._on_picture()
 
     def _next_job(self) -> Job | None:
         with self._condition:
             self._condition.wait_for(lambda: self._job is not None or self._is_stopped)
             job, self._job = self._job, None
-            self._request_in_hand = self.requests
+            self._request_in_hand, self._submitted_in_hand = self.requests, self._submitted
             return job
 
     def _must_leave(self, has_waited_enough: bool) -> bool:
@@ -202,14 +227,22 @@ class ViewportRender:
                 return progress.frames_done > 0
             if self._must_leave(stage.rendering_seconds >= patience):
                 if shown == 0 and patience > 0.0:  # so slow that nothing would be seen while things move
+                    self._first_picture_seconds = math.inf
                     self._seconds_per_pixel = 2.0 * max(self._seconds_per_pixel or 0.0, patience / stage.pixels)
                 return False
 
     def _show(self, stage: Stage, progress: Any) -> None:  # noqa: ANN401
         pixels = np.ascontiguousarray(stage.read("Combined"), np.float32)
         self._pictures += 1
-        self.picture = Picture(self._pictures, self._request_in_hand, pixels, stage.place, status_text(progress))
-        self._on_picture()
+        picture = Picture(self._pictures, self._request_in_hand, pixels, stage.place, status_text(progress))
+        with self._condition:
+            if self.picture is None or self.picture.request != picture.request:
+                self._first_picture_seconds = time.perf_counter() - self._submitted_in_hand
+            self.picture = picture
+            is_about_to_be_drawn = self._is_awaited and self._is_answered()
+            self._condition.notify_all()
+        if not is_about_to_be_drawn:
+            self._on_picture()
 
     def _first_pixel(self, job: Job) -> int:
         """Side of the coarsest pixels to begin with: the finest ones, doubled as often as need be."""

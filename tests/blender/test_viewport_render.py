@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from addon.viewport_camera import WHOLE, View
-from addon.viewport_render import FIRST_PICTURE_SECONDS, PATIENCE_SECONDS, Job, ViewportRender
+from addon.viewport_render import FIRST_PICTURE_SECONDS, PATIENCE_SECONDS, REDRAW_SECONDS, Job, ViewportRender
 from tests.blender.viewport_fakes import REGION, FakeViewportCore
 
 SETTINGS = (("cell_pixels", 0.0), ("passes", ()))
@@ -123,6 +123,39 @@ def test_submitting_and_stopping_never_wait_for_a_frame(core, render):
     render.stop()
     assert time.perf_counter() - start < 0.1
     wait_until(lambda: not render.is_alive)
+
+
+def seconds_of(call):
+    start = time.perf_counter()
+    call()
+    return time.perf_counter() - start
+
+
+def test_a_redraw_gets_the_picture_of_its_edit_where_the_one_before_came_soon(core, render):
+    render.submit(job("before"))
+    assert seconds_of(render.await_picture) < 0.5 * REDRAW_SECONDS  # how long it takes is not known yet
+    wait_until(lambda: render.pictures)
+    render._first_picture_seconds = 0.0  # whatever this machine took
+    render.pause()
+    wait_until(lambda: core.sessions[-1].is_cancelled)
+    seen = len(render.pictures)
+    render.submit(job("edit"))
+    seconds = seconds_of(render.await_picture)
+    assert seconds < REDRAW_SECONDS + 0.5  # a busy machine may be late
+    if seconds < REDRAW_SECONDS:
+        assert render.picture.request == render.requests == 2
+        assert len(render.pictures) == seen, "a redraw was asked for by the picture that it was about to show"
+
+
+def test_a_redraw_does_not_wait_long_and_after_a_late_picture_not_at_all(core, render):
+    render._first_picture_seconds = 0.0
+    core.frame_seconds = 4.0 * REDRAW_SECONDS
+    render.submit(job("edit"))
+    assert 0.9 * REDRAW_SECONDS < seconds_of(render.await_picture) < REDRAW_SECONDS + 0.5
+    assert seconds_of(render.await_picture) < 0.5 * REDRAW_SECONDS  # the same edit is not waited for again
+    wait_until(lambda: render.pictures)
+    render.submit(job("next"))
+    assert seconds_of(render.await_picture) < 0.5 * REDRAW_SECONDS
 
 
 def test_paused_it_rests_with_its_picture(core, render):
