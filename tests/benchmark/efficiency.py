@@ -2,9 +2,10 @@
 
   python -m tests.benchmark.efficiency [--scenes NAME ...] [--systems NAME ...] [--samples 32] [--rounds 4]
 
-Above 1 is better than path tracing. Every system renders the same scene in turn, with a new seed each round; variances
-are those between rounds, relative to what all pictures show on average, so no reference is needed. CPU times leave out
-those of building the scene. Beside each number is its range as rounds are left out one by one.
+Above 1 is better than path tracing. Of light that surfaces reflect: edges of lamps in the picture are as noisy for all.
+Every system renders the same scene in turn, with a new seed each round; variances are those between rounds, relative to
+what all pictures show on average, so no reference is needed. CPU times leave out those of building the scene. Beside
+each number is its range as rounds are left out one by one.
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ def main() -> None:
         if not scene.is_there:
             print(f"{scene.name} is not there: CISTERN_TEST_SCENES names no folder with it")
             continue
-        sessions = Sessions(scene, arguments.pixels, arguments.bounces, "TREE", "Combined")
+        sessions = Sessions(scene, arguments.pixels, arguments.bounces, "TREE", ("Direct", "Indirect"))
         print_table(scene.name, measure(sessions, systems, arguments.samples, arguments.rounds))
 
 

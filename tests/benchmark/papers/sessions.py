@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import resource
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -63,10 +64,10 @@ def open_scene(scene: Scene) -> None:
 
 
 class Sessions:
-    """Of one scene, in light of at most so many bounces, of which pictures show one pass."""
+    """Of one scene, in light of at most so many bounces, of which pictures show the sum of some passes."""
 
     def __init__(
-        self, scene: Scene, pixels: int, bounces: int, light_sampling: str, pass_name: str = "Indirect"
+        self, scene: Scene, pixels: int, bounces: int, light_sampling: str, passes: Sequence[str] = ("Indirect",)
     ) -> None:
         import cistern_core as core
 
@@ -79,11 +80,11 @@ class Sessions:
         render.resolution_x, render.resolution_y, render.resolution_percentage = *size.values(), 100
         builder = core.SceneBuilder()
         sync_scene(bpy.context.evaluated_depsgraph_get(), builder, core=core)
-        self._core, self._scene, self._pass_name = core, builder.snapshot(), pass_name
+        self._core, self._scene, self._passes = core, builder.snapshot(), passes
         self._common = size | {
             "max_bounces": bounces,
             "light_sampling": core.LightSampling[light_sampling],
-            "passes": [pass_name],
+            "passes": list(passes),
         }
 
     def size(self, pixels: int) -> dict[str, int]:
@@ -101,7 +102,7 @@ class Sessions:
         seconds = resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
         if progress.status is not self._core.Status.DONE or progress.non_finite_samples or progress.non_finite_weights:
             raise RuntimeError(f"{progress.status.name}: {progress.error or 'numbers that are not finite'}")
-        picture = session.read(self._pass_name)[..., :3].astype(np.float64)
+        picture = sum(session.read(name).astype(np.float64) for name in self._passes)
         return Rendered(picture, seconds, dict(progress.stage_seconds), progress.memory_bytes)
 
     def frame(self, number: int, seed: int, **settings: Any) -> Rendered:
