@@ -39,6 +39,17 @@ float evaluated_radiance(const Scene& scene, const EmissiveTriangle& t, size_t c
   return sum / static_cast<float>(2 * count);
 }
 
+/// Emission of a side of an object, where it is the same everywhere.
+Rgb uniform_radiance(const Scene& scene, const EmissiveTriangle& t, bool is_backface) {
+  SurfacePoint point;
+  point.instance = t.instance;
+  point.triangle = t.triangle;
+  point.material = t.material;
+  point.wo = point.ng = point.ns = {0.0f, 0.0f, 1.0f};
+  point.is_backface = is_backface;
+  return evaluate_emission(scene, point, {});
+}
+
 }  // namespace
 
 bool is_emitter(const Scene& scene, int material) {
@@ -51,6 +62,7 @@ bool is_emitter(const Scene& scene, int material) {
 EmissiveTriangles::EmissiveTriangles(const Scene& scene) {
   place(scene);
   fill(scene);
+  find_uniform_emission(scene);
   estimate_radiance(scene);
 }
 
@@ -116,14 +128,34 @@ void EmissiveTriangles::fill(const Scene& scene) {
   }
 }
 
+/// For each instance anew: its object may matter, and mirrored ones have their outside on the other side.
+void EmissiveTriangles::find_uniform_emission(const Scene& scene) {
+  std::map<int, int> known;  // of the instance: by material
+  for (size_t i = 0; i < size(); ++i) {
+    EmissiveTriangle& t = triangles_[i];
+    if (!program_of(scene, t.material).emission_is_uniform) continue;
+    if (i == 0 || t.instance != triangles_[i - 1].instance) known.clear();
+    const auto [found, is_new] = known.try_emplace(t.material, -1);
+    if (is_new) {
+      SideEmission sides{uniform_radiance(scene, t, false), uniform_radiance(scene, t, true)};
+      const bool is_mirrored = scene.instances[t.instance].object_to_world.determinant() < 0.0f;
+      if (is_mirrored) std::swap(sides.along_normal, sides.against_normal);
+      if (sides.mean_luminance() > 0.0f) {
+        found->second = static_cast<int>(uniform_.size());
+        uniform_.push_back(sides);
+      }
+    }
+    t.uniform = found->second;
+  }
+}
+
 void EmissiveTriangles::estimate_radiance(const Scene& scene) {
   radiance_.resize(size());
   const size_t points = size() <= kFewTriangles ? std::size(kPoints) : 1;
   parallel_blocks(size(), kBlockSize, [&](size_t, size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const MaterialProgram& program = program_of(scene, triangles_[i].material);
-      radiance_[i] = program.emission_is_constant ? luminance(to_rgb(program.constant_emission))
-                                                  : evaluated_radiance(scene, triangles_[i], points);
+      const SideEmission* uniform = uniform_emission(triangles_[i]);
+      radiance_[i] = uniform ? uniform->mean_luminance() : evaluated_radiance(scene, triangles_[i], points);
     }
   });
   struct Mean {
@@ -137,7 +169,7 @@ void EmissiveTriangles::estimate_radiance(const Scene& scene) {
     mean.area += area;
   }
   for (size_t i = 0; i < size(); ++i) {
-    if (program_of(scene, triangles_[i].material).emission_is_constant) continue;
+    if (triangles_[i].uniform >= 0) continue;
     const Mean& mean = means[static_cast<size_t>(triangles_[i].material)];
     const float of_material = mean.flux > 0.0 ? static_cast<float>(mean.flux / mean.area) : kUnseenRadiance;
     radiance_[i] = lerp(radiance_[i], of_material, kUniformShare);
@@ -160,14 +192,17 @@ LightBounds EmissiveTriangles::bounds(size_t index) const {
   bounds.axis = normalize_or(t.scaled_normal(), {0.0f, 0.0f, 1.0f});
   bounds.cos_normals = 1.0f;
   bounds.cos_emission = 0.0f;
-  bounds.intensity = radiance_[index] * t.area();
-  bounds.is_two_sided = true;
+  const SideEmission* sides = uniform_emission(t);
+  const bool is_dark_along = sides && is_black(sides->along_normal);
+  bounds.is_two_sided = !sides || !(is_dark_along || is_black(sides->against_normal));
+  bounds.intensity = (bounds.is_two_sided ? 1.0f : 2.0f) * radiance_[index] * t.area();
+  if (is_dark_along) bounds.axis = -bounds.axis;
   return bounds;
 }
 
 size_t EmissiveTriangles::memory_bytes() const {
   size_t bytes = triangles_.capacity() * sizeof(EmissiveTriangle) + radiance_.capacity() * sizeof(float) +
-                 placements_.capacity() * sizeof(Placement);
+                 uniform_.capacity() * sizeof(SideEmission) + placements_.capacity() * sizeof(Placement);
   for (const Selection& selection : selections_) bytes += selection.rank.capacity() * sizeof(uint32_t);
   return bytes;
 }

@@ -13,6 +13,7 @@ struct EmissiveTriangle {
   Vec3 p0, edge_1, edge_2;
   uint32_t instance = 0, triangle = 0;
   int material = -1;
+  int uniform = -1;  // its EmissiveTriangles::uniform_emission; -1: emission varies over the object
 
   Vec3 point(Vec2 barycentric) const { return p0 + edge_1 * barycentric.x + edge_2 * barycentric.y; }
   /// Normal by the winding, as long as twice the area.
@@ -20,7 +21,15 @@ struct EmissiveTriangle {
   float area() const { return 0.5f * length(scaled_normal()); }
 };
 
-/// Every triangle of every instance whose material may emit, in the order of the scene. 52 bytes per triangle, and 4
+/// Radiance that a triangle sends from its two sides, by the winding of its corners in the world.
+struct SideEmission {
+  Rgb along_normal, against_normal;
+  float mean_luminance() const {
+    return 0.5f * (std::max(luminance(along_normal), 0.0f) + std::max(luminance(against_normal), 0.0f));
+  }
+};
+
+/// Every triangle of every instance whose material may emit, in the order of the scene. 56 bytes per triangle, and 4
 /// bytes per triangle of meshes only part of which emits.
 class EmissiveTriangles {
  public:
@@ -29,7 +38,11 @@ class EmissiveTriangles {
 
   size_t size() const { return triangles_.size(); }
   const EmissiveTriangle& operator[](size_t index) const { return triangles_[index]; }
-  /// Mean radiance (luminance) over both sides: exact for constant emission, otherwise from a few evaluations, mixed
+  /// Of a triangle from whose sides light leaves the same everywhere and in all directions; else null.
+  const SideEmission* uniform_emission(const EmissiveTriangle& triangle) const {
+    return triangle.uniform < 0 ? nullptr : &uniform_[static_cast<size_t>(triangle.uniform)];
+  }
+  /// Mean radiance (luminance) over both sides: exact for uniform emission, otherwise from a few evaluations, mixed
   /// with the material's mean so that a texture that is bright between them is still found. Never zero.
   float radiance_estimate(size_t index) const { return radiance_[index]; }
   std::optional<uint32_t> find(uint32_t instance, uint32_t triangle) const;
@@ -51,11 +64,13 @@ class EmissiveTriangles {
   static Selection select(const Scene& scene, const Instance& instance);
   void place(const Scene& scene);
   void fill(const Scene& scene);
+  void find_uniform_emission(const Scene& scene);
   void estimate_radiance(const Scene& scene);
 
   std::vector<Selection> selections_;
   std::vector<Placement> placements_;  // per instance
   std::vector<EmissiveTriangle> triangles_;
+  std::vector<SideEmission> uniform_;
   std::vector<float> radiance_;
 };
 

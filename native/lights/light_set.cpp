@@ -139,7 +139,7 @@ void LightSet::Impl::prepare_choice(LightSampling sampling) {
     for (size_t i = begin; i < end; ++i) {
       EmitterEstimate& estimate = estimates[first_triangle() + i];
       estimate.bounds = triangles.bounds(i);
-      estimate.power = 2.0f * kPi * estimate.bounds.intensity;  // from both sides
+      estimate.power = (estimate.bounds.is_two_sided ? 2.0f : 1.0f) * kPi * estimate.bounds.intensity;
     }
   });
   if (environment) {
@@ -203,9 +203,8 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
   light.normal = normalize(normal);
   light.pdf = 2.0f * d2 * distance / projected;
   light.visibility = scene->instances[t.instance].visibility;
-  const MaterialProgram& program = *scene->materials[static_cast<size_t>(t.material)];
-  if (program.emission_is_constant) {
-    light.radiance = to_rgb(program.constant_emission);
+  if (const SideEmission* sides = triangles.uniform_emission(t)) {
+    light.radiance = dot(normal, offset) < 0.0f ? sides->along_normal : sides->against_normal;
   } else {
     PathState arriving = path;
     arriving.ray_length = distance;

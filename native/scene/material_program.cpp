@@ -286,6 +286,13 @@ bool may_emit_light(const MaterialProgram& p, const Instruction& closure) {
   return !is_zero_float(p, in[0]) && !is_constant_zero(p, in[color]) && !is_zero_float(p, in[strength]);
 }
 
+/// Whether coat or sheen may lie above the closure's emission, which then depends on the direction it leaves in.
+bool may_have_layers(const MaterialProgram& p, const Instruction& closure) {
+  if (closure.op != Op::CLOSURE_PRINCIPLED) return false;
+  const std::span<const Operand> in = operands_of(p, closure);
+  return !is_zero_float(p, in[kPrincipledCoatWeight]) || !is_zero_float(p, in[kPrincipledSheenWeight]);
+}
+
 /// Adds the closure's emission to `sum` if it is the same everywhere; nothing may lie above it.
 bool add_constant_emission(const MaterialProgram& p, const Instruction& closure, Vec3& sum) {
   const std::span<const Operand> in = operands_of(p, closure);
@@ -295,9 +302,7 @@ bool add_constant_emission(const MaterialProgram& p, const Instruction& closure,
   if (!in[0].is_constant() || !color.is_constant() || !strength.is_constant()) return false;
   if (is_principled) {
     const Operand alpha = in[kPrincipledAlpha];
-    if (!alpha.is_constant() || constant_x(p, alpha) < 1.0f || !is_zero_float(p, in[kPrincipledCoatWeight]) ||
-        !is_zero_float(p, in[kPrincipledSheenWeight]))
-      return false;
+    if (!alpha.is_constant() || constant_x(p, alpha) < 1.0f || may_have_layers(p, closure)) return false;
   }
   sum += (constant_x(p, in[0]) * constant_x(p, strength)) * p.constants[static_cast<size_t>(color.index())];
   return true;
@@ -378,6 +383,25 @@ bool reads_view(Op op) {
   }
 }
 
+/// Whether what `op` returns depends on more of a hit than the object, the side that is seen, and its operands.
+bool varies_over_object(Op op) {
+  switch (op) {
+    case Op::BACKFACING:
+    case Op::OBJECT_RANDOM:
+    case Op::OBJECT_LOCATION:
+      return false;
+    case Op::LIGHT_PATH:
+    case Op::NORMAL_MAP:
+    case Op::BUMP:
+    case Op::FRESNEL:
+    case Op::LAYER_WEIGHT_FRESNEL:
+    case Op::LAYER_WEIGHT_FACING:
+      return true;
+    default:
+      return op < Op::LIGHT_PATH;  // coordinates and geometry
+  }
+}
+
 }  // namespace
 
 void finish_program(MaterialProgram& program, int image_count) {
@@ -410,6 +434,10 @@ void finish_program(MaterialProgram& program, int image_count) {
   for (const std::string& name : program.attribute_names) program.attribute_hashes.push_back(attribute_name_hash(name));
   program.emission_instructions = slice(program, may_emit_light, matters_to_emission);
   program.transparency_instructions = slice(program, may_pass_light, matters_to_transparency);
+  program.emission_is_uniform =
+      std::ranges::none_of(program.emission_instructions, [&](const Instruction& instruction) {
+        return varies_over_object(instruction.op) || may_have_layers(program, instruction);
+      });
   place_constants(program);
 }
 

@@ -87,6 +87,7 @@ struct MaterialProgram {
   bool may_emit = false;
   bool emission_is_constant = false;  // no emission operand depends on the hit: `constant_emission` is exact
   Vec3 constant_emission;
+  bool emission_is_uniform = false;  // the same all over a side of an object, in all directions
   bool needs_tangent = false;
   bool needs_footprint = false;  // has BUMP
   bool reads_light_path = false;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "lights/light_scenes.h"
+#include "shading/material.h"
 #include "support/statistics.h"
 
 namespace cistern::test {
@@ -218,6 +219,66 @@ TEST(LightSet, OneSidedEmissionLightsOneSide) {
     const LightSet lights(std::make_shared<Scene>(one), LightSampling::TREE);
     EXPECT_TRUE(lights.evaluate({0, {0.5f, 0.4f}}, {0, 0, 2}, {})) << is_mirrored;
     EXPECT_FALSE(lights.evaluate({0, {0.5f, 0.4f}}, {0, 0, -2}, {})) << is_mirrored;
+  }
+}
+
+TEST(LightSet, TheTreeLeavesOutWhatTurnsItsDarkSide) {
+  auto mesh = std::make_shared<Mesh>();
+  mesh->positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh->vertices = {{0, 1, 2}, {0, 2, 1}};  // back to back
+  for (const Vec3 p : mesh->positions) mesh->bounds.extend(p);
+  for (const bool is_mirrored : {false, true}) {
+    auto scene = std::make_shared<Scene>();
+    add_mesh(*scene, mesh, one_sided_emission(), {{is_mirrored ? -1.0f : 1.0f, 0, 0}, {0, 1, 0}, {0, 0, 1}, {}});
+    const LightSet lights(scene, LightSampling::TREE);
+    for (const Vec3 receiver : {Vec3{0.1f, 0.2f, 2.0f}, Vec3{0.1f, 0.2f, -2.0f}}) {
+      const bool is_above = receiver.z > 0.0f;
+      for (uint32_t e = 0; e < 2; ++e) {
+        const bool is_lit = (e == 0) == is_above;
+        EXPECT_EQ(lights.evaluate({e, {0.5f, 0.4f}}, receiver, {}).has_value(), is_lit) << is_mirrored;
+        EXPECT_FLOAT_EQ(lights.pmf(e, receiver, {}), is_lit ? 1.0f : 0.0f) << is_mirrored;
+      }
+    }
+  }
+}
+
+/// Emission that varies over an object is evaluated where it is met; all other is known beforehand, and the same.
+TEST(LightSet, UniformEmissionIsThatOfTheProgram) {
+  auto scene = std::make_shared<Scene>();
+  const auto by_object = [] {
+    ProgramWriter writer;
+    return writer.emit(writer.constant(Vec3{1.0f, 2.0f, 3.0f}), writer.add(Op::OBJECT_RANDOM, {}));
+  }();
+  const auto by_place = [] {
+    ProgramWriter writer;
+    return writer.emit(writer.add(Op::POSITION, {}), writer.constant(1.0f));
+  }();
+  EXPECT_TRUE(by_object->emission_is_uniform && !by_object->emission_is_constant);
+  EXPECT_FALSE(by_place->emission_is_uniform);
+  for (const auto& material : {by_object, by_object, by_place, one_sided_emission()})
+    add_mesh(*scene, scattered_triangles(scene->instances.size(), 4, 1.0f, 0.5f), material);
+  for (size_t i = 0; i < scene->instances.size(); ++i) scene->instances[i].random = 0.2f + 0.1f * static_cast<float>(i);
+  const LightSet lights(scene, LightSampling::TREE);
+  Rng rng(9, 0, 0, 0);
+  for (int i = 0; i < 400; ++i) {
+    const auto e = std::min(static_cast<uint32_t>(rng.next_float() * 16.0f), 15u);
+    const Vec3 receiver{4.0f * rng.next_float(), 2.0f, 4.0f * rng.next_float() - 2.0f};
+    const auto light = lights.evaluate({e, rng.next_vec2()}, receiver, {});
+    if (!light) continue;
+    const auto triangle = lights.triangle_of(e);
+    const Mesh& mesh = *scene->meshes[static_cast<size_t>(scene->instances[triangle->instance].mesh)];
+    const TriangleIndices& v = mesh.vertices[triangle->triangle];
+    const Vec3 normal = cross(mesh.positions[v[1]] - mesh.positions[v[0]], mesh.positions[v[2]] - mesh.positions[v[0]]);
+    SurfacePoint point;
+    point.instance = triangle->instance;
+    point.triangle = triangle->triangle;
+    point.material = scene->material_of(scene->instances[point.instance], point.triangle);
+    point.position = receiver + light->wi * light->distance;
+    point.wo = -light->wi;
+    point.is_backface = dot(normal, point.wo) < 0.0f;
+    const Rgb expected = evaluate_emission(*scene, point, {});
+    EXPECT_NEAR(light->radiance.r, expected.r, 1e-4f);
+    EXPECT_NEAR(light->radiance.b, expected.b, 1e-4f);
   }
 }
 

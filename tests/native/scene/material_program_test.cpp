@@ -170,6 +170,20 @@ TEST(MaterialProgram, EmissionIsDerived) {
   EXPECT_FALSE(principled({{23, 0.5f}, {24, 3.0f}, {20, 0.1f}}).emission_is_constant);  // sheen
   EXPECT_FALSE(principled({{23, 0.5f}, {24, 3.0f}, {5, 0.9f}}).emission_is_constant);   // alpha
   EXPECT_FALSE(principled({{23, 0.5f}, {24, 3.0f}, {5, 0.0f}}).may_emit);
+  EXPECT_TRUE(glowing.emission_is_uniform);
+  EXPECT_TRUE(principled({{23, 0.5f}, {24, 3.0f}, {5, 0.9f}}).emission_is_uniform);
+  EXPECT_FALSE(principled({{23, 0.5f}, {24, 3.0f}, {15, 0.1f}}).emission_is_uniform);
+  EXPECT_FALSE(principled({{23, 0.5f}, {24, 3.0f}, {20, 0.1f}}).emission_is_uniform);
+  for (const Op op : {Op::BACKFACING, Op::OBJECT_RANDOM}) {
+    ProgramBuilder b;
+    b.add(Op::CLOSURE_EMISSION, {b.constant(1), b.constant(2), b.add(op, {})});
+    EXPECT_TRUE(finished(b).emission_is_uniform) << describe(op).name;
+  }
+  for (const Op op : {Op::POSITION, Op::INCOMING}) {
+    ProgramBuilder b;
+    b.add(Op::CLOSURE_EMISSION, {b.constant(1), b.constant(2), b.add(Op::SEPARATE_X, {b.add(op, {})})});
+    EXPECT_FALSE(finished(b).emission_is_uniform) << describe(op).name;
+  }
 
   ProgramBuilder two;
   two.add(Op::CLOSURE_EMISSION, {two.constant(0.5f), two.constant(1), two.constant(4)});
