@@ -4,6 +4,7 @@ import atexit
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -17,6 +18,14 @@ from tests.support.blender_folder import use_own_folder  # noqa: E402
 use_own_folder()
 
 import bpy  # noqa: E402
+
+
+@pytest.fixture(scope="session")
+def built_core() -> ModuleType:
+    """The core itself, where others take a stand-in."""
+    import cistern_core
+
+    return cistern_core
 
 
 @pytest.fixture

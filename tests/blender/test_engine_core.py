@@ -16,13 +16,6 @@ from tests.blender.test_passes import blender_names, enable_all
 pytestmark = pytest.mark.usefixtures("registered_addon", "built_core")
 
 
-@pytest.fixture(scope="module")
-def built_core():
-    import cistern_core
-
-    return cistern_core
-
-
 def plane(channels, name, ids="RGB"):
     return np.stack([channels[f"ViewLayer.{name}.{channel}"] for channel in ids], axis=2)
 
