@@ -204,7 +204,7 @@ class ReuseSettings:
         name="Cell Size",
         description=(
             "Edge of a cell as it looks on the picture, in pixels; farther cells are larger [Boissé 2021, Alg. 4]. "
-            "0 means 10"
+            "0 means 10, and for WORLD_REUSE a tenth of the picture [Zhang 2023, §5.2]"
         ),
         default=0.0,
         min=0.0,

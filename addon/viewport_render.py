@@ -80,7 +80,8 @@ class Stage:
         settings = dict(job.settings) | {"width": width, "height": height, "region": region, "samples": 1}
         if pixel == job.finest_pixel:
             settings |= {"samples": job.samples, "time_limit": job.time_limit}
-        if view_modes.shows_cells(job.mode):  # at their size on the screen, whatever that of a pixel
+        has_relative_cells = settings.get("indirect") == "WORLD_REUSE" and not settings["cell_pixels"]
+        if view_modes.shows_cells(job.mode) and not has_relative_cells:  # at their size on the screen
             cell_pixels = (settings["cell_pixels"] or DEFAULT_CELL_PIXELS) / pixel
             settings["cell_pixels"] = max(cell_pixels, SMALLEST_CELL_PIXELS)
         left, bottom = region[:2]

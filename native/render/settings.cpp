@@ -89,6 +89,14 @@ void check_path_sharing(PathSharing& sharing) {
   require("share_deep_pixels", sharing.deep.pixels, 1.0f, 1e5f);
 }
 
+/// 10 % of the resolution for paths [Zhang and Wang 2023, §5.2], of which side it does not say; for all else a number,
+/// since the other papers give none.
+float default_cell_pixels(const Settings& s) {
+  constexpr float kShare = 0.1f;
+  if (s.indirect != IndirectAnswer::WORLD_REUSE) return GridSettings().cell_pixels;
+  return std::max(kShare * static_cast<float>(std::max(s.width, s.height)), 1.0f);
+}
+
 void check_light_cache(LightCacheSettings& cache) {
   const LightCacheSettings paper;
   if (cache.merged == 0) cache.merged = paper.merged;
@@ -116,7 +124,7 @@ void check_settings(Settings& s) {
   check_path_sharing(s.path_sharing);
   check_screen_paths(s.screen_paths);
   if (s.grid.min_cell_size == 0.0f) s.grid.min_cell_size = kDefaultMinCellShare;
-  if (s.grid.cell_pixels == 0.0f) s.grid.cell_pixels = GridSettings().cell_pixels;
+  if (s.grid.cell_pixels == 0.0f) s.grid.cell_pixels = default_cell_pixels(s);
   require("min_cell_size", s.grid.min_cell_size, 1e-6f, 1.0f);
   require("cell_pixels", s.grid.cell_pixels, 1.0f, 1e5f);
   fill_direct_reuse(s);

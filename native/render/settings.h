@@ -62,8 +62,9 @@ struct Settings {
   PathSharing path_sharing;
   LightCacheSettings light_cache;  // of RESTIR_CACHE
   DirectReuse direct_reuse;        // numbers that are 0 become the chosen answer's own
-  /// Cells of the world-space grid; `min_cell_size` is here a share of the diagonal of the scene's box.
-  GridSettings grid{.min_cell_size = kDefaultMinCellShare};
+  /// Cells of the world-space grid; `min_cell_size` is here a share of the diagonal of the scene's box, `cell_pixels`
+  /// where it is 0 becomes the answer's own.
+  GridSettings grid{.min_cell_size = kDefaultMinCellShare, .cell_pixels = 0.0f};
   LightSampling light_sampling = LightSampling::TREE;
   SampleSequence sequence = SampleSequence::SOBOL;
   FilterKind pixel_filter = FilterKind::BLACKMAN_HARRIS;

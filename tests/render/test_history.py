@@ -39,6 +39,7 @@ SYSTEMS: dict[str, dict] = {
     "all world": dict(direct="RESTIR", secondary="CELL_RESERVOIRS", indirect="WORLD_REUSE"),
 }
 SETTINGS = dict(light_candidates=4, spatial_radius=6.0, cache_candidates=16, cache_refresh=4, max_bounces=2)
+SETTINGS |= dict(cell_pixels=10)
 
 QUICK: list[tuple[str, str]] = [
     *(("restir", edit) for edit in EDITS),

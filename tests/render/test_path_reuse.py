@@ -36,8 +36,8 @@ Answers = tuple[str, str, str]
 REFERENCE: Answers = ("NEE", "NEE", "PATH")
 COMBINATIONS: list[Answers] = [c for c in itertools.product(DIRECT, SECONDARY, INDIRECT) if c != REFERENCE]
 
-SETTINGS = dict(light_candidates=4, spatial_radius=6.0, cache_candidates=16, cache_refresh=4)
-"""Few candidates, a small radius and a small cache, as suits a small picture; the rest as published."""
+SETTINGS = dict(light_candidates=4, spatial_radius=6.0, cache_candidates=16, cache_refresh=4, cell_pixels=10)
+"""Few candidates, a small radius and cache and large cells, as suits a small picture; the rest as published."""
 
 LIMITS: dict[str, dict] = {
     "": dict(max_bounces=3),

@@ -94,6 +94,11 @@ TEST(Settings, ZeroIsTheNumberOfThePaper) {
   s.direct = DirectAnswer::RIS;
   check_settings(s);
   EXPECT_FALSE(s.direct_reuse.temporal_reuse || s.direct_reuse.spatial_reuse);
+  EXPECT_EQ(s.grid.cell_pixels, 10.0f);
+  s = {};
+  s.indirect = IndirectAnswer::WORLD_REUSE;
+  check_settings(s);
+  EXPECT_FLOAT_EQ(s.grid.cell_pixels, 192.0f);  // [Zhang and Wang 2023] §5.2: 10 % of the resolution
 }
 
 TEST(Settings, OnePixelOfAnEnormousFrameIsFine) {
