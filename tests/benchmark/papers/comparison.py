@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.benchmark.papers.sessions import Reference, Sessions
+from tests.benchmark.papers.sessions import DIFFUSE_ALONE, SAME_POINT, Reference, Sessions
 from tests.benchmark.scoreboard.catalogue import ROOT, scene_named
 
 COLUMNS = 4  # panels side by side
@@ -64,6 +64,7 @@ def parser(description: str, scenes: Sequence[str], bounces: int) -> argparse.Ar
     result.add_argument("--bounces", type=int, default=bounces, help="of indirect light")
     result.add_argument("--rounds", type=int, default=3, help="repetitions with other seeds")
     result.add_argument("--reference-samples", type=int, default=2048)
+    result.add_argument("--diffuse", action="store_true", help="only light that diffuse lobes scatter; see the README")
     result.add_argument("--output", type=Path, default=ROOT / "out" / "papers")
     return result
 
@@ -78,18 +79,21 @@ def run(
         if not scene.is_there:
             print(f"{scene.name} is not there: CISTERN_TEST_SCENES names no folder with it")
             continue
-        sessions = Sessions(scene, arguments.pixels, arguments.bounces, light_sampling)
+        common = SAME_POINT | (DIFFUSE_ALONE if arguments.diffuse else {})
+        sessions = Sessions(scene, arguments.pixels, arguments.bounces, light_sampling, **common)
         reference = sessions.reference(arguments.reference_samples)
         findings += measure(sessions, reference, arguments, scene.name)
-        write(arguments.output / name, title, arguments, findings)
+        write(arguments.output / (f"{name}-diffuse" if arguments.diffuse else name), title, arguments, findings)
     return findings
 
 
 def write(stem: Path, title: str, arguments: argparse.Namespace, findings: Sequence[Finding]) -> None:
+    kind = "Diffuse indirect light" if arguments.diffuse else "Indirect light"
     lines = [
         f"# {title}",
         "",
-        f"Indirect light of at most {arguments.bounces} bounces, {arguments.pixels} pixels, {arguments.rounds} rounds; "
+        f"{kind} of at most {arguments.bounces} bounces, "
+        f"{arguments.pixels} pixels, {arguments.rounds} rounds; "
         f"reference: path tracing with {arguments.reference_samples} samples, whose own noise is taken off. Times are "
         "CPU times.",
         "",

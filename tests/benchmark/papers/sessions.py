@@ -20,6 +20,10 @@ use_own_folder()
 import bpy  # noqa: E402, before the core, so that both share one oneTBB
 
 TRIM = 0.001  # share of pixels with the largest error that the trimmed error leaves out
+# A pixel sees the same point in all frames, as with one G-buffer. Where the points of a coarse pixel differ, what was
+# found through a gap is often hidden from the point of the frame before: unbiased weights then owe it all to one path.
+SAME_POINT = {"filter_width": 0.01}
+DIFFUSE_ALONE = {"max_glossy_bounces": 0, "max_transmission_bounces": 0}
 PATH_TRACER = {"direct": "NEE", "secondary": "NEE", "indirect": "PATH"}
 
 
@@ -64,10 +68,17 @@ def open_scene(scene: Scene) -> None:
 
 
 class Sessions:
-    """Of one scene, in light of at most so many bounces, of which pictures show the sum of some passes."""
+    """Of one scene, in light of at most so many bounces, of which pictures show the sum of some passes. `common`:
+    settings of all."""
 
     def __init__(
-        self, scene: Scene, pixels: int, bounces: int, light_sampling: str, passes: Sequence[str] = ("Indirect",)
+        self,
+        scene: Scene,
+        pixels: int,
+        bounces: int,
+        light_sampling: str,
+        passes: Sequence[str] = ("Indirect",),
+        **common: Any,
     ) -> None:
         import cistern_core as core
 
@@ -85,6 +96,7 @@ class Sessions:
             "max_bounces": bounces,
             "light_sampling": core.LightSampling[light_sampling],
             "passes": list(passes),
+            **common,
         }
 
     def size(self, pixels: int) -> dict[str, int]:
