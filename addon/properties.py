@@ -74,6 +74,12 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         items=VIEWPORT_PRESET_ITEMS,
         default="INTERACTIVE",
     )
+    viewport_view: EnumProperty(
+        name="Viewport View",
+        description="What 3D viewports show: the render, a part of its light, or what reuse works with",
+        items=view_modes.VIEW_ITEMS,
+        default="COMBINED",
+    )
     viewport_pause: BoolProperty(
         name="Pause",
         description="Stop rendering in 3D viewports; what they show stays as it is",
@@ -138,8 +144,8 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
     view: EnumProperty(
         name="View",
         description=(
-            "What the picture itself shows: the render, a part of its light, or what reuse works with. Passes keep "
-            "their own values"
+            "What the picture of a final render shows: the render, a part of its light, or what reuse works with. "
+            "Passes keep their own values"
         ),
         items=view_modes.VIEW_ITEMS,
         default="COMBINED",

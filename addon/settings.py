@@ -138,7 +138,7 @@ def viewport_settings(core: ModuleType, scene: bpy.types.Scene) -> dict[str, Any
     """The same for a 3D viewport, save what depends on the size of its pixels."""
     technique = technique_arguments(viewport_settings_in_force(scene.cistern), core)
     kept = {"keep_history": True, "keep_instances": True}
-    return scene_settings(core, scene, technique, pass_names([], scene.cistern.view)) | kept
+    return scene_settings(core, scene, technique, pass_names([], scene.cistern.viewport_view)) | kept
 
 
 def scene_settings(

@@ -65,6 +65,7 @@ class CISTERN_RENDER_PT_viewport(CisternPanel, Panel):
         layout = split_layout(self)
         settings = context.scene.cistern
         layout.prop(settings, "viewport_preset", text="Preset")
+        layout.prop(settings, "viewport_view", text="View")
         layout.prop(settings, "viewport_samples", text="Samples")
         layout.prop(settings, "viewport_time_limit", text="Time Limit")
         layout.prop(context.scene.render, "preview_pixel_size", text="Pixel Size")

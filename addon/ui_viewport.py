@@ -11,7 +11,7 @@ def draw_header(header: Header, context: Context) -> None:
         return
     settings = context.scene.cistern
     row = header.layout.row(align=True)
-    row.prop(settings, "view", text="")
+    row.prop(settings, "viewport_view", text="")
     row.prop(settings, "viewport_pause", text="", icon="PLAY" if settings.viewport_pause else "PAUSE")
 
 

@@ -115,7 +115,7 @@ class Viewport:
             self._snapshot,
             self._view,
             tuple(sorted(arguments.items())),
-            scene.cistern.view,
+            scene.cistern.viewport_view,
             scene.cistern.viewport_samples,
             scene.cistern.viewport_time_limit,
             finest_pixel,

@@ -203,4 +203,4 @@ def test_the_header_of_a_viewport_has_views_and_pause_while_it_renders(shading, 
     space = SimpleNamespace(shading=SimpleNamespace(type=shading))
     header = SimpleNamespace(layout=RecordingLayout(drawn))
     ui_viewport.draw_header(header, SimpleNamespace(engine=engine, scene=fresh_scene(), space_data=space))
-    assert drawn == (["view", "viewport_pause"] if is_drawn else [])
+    assert drawn == (["viewport_view", "viewport_pause"] if is_drawn else [])

@@ -29,6 +29,14 @@ def test_colours_are_shown_as_they_are_and_passes_keep_their_own(core, tmp_path,
     assert core.settings[-1].passes == ["Direct", "Indirect"] + ([source] if view in {"CELLS", "NORMAL_BIN"} else [])
 
 
+def test_what_viewports_show_is_not_what_final_renders_show(core, tmp_path):
+    scene = fresh_scene()
+    scene.cistern.viewport_view = "CELLS"
+    channels, _ = render(scene, tmp_path)
+    assert core.settings[-1].passes == ["Direct", "Indirect"]
+    assert channels["ViewLayer.Combined.R"][0].tolist() == list(range(8))  # columns, the stand-in's own picture
+
+
 @pytest.mark.parametrize(
     "view", ["CELL_OCCUPANCY", "CELL_LEVEL", "RESERVOIR_CONFIDENCE", "RESERVOIR_WEIGHT", "REUSE_COUNT"]
 )

@@ -135,7 +135,7 @@ def test_local_view_is_exported_although_nothing_was_evaluated(viewport, drawn, 
 @pytest.mark.parametrize(
     ("member", "value", "seen"),
     [
-        ("view", "CELLS", lambda settings: "Cells" in settings.passes),
+        ("viewport_view", "CELLS", lambda settings: "Cells" in settings.passes),
         ("viewport_samples", 7, lambda settings: settings.samples in (1, 7)),
         ("viewport_preset", "RESTIR_DI", lambda settings: settings.direct == "RESTIR" and settings.indirect == "PATH"),
         ("max_bounces", 3, lambda settings: settings.max_bounces == 3),

@@ -170,13 +170,13 @@ def cell_views() -> Iterator[float]:
         "DIRECT",
         "INDIRECT",
     ):
-        settings.view = view
+        settings.viewport_view = view
         driver.redraw()
         for _ in range(3):
             region.view_rotation = Quaternion((0.0, 0.0, 1.0), math.radians(5.0)) @ region.view_rotation
             yield 0.05
         yield from settle(f"view_{view.lower()}")
-    settings.view = "COMBINED"
+    settings.viewport_view = "COMBINED"
     yield from settle("view_combined")
 
 

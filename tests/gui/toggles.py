@@ -1,6 +1,6 @@
 """Fifty times to rendered shading and back: memory must not grow beyond what the first ones take.
 
-It goes up and down by a picture or two from one to the next."""
+They fill the pools of allocators and drivers, in steps of 17 MB."""
 
 import sys
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import driver
 
 TOGGLES = 50
-FIRSTS = 5
+FIRSTS = 10
 LARGEST_GROWTH = 0.02
 
 
@@ -30,7 +30,7 @@ def scenario() -> Iterator[float]:
         yield 0.1
         megabytes.append(driver.resident_megabytes())
         driver.say("TOGGLE", toggle, f"{megabytes[-1]:.1f} MB")
-    growth = min(megabytes[-FIRSTS:]) / max(megabytes[:FIRSTS]) - 1.0
+    growth = max(megabytes[-FIRSTS:]) / max(megabytes[:FIRSTS]) - 1.0
     driver.say(f"MEMORY after {FIRSTS} and {TOGGLES} toggles: {growth:+.2%}")
     driver.expect(growth <= LARGEST_GROWTH, f"memory grew by {growth:.1%}")
 
