@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
 from . import view_modes
+from .layer_properties import CisternViewLayerSettings
 from .reuse_properties import ReuseSettings
 from .techniques import (
     BIAS_ITEMS,
@@ -229,90 +230,6 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
     film_transparent_glass: BoolProperty(
         name="Transparent Glass",
         description="Make the film transparent also where the world is seen through glass",
-        default=False,
-    )
-
-
-class CisternViewLayerSettings(bpy.types.PropertyGroup):
-    """`view_layer.cistern`"""
-
-    use_pass_direct: BoolProperty(
-        name="Direct",
-        description="Light that reaches the visible point straight from a light, in scene-linear radiance",
-        default=True,
-    )
-    use_pass_indirect: BoolProperty(
-        name="Indirect",
-        description="Light that reaches the visible point by way of other surfaces, in scene-linear radiance",
-        default=True,
-    )
-    use_pass_noisy: BoolProperty(
-        name="Noisy",
-        description=(
-            "Combined without the light paths that visible points hand each other with Cell Sharing: noisier, but the "
-            "noise of neighbouring pixels is independent, as denoisers expect"
-        ),
-        default=False,
-    )
-    use_pass_cells: BoolProperty(
-        name="Cells",
-        description=(
-            "A colour for each cell of reuse, each channel 0.1 to 1, black where there is none; from the first sample"
-        ),
-        default=False,
-    )
-    use_pass_cell_occupancy: BoolProperty(
-        name="Cell Occupancy",
-        description="Number of pixels whose visible point lies in the same cell; from the first sample",
-        default=False,
-    )
-    use_pass_cell_level: BoolProperty(
-        name="Cell Level",
-        description=(
-            "1 for the smallest cells, 1 more each time they are doubled, 0 where there is none; from the first sample"
-        ),
-        default=False,
-    )
-    use_pass_normal_bin: BoolProperty(
-        name="Normal Bin",
-        description=(
-            "A colour for each direction that cells are divided by, each channel 0.1 to 1, black where there is none; "
-            "from the first sample"
-        ),
-        default=False,
-    )
-    use_pass_reservoir_confidence: BoolProperty(
-        name="Reservoir Confidence",
-        description=(
-            "How many batches of light candidates the pixel's choice stands for: 1 without reuse, 0 where there is "
-            "none; from the last sample"
-        ),
-        default=False,
-    )
-    use_pass_reservoir_weight: BoolProperty(
-        name="Reservoir Weight",
-        description=(
-            "Weight of the pixel's light sample: about the reciprocal of the probability it was chosen with, 0 where "
-            "there is none; from the last sample"
-        ),
-        default=False,
-    )
-    use_pass_reuse_count: BoolProperty(
-        name="Reuse Count",
-        description=(
-            "How many samples of other points, or of the sample before, the pixel was handed for its light: 0 without "
-            "reuse; from the last sample"
-        ),
-        default=False,
-    )
-    use_pass_denoising_albedo: BoolProperty(
-        name="Denoising Albedo",
-        description="Share of light (0 to 1) that the visible surface reflects, for denoisers",
-        default=False,
-    )
-    use_pass_denoising_normal: BoolProperty(
-        name="Denoising Normal",
-        description="Unit shading normal of the visible surface, for denoisers",
         default=False,
     )
 

@@ -1,11 +1,10 @@
-"""Panels, where Blender users look for them, and Blender's own panels opened for our engine."""
+"""Panels of the render and of view layers, and Blender's own panels opened for our engine."""
 # ruff: noqa: N801  (Blender wants CATEGORY_PT_name)
 
 import bpy
-from bpy.types import Context, Panel, UILayout
-from bpy_extras.node_utils import find_node_input
+from bpy.types import Context, Panel
 
-from . import ui_sampling, ui_viewport
+from . import ui_data, ui_sampling, ui_viewport
 from .ui_base import ENGINE, CisternPanel, split_layout
 
 # Blender's general panels that would show settings of other engines, or of features that this engine does not have;
@@ -36,8 +35,6 @@ INCLUDED_PANELS = frozenset(
         "VIEWLAYER_PT_override",
     }
 )
-
-GEOMETRY_TYPES = frozenset({"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"})
 
 
 class CISTERN_RENDER_PT_light_paths(CisternPanel, Panel):
@@ -113,180 +110,16 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
         column.prop(view_layer.cistern, "use_pass_denoising_albedo")
         column.prop(view_layer.cistern, "use_pass_denoising_normal")
         column.prop(view_layer.cistern, "use_pass_noisy")
-        column = layout.column(heading="Reuse")
-        for name in ("cells", "cell_occupancy", "cell_level", "normal_bin"):
-            column.prop(view_layer.cistern, f"use_pass_{name}")
-        for name in ("reservoir_confidence", "reservoir_weight", "reuse_count"):
-            column.prop(view_layer.cistern, f"use_pass_{name}")
         column = layout.column(heading="Light")
         column.prop(view_layer.cistern, "use_pass_direct")
         column.prop(view_layer.cistern, "use_pass_indirect")
         column.prop(view_layer, "use_pass_emit", text="Emission")
         column.prop(view_layer, "use_pass_environment")
-
-
-class CISTERN_MATERIAL_PT_surface(CisternPanel, Panel):
-    bl_label = "Surface"
-    bl_context = "material"
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        material = context.material
-        return context.engine == ENGINE and material is not None and not material.grease_pencil
-
-    def draw(self, context: Context) -> None:
-        draw_node_socket(split_layout(self), context.material, "Surface")
-
-
-class CISTERN_WORLD_PT_surface(CisternPanel, Panel):
-    bl_label = "Surface"
-    bl_context = "world"
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE and context.world is not None
-
-    def draw(self, context: Context) -> None:
-        draw_node_socket(split_layout(self), context.world, "Surface")
-
-
-class CISTERN_LIGHT_PT_light(CisternPanel, Panel):
-    bl_label = "Light"
-    bl_context = "data"
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE and context.light is not None
-
-    def draw(self, context: Context) -> None:
-        light = context.light
-        self.layout.row().prop(light, "type", expand=True)
-        layout = split_layout(self)
-        column = layout.column()
-        draw_existing(column, light, "use_temperature", "temperature", "color", "energy", "exposure", "normalize")
-        draw_light_shape(layout.column(), light)
-        layout.prop(shadow_owner(light), shadow_property(light), text="Cast Shadow")
-
-
-class CISTERN_LIGHT_PT_beam_shape(CisternPanel, Panel):
-    bl_label = "Beam Shape"
-    bl_context = "data"
-    bl_parent_id = "CISTERN_LIGHT_PT_light"
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE and context.light is not None and context.light.type in {"SPOT", "AREA"}
-
-    def draw(self, context: Context) -> None:
-        layout = split_layout(self)
-        light = context.light
-        if light.type == "AREA":
-            layout.prop(light, "spread")
-            return
-        layout.prop(light, "spot_size", text="Angle")
-        layout.prop(light, "spot_blend", text="Blend", slider=True)
-        layout.prop(light, "show_cone")
-
-
-class CISTERN_LIGHT_PT_nodes(CisternPanel, Panel):
-    bl_label = "Nodes"
-    bl_context = "data"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE and context.light is not None
-
-    def draw(self, context: Context) -> None:
-        light = context.light
-        self.layout.prop(light, "use_nodes", icon="NODETREE")
-        if light.use_nodes:
-            draw_node_socket(split_layout(self), light, "Surface")
-
-
-class CISTERN_OBJECT_PT_visibility(CisternPanel, Panel):
-    bl_label = "Visibility"
-    bl_context = "object"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE and context.object is not None
-
-    def draw(self, context: Context) -> None:
-        layout = split_layout(self)
-        obj = context.object
-        layout.prop(obj, "hide_select", text="Selectable", toggle=False, invert_checkbox=True)
-        column = layout.column(heading="Show In")
-        column.prop(obj, "hide_viewport", text="Viewports", toggle=False, invert_checkbox=True)
-        column.prop(obj, "hide_render", text="Renders", toggle=False, invert_checkbox=True)
-        if obj.type in GEOMETRY_TYPES:
-            layout.prop(obj, "is_holdout")
-
-
-class CISTERN_OBJECT_PT_ray_visibility(CisternPanel, Panel):
-    bl_label = "Ray Visibility"
-    bl_context = "object"
-    bl_parent_id = "CISTERN_OBJECT_PT_visibility"
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        obj = context.object
-        return context.engine == ENGINE and obj is not None and obj.type in GEOMETRY_TYPES | {"LIGHT"}
-
-    def draw(self, context: Context) -> None:
-        column = split_layout(self).column()
-        obj = context.object
-        for kind in ("camera", "diffuse", "glossy", "transmission"):
-            column.prop(obj, f"visible_{kind}", text=kind.capitalize())
-        if obj.type != "LIGHT":
-            column.prop(obj, "visible_shadow", text="Shadow")
-
-
-def draw_existing(layout: UILayout, owner: bpy.types.ID, *names: str) -> None:
-    """Draw those of the properties that this Blender's version of the data-block has."""
-    for name in names:
-        if name in owner.bl_rna.properties:
-            layout.prop(owner, name)
-
-
-def draw_light_shape(layout: UILayout, light: bpy.types.Light) -> None:
-    if light.type == "SUN":
-        layout.prop(light, "angle")
-    elif light.type == "AREA":
-        layout.prop(light, "shape")
-        if light.shape in {"RECTANGLE", "ELLIPSE"}:
-            layout.prop(light, "size", text="Size X")
-            layout.prop(light, "size_y", text="Y")
-        else:
-            layout.prop(light, "size")
-    else:
-        layout.prop(light, "shadow_soft_size", text="Radius")
-        layout.prop(light, "use_soft_falloff")
-
-
-def shadow_owner(light: bpy.types.Light) -> bpy.types.bpy_struct:
-    """Where the shadow switch lives: with Cycles' settings while that has one (4.2), else on the light itself."""
-    cycles = getattr(light, "cycles", None)
-    return cycles if hasattr(cycles, "cast_shadow") else light
-
-
-def shadow_property(light: bpy.types.Light) -> str:
-    return "use_shadow" if shadow_owner(light) is light else "cast_shadow"
-
-
-def draw_node_socket(layout: UILayout, owner: bpy.types.ID, socket: str) -> None:
-    """The node tree behind one socket of the output node, foldable as elsewhere in Blender."""
-    tree = owner.node_tree
-    node = tree.get_output_node("CYCLES") if tree is not None else None
-    if node is None:
-        layout.prop(owner, "use_nodes", icon="NODETREE")
-        return
-    node_input = find_node_input(node, socket)
-    if node_input is None:
-        layout.label(text="Incompatible output node")
-    else:
-        layout.template_node_view(tree, node, node_input)
+        column = layout.column(heading="Reuse")
+        for name in ("cells", "cell_occupancy", "cell_level", "normal_bin"):
+            column.prop(view_layer.cistern, f"use_pass_{name}")
+        for name in ("reservoir_confidence", "reservoir_weight", "reuse_count"):
+            column.prop(view_layer.cistern, f"use_pass_{name}")
 
 
 def shared_panels() -> list[type[Panel]]:
@@ -307,13 +140,7 @@ CLASSES = (
     CISTERN_RENDER_PT_film,
     CISTERN_RENDER_PT_performance,
     CISTERN_VIEWLAYER_PT_passes,
-    CISTERN_MATERIAL_PT_surface,
-    CISTERN_WORLD_PT_surface,
-    CISTERN_LIGHT_PT_light,
-    CISTERN_LIGHT_PT_beam_shape,
-    CISTERN_LIGHT_PT_nodes,
-    CISTERN_OBJECT_PT_visibility,
-    CISTERN_OBJECT_PT_ray_visibility,
+    *ui_data.CLASSES,
 )
 
 

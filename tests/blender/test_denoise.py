@@ -9,7 +9,8 @@ import pytest
 import addon
 from addon import denoise as denoising
 from addon import open_image_denoise, settings
-from addon.engine import CisternEngine, LayerRender
+from addon.engine import CisternEngine
+from addon.layer_render import LayerRender
 from tests.blender.engine_fakes import fresh_scene, install, render
 from tests.blender.test_open_image_denoise import error, has_library
 

@@ -9,7 +9,8 @@ import OpenImageIO
 import pytest
 
 import addon
-from addon.engine import CisternEngine, LayerRender
+from addon.engine import CisternEngine
+from addon.layer_render import LayerRender
 from addon.sync import SyncError
 from tests.blender.engine_fakes import FakeExport, fresh_scene, install, read_channels, render
 

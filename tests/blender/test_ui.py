@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from addon import techniques, ui, ui_sampling, ui_viewport
+from addon import techniques, ui, ui_data, ui_sampling, ui_viewport
 from tests.blender.engine_fakes import fresh_scene
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -177,22 +177,22 @@ def test_advanced_says_what_zero_stands_for():
 @pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
 def test_light_panels_draw_what_the_light_has(kind):
     light = bpy.data.lights.new("Lamp", kind)
-    drawn = draw(ui.CISTERN_LIGHT_PT_light, light=light)
+    drawn = draw(ui_data.CISTERN_LIGHT_PT_light, light=light)
     assert {"color", "energy"} <= set(drawn)
     assert ("shadow_soft_size" in drawn) == (kind in {"POINT", "SPOT"})
     if kind in {"SPOT", "AREA"}:
-        assert draw(ui.CISTERN_LIGHT_PT_beam_shape, light=light)
+        assert draw(ui_data.CISTERN_LIGHT_PT_beam_shape, light=light)
     light.use_nodes = True
-    assert "socket Surface" in draw(ui.CISTERN_LIGHT_PT_nodes, light=light)
+    assert "socket Surface" in draw(ui_data.CISTERN_LIGHT_PT_nodes, light=light)
 
 
 def test_material_world_and_object_panels_draw():
     scene = fresh_scene()
     cube = scene.objects["Cube"]
-    assert draw(ui.CISTERN_MATERIAL_PT_surface, material=cube.active_material) == ["socket Surface"]
-    assert draw(ui.CISTERN_WORLD_PT_surface, world=scene.world) == ["socket Surface"]
-    assert "is_holdout" in draw(ui.CISTERN_OBJECT_PT_visibility, object=cube)
-    assert "visible_shadow" in draw(ui.CISTERN_OBJECT_PT_ray_visibility, object=cube)
+    assert draw(ui_data.CISTERN_MATERIAL_PT_surface, material=cube.active_material) == ["socket Surface"]
+    assert draw(ui_data.CISTERN_WORLD_PT_surface, world=scene.world) == ["socket Surface"]
+    assert "is_holdout" in draw(ui_data.CISTERN_OBJECT_PT_visibility, object=cube)
+    assert "visible_shadow" in draw(ui_data.CISTERN_OBJECT_PT_ray_visibility, object=cube)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from mathutils import Matrix, Vector
 import addon.engine
 from addon import core as core_loader
 from addon import viewport as viewport_module
+from addon.layer_render import RenderFailedError
 from addon.sync import live
 from addon.viewport import Viewport
 from addon.viewport_camera import WHOLE, viewport_view
@@ -210,7 +211,7 @@ def test_errors_become_the_line_in_the_corner_and_go_away(core, drawn, scene, mo
     engine, context = Engine(), fake_context(scene)
     engine.view_update(context, depsgraph())
     sync = engine.viewport._sync
-    sync.failure = addon.engine.RenderFailedError("Light 'Lamp': energy is nan")
+    sync.failure = RenderFailedError("Light 'Lamp': energy is nan")
     engine.view_update(context, depsgraph())
     assert engine.stats == "Error: Light 'Lamp': energy is nan"
     sync.failure = None
