@@ -35,6 +35,15 @@ def empty_scene() -> Iterator[bpy.types.Scene]:
     yield bpy.context.scene
 
 
+@pytest.fixture
+def watched(empty_scene) -> Iterator[Any]:
+    """A live scene (watched_scene.Watched)."""
+    from watched_scene import watching
+
+    with watching() as scene:
+        yield scene
+
+
 class ProbeEngine(bpy.types.RenderEngine):
     """Renders nothing; hands the dependency graph of a final render to `probe`."""
 

@@ -7,6 +7,7 @@ import fake_core
 import numpy as np
 import pytest
 from cycles_pixel import cycles_pixel
+from small_objects import link, triangle
 
 from addon.sync import SyncReport, materials
 from addon.sync.instances import RAY_BITS
@@ -28,19 +29,6 @@ def scene(empty_scene, monkeypatch) -> bpy.types.Scene:
     monkeypatch.setattr(materials, "compile_light", lambda light, context: None)
     empty_scene.camera = link("Eye", bpy.data.cameras.new("Eye"))
     return empty_scene
-
-
-def link(name: str, data: bpy.types.ID | None, collection=None, location=(0, 0, 0)) -> bpy.types.Object:
-    obj = bpy.data.objects.new(name, data)
-    obj.location = location
-    (collection or bpy.context.scene.collection).objects.link(obj)
-    return obj
-
-
-def triangle(name: str = "Triangle") -> bpy.types.Mesh:
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
-    return mesh
 
 
 @pytest.fixture
