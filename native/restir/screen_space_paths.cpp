@@ -59,6 +59,9 @@ PathReservoir ScreenSpacePaths::reuse_in_time(const VisiblePoint& visible, const
   if (!reuse_.temporal_reuse) return initial;
   const std::optional<uint32_t> before = previous_pixel(visible, previous, pixel);
   if (!before) return initial;
+  // Unbiased weights owe a fresh sample all its light where the earlier point does not see it: in coarse pixels, whose
+  // points differ, beside gaps that light comes through, its one path then rules the pixel for as long as history
+  // lasts.
   PathCandidates candidates;
   candidates.add(visible, initial, 1.0f);
   candidates.add(previous.visible_points[*before], previous.temporal[*before], reuse_.temporal_cap);

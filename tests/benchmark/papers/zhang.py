@@ -93,7 +93,7 @@ def compare_long_mean(sessions: Sessions, arguments: argparse.Namespace, scene: 
     means = blocks(count, arguments.long // count, 1, indirect="WORLD_REUSE", temporal_reuse=True)
     references = blocks(REFERENCE_SESSIONS, arguments.long_reference // REFERENCE_SESSIONS, 1001)
     result = compare_replicas(means, references, sidak(FALSE_ALARM_RATE, len(arguments.scenes)))
-    error = 2.0 * result.ratio_error
+    error = 3.0 * result.ratio_error
     spread = Range(result.ratio - error, result.ratio + error)
     what = f"mean of {arguments.long} frames"
     return [
