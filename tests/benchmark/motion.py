@@ -1,15 +1,15 @@
 """Error per frame while something moves, with history and without, as a table and a plot.
 
   python -m tests.benchmark.motion [--frames 10] [--size 96] [--replicas 8] [--references 1024] [--plot FILE.png]
-                                   [--sequences camera light object] [--light Direct] [--candidates 2]
+                                   [--sequences camera light object still cut] [--light Direct] [--candidates 2]
 
-A room with sixty small lamps, two panels and a ball. In three sequences the camera goes around, a panel slides along
-the ceiling, the ball rolls; each frame is a session of one sample, as in a viewport that renders one picture per
-edit. The error of a frame is its mean squared difference from a path-traced reference of the same moment, over the
-squared mean of the reference, averaged over replicas with different seeds: of pixels, and of means over blocks of 8 x
-8 pixels, which do not hide a ghost behind noise. `ghost` is what history does to the mean picture: the root mean
-squared difference of block means, averaged over replicas, from the reference, over the mean; `noise` is what that
-would be without any. Needs matplotlib for the plot.
+A room with sixty small lamps, two panels and a ball. The camera goes around, a panel slides along the ceiling, the ball
+rolls; or nothing moves, or the camera jumps to the other side in frame 5. Each frame is a session of one sample, as in
+a viewport that renders one picture per edit. The error of a frame is its mean squared difference from a path-traced
+reference of the same moment, over the squared mean of the reference, averaged over replicas with different seeds: of
+pixels, and of means over blocks of 8 x 8 pixels, which do not hide a ghost behind noise. `ghost` is what history does
+to the mean picture: the root mean squared difference of block means, averaged over replicas, from the reference, over
+the mean; `noise` is what that would be without any. Needs matplotlib for the plot.
 """
 
 from __future__ import annotations
@@ -26,11 +26,16 @@ from tests.support.core_scenes import DEFAULTS
 from tests.support.edited_scenes import BALL, WARM, EditableScene, studio
 
 BLOCK = 8
+CUT_FRAME = 5
+PATH_TRACING = "path tracing"
 SYSTEMS: dict[str, dict] = {
+    PATH_TRACING: {},
     "ReSTIR": dict(direct="RESTIR"),
     "ReSTIR, ReSTIR GI": dict(direct="RESTIR", secondary="CELL_RESERVOIRS", indirect="SCREEN_REUSE"),
     "ReSTIR, world-space paths": dict(direct="RESTIR", secondary="CELL_RESERVOIRS", indirect="WORLD_REUSE"),
+    "Interactive (ours)": dict(direct="RESTIR", indirect="CELL_SHARED"),
 }
+VARIANTS = [(bias, history) for bias in ("UNBIASED", "FAST") for history in (True, False)]
 
 
 def move_camera(scene: EditableScene, frame: int) -> None:
@@ -46,10 +51,20 @@ def move_object(scene: EditableScene, frame: int) -> None:
     scene.move(BALL, (0.08 * frame, -0.03 * frame, 0.0))
 
 
+def rest(scene: EditableScene, frame: int) -> None:
+    move_camera(scene, 0)
+
+
+def cut(scene: EditableScene, frame: int) -> None:
+    move_camera(scene, 0 if frame < CUT_FRAME else -10)
+
+
 SEQUENCES: dict[str, Callable[[EditableScene, int], None]] = {
     "camera": move_camera,
     "light": move_light,
     "object": move_object,
+    "still": rest,
+    "cut": cut,
 }
 
 
@@ -101,20 +116,19 @@ def measure(name: str, arguments: argparse.Namespace) -> dict[tuple[str, str, bo
     references = np.array([picture(s, None, *view, samples=arguments.references, seed=10**6) for s in scenes])
     found = {}
     for system, answers in SYSTEMS.items():
-        for bias in ("UNBIASED", "FAST"):
-            for history in (True, False):
-                pictures = []
-                for seed in range(1, arguments.replicas + 1):
-                    cache = core.RenderCache()
-                    reuse = dict(light_candidates=arguments.candidates, bias=bias, keep_history=history, seed=seed)
-                    pictures.append([picture(s, cache, *view, **answers, **reuse) for s in scenes])
-                found[system, bias, history] = errors(np.array(pictures), references)
+        for bias, history in VARIANTS if system != PATH_TRACING else [("UNBIASED", False)]:
+            pictures = []
+            for seed in range(1, arguments.replicas + 1):
+                cache = core.RenderCache()
+                reuse = dict(light_candidates=arguments.candidates, bias=bias, keep_history=history, seed=seed)
+                pictures.append([picture(s, cache, *view, **answers, **reuse) for s in scenes])
+            found[system, bias, history] = errors(np.array(pictures), references)
     return found
 
 
 def print_table(name: str, found: dict[tuple[str, str, bool], dict[str, NDArray]]) -> None:
     frames = len(next(iter(found.values()))["pixels"])
-    print(f"\n{name} moves: error of pixels, frame by frame\n")
+    print(f"\n{name}: error of pixels, frame by frame\n")
     print(
         "| system | bias | history | " + " | ".join(map(str, range(frames))) + " | 8 x 8, last | ghost (noise), last |"
     )
@@ -140,7 +154,7 @@ def draw(results: dict[str, dict[tuple[str, str, bool], dict[str, NDArray]]], pa
                 style = ("-" if bias == "UNBIASED" else ":") if history else ("--" if bias == "UNBIASED" else "-.")
                 label = f"{system}, {bias.lower()}, history {'on' if history else 'off'}"
                 axis.semilogy(error[kind], style, color=colors[system], label=label)
-            axis.set(title=f"{name} moves", xlabel="frame", ylabel=f"error of {kind}")
+            axis.set(title=name, xlabel="frame", ylabel=f"error of {kind}")
     axes[0][0].legend(fontsize=6)
     figure.tight_layout()
     figure.savefig(path)
