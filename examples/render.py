@@ -20,6 +20,7 @@ import make_demo_scene
 from addon import report
 
 REPOSITORY = Path(__file__).resolve().parent.parent
+PROGRESS_SECONDS = 10.0
 
 
 class UserError(Exception):
@@ -146,6 +147,19 @@ def check_report(engine: str) -> None:
             raise UserError(f"the render failed: {layer.error}")
 
 
+def tell_progress() -> None:
+    """Has Blender call a handler whenever the engine has news, of which one line in PROGRESS_SECONDS is printed."""
+    told = time.monotonic()
+
+    def tell(status: str, _: object = None) -> None:
+        nonlocal told
+        if time.monotonic() - told >= PROGRESS_SECONDS:
+            told = time.monotonic()
+            print(status, flush=True)
+
+    bpy.app.handlers.render_stats.append(tell)
+
+
 def render_files(scene: bpy.types.Scene, folder: Path) -> tuple[Path, Path]:
     """Renders into `folder`: the multilayer EXR as the render's own file, the PNG from the same result."""
     exr, png = folder / "picture.exr", folder / "picture.png"
@@ -182,6 +196,7 @@ def run(arguments: argparse.Namespace, scratch: Path) -> None:
         name += f"_{arguments.frame:04d}"
     if arguments.engine != "CISTERN":
         name += f"_{arguments.engine.lower()}"
+    tell_progress()
     start = time.monotonic()
     files = render_files(scene, scratch)
     print(f"Rendered in {time.monotonic() - start:.1f} s")

@@ -63,7 +63,7 @@ install_system_packages() {
 install_python_packages() { # install_python_packages NAME PACKAGE...: unless just these went in under this name before
   local stamp=$venv/.cistern-$1 && shift
   if [ "$(cat "$stamp" 2>/dev/null)" = "$*" ]; then return; fi
-  echo "Installing into $venv: $*"
+  echo "Installing into $venv: $* (some minutes)"
   "$venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@" || fail "pip could not install: $*
   Where your package index lacks bpy $bpy, set PIP_EXTRA_INDEX_URL to the one that Blender publishes its wheels on."
   printf '%s' "$*" >"$stamp"
@@ -86,7 +86,7 @@ build_core() {
   if [ "$(cat "$stamp" 2>/dev/null)" = "$sources" ] && "$venv/bin/python" -c 'import cistern_core' 2>/dev/null; then
     return
   fi
-  echo "Building the core"
+  echo "Building the core (some minutes)"
   rm -f "$stamp"
   "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall \
     --config-settings=build-dir=build/wheel . || fail "the core could not be built"
