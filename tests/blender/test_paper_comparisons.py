@@ -21,6 +21,7 @@ def test_the_noise_of_the_reference_is_taken_off():
     reference = Reference(first, second)
     assert reference.mse(picture) == pytest.approx(0.01, rel=0.1)
     assert ((picture - reference.mean) ** 2).mean() > 0.014
+    assert reference.common_mse(picture, 2.0 * picture - 1.0) == pytest.approx(0.02, rel=0.1)
     picture[5, 5] = 1e3
     assert reference.mse(picture) > 100.0
     assert reference.trimmed_mse(picture) == pytest.approx(0.01, rel=0.1)

@@ -3,7 +3,9 @@
   python -m tests.benchmark.papers.ouyang [--scenes NAME ...] [--frames 32] [--rounds 3] [--output out/papers]
 
 At equal time for each frame, as in the paper, path tracing gets the CPU time of one frame with history; at equal total
-time, that of all frames up to then. The paper's figures are of the first kind, at 1920 x 1080. Needs matplotlib.
+time, that of all frames up to then. The paper's figures are of the first kind, at 1920 x 1080. The share of the own path
+is the error that a frame has in common with path tracing by the paths of this frame alone: of light that takes no part
+in reuse, since something smooth is on the way, and of one sample in 31 of the rest. Needs matplotlib.
 """
 
 from __future__ import annotations
@@ -22,16 +24,24 @@ PAPER = {"UNBIASED": Range(9.3, 166.0), "FAST": Range(14.6, 141.0)}
 def measure(sessions: Sessions, reference: Reference, arguments: argparse.Namespace, scene: str) -> list[Finding]:
     """Rounds in turn: both forms of reuse, and path tracing for as long."""
     ratios: dict[tuple[str, str, str], list[float]] = {}
+    shares: dict[str, list[float]] = {}
     per_sample = sessions.path_traced_frame(1).seconds
     for seed in range(1, arguments.rounds + 1):
+        own = sessions.paths_of_frame(arguments.frames, seed)
         for bias in PAPER:
             frame = sessions.frame(arguments.frames, seed, indirect="SCREEN_REUSE", temporal_reuse=True, bias=bias)
+            of_own = 100.0 * reference.common_mse(frame.picture, own) / reference.mse(frame.picture)
+            shares.setdefault(bias, []).append(of_own)
             for time, frames in (("a frame", 1), ("all frames", arguments.frames)):
                 samples = max(1, round(frames * frame.seconds / per_sample))
                 traced = sessions.mean(samples, 100 + seed).picture
                 for kind, error in (("MSE", reference.mse), ("trimmed MSE", reference.trimmed_mse)):
                     ratios.setdefault((bias, time, kind), []).append(error(traced) / error(frame.picture))
-    return [
+    found = [
+        Finding(scene, f"share of the own path in the MSE, {bias}", float(np.median(v)), Range.of(v), None, " %")
+        for bias, v in shares.items()
+    ]
+    return found + [
         Finding(
             scene,
             f"{kind} of path tracing in the time of {time} ÷ ReSTIR GI, {bias}",

@@ -48,7 +48,12 @@ class Reference:
 
     def mse(self, picture: NDArray) -> float:
         """Mean square error, less the reference's own."""
-        return float(((picture - self.mean) ** 2).mean() - ((self.first - self.second) ** 2).mean() / 4.0)
+        return self.common_mse(picture, picture)
+
+    def common_mse(self, one: NDArray, other: NDArray) -> float:
+        """Mean product of the errors of two pictures, less the reference's own: what they have in common."""
+        own = ((self.first - self.second) ** 2).mean() / 4.0
+        return float(((one - self.mean) * (other - self.mean)).mean() - own)
 
     def trimmed_mse(self, picture: NDArray) -> float:
         """Without the pixels of largest error; a single firefly can rule the other."""
@@ -126,6 +131,11 @@ class Sessions:
         last = self.mean(1, seed, cache, **settings)
         stages = {stage: (seconds + last.stages[stage]) / number for stage, seconds in before.stages.items()}
         return Rendered(last.picture, sum(stages.values()), stages, last.memory_bytes)
+
+    def paths_of_frame(self, number: int, seed: int) -> NDArray:
+        """What path tracing makes of the paths of a frame (2 or more): sessions of one seed repeat each other's."""
+        before, after = (self.mean(count, seed).picture for count in (number - 1, number))
+        return number * after - (number - 1) * before
 
     def path_traced_frame(self, seed: int, samples: int = 16) -> Rendered:
         """One sample for each pixel. Its time is the mean of more of them, without building."""
