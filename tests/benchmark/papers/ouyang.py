@@ -3,9 +3,9 @@
   python -m tests.benchmark.papers.ouyang [--scenes NAME ...] [--frames 32] [--rounds 3] [--output out/papers]
 
 At equal time for each frame, as in the paper, path tracing gets the CPU time of one frame with history; at equal total
-time, that of all frames up to then. The paper's figures are of the first kind, at 1920 x 1080. The share of the own path
-is the error that a frame has in common with path tracing by the paths of this frame alone: of light that takes no part
-in reuse, since something smooth is on the way, and of one sample in 31 of the rest. Needs matplotlib.
+time, that of all frames up to then. The paper's figures are of the first kind, at 1920 x 1080. The share of the own
+path is the error that a frame has in common with path tracing by the paths of this frame alone: of light that takes no
+part in reuse, since something smooth is on the way, and of one sample in 31 of the rest. Needs matplotlib.
 """
 
 from __future__ import annotations
