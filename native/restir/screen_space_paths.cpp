@@ -76,12 +76,12 @@ PathReservoir ScreenSpacePaths::reuse_in_space(const PathFrame& current, const P
   if (!reuse_.spatial_reuse) return current.temporal[pixel];
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, SPATIAL);
   PathCandidates candidates;
-  candidates.add(visible, current.temporal[pixel], INFINITY);
+  candidates.add(visible, current.temporal[pixel], INFINITY);  // the receiver, able to make all that it needs
   float history = 0.0f;
   if (reuse_.temporal_reuse) {
     const std::optional<uint32_t> before = previous_pixel(visible, previous, pixel);
     if (before) {
-      const PathReservoir& spatial = previous.spatial[*before];
+      const PathReservoir& spatial = previous.spatial[*before];  // Alg. 4 l.2
       candidates.add(previous.visible_points[*before], spatial, reuse_.spatial_cap);
       history = spatial.c;
     }
@@ -90,7 +90,7 @@ PathReservoir ScreenSpacePaths::reuse_in_space(const PathFrame& current, const P
   const int neighbours = is_starved ? reuse_.starved_neighbours : reuse_.neighbours;
   float radius = reuse_.largest_radius * static_cast<float>(std::max(image_.full_width, image_.full_height));
   for (int i = 0; i < neighbours && !candidates.is_full(); ++i) {
-    const auto other = displaced_pixel(image_, pixel, square_to_disk(rng.next_vec2()) * radius);
+    const auto other = displaced_pixel(image_, pixel, square_to_disk(rng.next_vec2()) * radius);  // Alg. 4 l.5-9
     if (other && is_reusable(visible, current.visible_points[*other], kSimilarity)) {
       candidates.add(current.visible_points[*other], current.temporal[*other], INFINITY);
     } else {
@@ -99,7 +99,7 @@ PathReservoir ScreenSpacePaths::reuse_in_space(const PathFrame& current, const P
   }
   if (candidates.count() == 1) return current.temporal[pixel];
   others += static_cast<uint32_t>(candidates.count()) - 1;
-  return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));
+  return copy_of(candidates.merge(context_, reuse_.rules, rng, non_finite));  // Alg. 4 l.10-20
 }
 
 Rgb ScreenSpacePaths::shade(const VisiblePoint& visible, const PathReservoir& reservoir) const {

@@ -51,23 +51,24 @@ PathReference WorldSpacePaths::reuse_in_cells(const VisiblePoint& visible, const
   if (!reuse_.spatial_reuse || previous.visible_points.empty()) return own;
   Rng rng = pixel_random_numbers(image_, seed_, pixel, frame, CELLS);
   const Vec3 n = visible.receiver.n;
+  // Alg. 2 l.3-12
   const Vec3 place = jitter_in_tangent_plane(previous.layout, visible.receiver.position, n, rng.next_vec2());
   const std::span<const uint32_t> cell = previous.cells.find(cell_key(previous.layout, place, n));
   const auto drawn =
       select_by_stride(static_cast<uint32_t>(cell.size()), static_cast<uint32_t>(reuse_.max_count), rng.next_double());
   PathCandidates candidates;
-  candidates.add(visible, temporal, INFINITY);
+  candidates.add(visible, temporal, INFINITY);  // Alg. 2 l.2
   for (uint32_t i = 0; i < drawn.count && !candidates.is_full(); ++i) {
     const size_t entry = cell[drawn[i]];
     const VisiblePoint& other = previous.point(entry);
     // Deep entries found as much as their visible point would have.
     if (!has_same_bounces(visible, previous.visible_points[entry / 2])) continue;
-    if (dot(other.receiver.n, n) < kSmallestNormalCosine) continue;
+    if (dot(other.receiver.n, n) < kSmallestNormalCosine) continue;  // Alg. 2 l.14-16
     candidates.add(other, previous.reservoirs[entry], reuse_.temporal_cap);
   }
   if (candidates.count() == 1) return own;
   others += static_cast<uint32_t>(candidates.count()) - 1;
-  return candidates.merge(context_, reuse_.rules, rng, non_finite);
+  return candidates.merge(context_, reuse_.rules, rng, non_finite);  // Alg. 2 l.17-23
 }
 
 Rgb WorldSpacePaths::shade(const VisiblePoint& visible, const PathReference& reservoir) const {

@@ -63,14 +63,14 @@ class WorldSpacePaths {
   PathReservoir keep_one_direction(const VisiblePoint& point, const PathReservoir& found, uint32_t pixel,
                                    uint32_t frame, bool is_deep) const;
 
-  /// Alg. 2 l.4-8: in screen space.
+  /// §5.3: in screen space, as in ReSTIR GI.
   PathReservoir reuse_in_time(const VisiblePoint& visible, const PathReservoir& initial, const PathCells& previous,
                               uint32_t pixel, uint32_t frame, uint64_t& non_finite, uint32_t& others) const;
 
   /// The cell an entry is put into: displaced in its tangent plane.
   CellKey key(const GridLayout& layout, const VisiblePoint& point, uint32_t pixel, uint32_t frame, bool is_deep) const;
 
-  /// Alg. 2 l.9-22: from the previous frame's grid. The sample stays where it is, in `temporal` or `previous`.
+  /// Alg. 2, from the previous frame's grid. The sample stays where it is, in `temporal` or `previous`.
   PathReference reuse_in_cells(const VisiblePoint& visible, const PathReservoir& temporal, const PathCells& previous,
                                uint32_t pixel, uint32_t frame, uint64_t& non_finite, uint32_t& others) const;
 
