@@ -59,10 +59,11 @@ Progress Session::progress_locked() const {
   if (p.status != Status::RUNNING) return p;
   p.seconds = seconds_since(started_);
   if (p.frames_done > 0) {
-    const double per_frame = seconds_since(rendering_since_) / p.frames_done;
-    p.remaining_seconds = per_frame * (p.frames - p.frames_done);
+    const double rendering = std::chrono::duration<double>(last_frame_ - rendering_since_).count();
+    p.remaining_seconds = rendering / p.frames_done * (p.frames - p.frames_done) - seconds_since(last_frame_);
     if (settings_.time_limit > 0.0)
       p.remaining_seconds = std::min(p.remaining_seconds, settings_.time_limit - seconds_since(rendering_since_));
+    p.remaining_seconds = std::max(p.remaining_seconds, 0.0);
   }
   return p;
 }
@@ -162,6 +163,7 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame
     {
       std::lock_guard lock(mutex_);
       progress_.frames_done = static_cast<int>(frame);
+      last_frame_ = Clock::now();
       if (reuse) {
         progress_.non_finite_weights = reuse->non_finite_weights();
         progress_.memory_bytes = fixed_memory + reuse->memory_bytes();

@@ -77,7 +77,7 @@ class Session {
   Progress progress_;
   std::vector<std::vector<float>> published_;  // by Pass
   bool wants_pixels_ = true;
-  std::chrono::steady_clock::time_point started_, rendering_since_;
+  std::chrono::steady_clock::time_point started_, rendering_since_, last_frame_;
 };
 
 }  // namespace cistern

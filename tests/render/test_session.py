@@ -88,6 +88,22 @@ def test_cell_passes_agree_on_where_there_are_cells() -> None:
         assert len(np.unique(bins[is_cell], axis=0)) < len(np.unique(cells[is_cell], axis=0))
 
 
+def test_the_remaining_time_does_not_grow_while_a_frame_is_made() -> None:
+    s = session(width=512, height=512, samples=1000, indirect="CELL_SHARED")
+    s.start(room())
+    remaining: dict[int, list[float]] = {}
+    while max(remaining, default=0) < 4:
+        progress = s.wait(0.01)
+        assert progress.status is core.Status.RUNNING, progress.error
+        if progress.frames_done > 0:
+            remaining.setdefault(progress.frames_done, []).append(progress.remaining_seconds)
+    s.cancel()
+    assert max(map(len, remaining.values())) > 1
+    for seconds in remaining.values():
+        assert all(later <= earlier for earlier, later in zip(seconds, seconds[1:], strict=False))
+        assert min(seconds) >= 0.0
+
+
 # Answers, samples, and the largest count there may be in the last sample: neighbours, history, samples of cells.
 REUSE_COUNTS = {
     "path": ({}, 2, 0),
