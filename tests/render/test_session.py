@@ -1,6 +1,7 @@
 """Sessions: progress, cancel, limits, errors."""
 
 import time
+from itertools import pairwise
 
 import cistern_core as core
 import numpy as np
@@ -100,7 +101,7 @@ def test_the_remaining_time_does_not_grow_while_a_frame_is_made() -> None:
     s.cancel()
     assert max(map(len, remaining.values())) > 1
     for seconds in remaining.values():
-        assert all(later <= earlier for earlier, later in zip(seconds, seconds[1:], strict=False))
+        assert all(later <= earlier for earlier, later in pairwise(seconds))
         assert min(seconds) >= 0.0
 
 
