@@ -36,7 +36,18 @@ def extension_version() -> str:
     return core
 
 
+def check_pythons(versions: Sequence[str]) -> None:
+    """Raises PackagingError where one is missing: it would show only when the others are compiled."""
+    for version in versions:
+        try:
+            wheels.find_python(version)
+        except PackagingError as error:
+            others = " ".join(other for other in versions if other != version)
+            raise PackagingError(f"{error}; with --python {others} the zip goes without it") from error
+
+
 def gather_wheels(versions: Sequence[str], work: Path, target: Path) -> list[Path]:
+    check_pythons(versions)
     found = []
     for version in versions:
         print(f"Python {version}: compiling the core", flush=True)

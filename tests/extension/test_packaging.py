@@ -7,8 +7,9 @@ import zipfile
 
 import pytest
 
+import package
 from extension_build import archives, private_libraries, wheels
-from tests.extension import environments  # noqa: F401  (makes extension_build importable)
+from tests.extension import environments
 
 LIBRARY = "int shared_answer(void) { return 42; }\n"
 MODULE = "int shared_answer(void);\nint module_answer(void) { return shared_answer(); }\n"
@@ -99,6 +100,14 @@ def test_oldest_glibc_is_the_newest_that_a_wheel_asks_for(tmp_path):
 def test_missing_python_is_named():
     with pytest.raises(wheels.PackagingError, match=r"no python3\.2 here"):
         wheels.find_python("3.2")
+
+
+def test_missing_python_is_named_before_anything_is_compiled(tmp_path):
+    with pytest.raises(
+        wheels.PackagingError, match=r"no python3\.2 here.*; with --python 3\.11 the zip goes without it"
+    ):
+        package.gather_wheels(["3.11", "3.2"], tmp_path / "work", tmp_path / "wheels")
+    assert not list(tmp_path.iterdir())
 
 
 def test_failing_tool_is_named(capfd):
