@@ -156,7 +156,9 @@ void CellSharedStage::share_group(Vertex vertex, uint32_t frame, std::span<const
     group.confidences.push_back(is_resampled(vertex) ? current_.temporal[pixel].c : 1.0f);
     group.reflected.push_back(&reflected_[pixel]);
     reuse_counts_[pixel] += static_cast<uint32_t>(pixels.size()) - 1;
-    group.rngs.push_back(random_numbers(pixel, frame, SHARING + static_cast<uint32_t>(vertex)));
+    const bool keeps_direction = vertex == DEEP && !links_[vertex][pixel].from.is_lambertian;  // see add_to_sample
+    group.rngs.emplace_back();
+    if (keeps_direction) group.rngs.back() = random_numbers(pixel, frame, SHARING + static_cast<uint32_t>(vertex));
   }
   paths_.share(group, scratch);
 }

@@ -13,12 +13,34 @@ bool sends_light(const PathLink& link) {
   return link.W > 0.0f && !(is_black(link.to.light.radiance) && is_black(link.to.continuation.radiance));
 }
 
+/// Nearly all vertices: they need no material evaluated. No bump map bends their normal.
+bool is_plain(const VisiblePoint& vertex) { return vertex.is_lambertian && vertex.receiver.n == vertex.ns; }
+
+/// f cos by the rough lobes, and the density of BSDF sampling per solid angle; of both the share of the kind of
+/// scattering that finds a sample point. No density: no path leaves this way.
+struct PairResponse {
+  Rgb f_cos;
+  float pdf = 0.0f;
+};
+
+PairResponse respond_plainly(const VisiblePoint& vertex, Vec3 wi, FoundKind kind) {
+  const float cosine = dot(vertex.ns, wi);
+  const bool can_leave = cosine > 0.0f && dot(vertex.ng, wi) > 0.0f;
+  if (!can_leave || (kind != 0 && kind != kVisibleToDiffuse)) return {};
+  const float pdf = cosine * kInvPi;
+  return {vertex.receiver.diffuse * pdf, pdf};
+}
+
+PairResponse respond(const Bsdf& bsdf, Vec3 wi, FoundKind kind) {
+  const BsdfEvaluation f = evaluate_bsdf(bsdf, wi);
+  const float share = kind_share(f, kind);
+  return {f.rough_cos * share, f.pdf * share};
+}
+
 }  // namespace
 
-void ReflectedPaths::add(const IncidentRadiance& found, float u) {
-  const Rgb reflected = found.f_cos * found.radiance;
-  sum += reflected;
-  const float weight = luminance(reflected) + kLeastResponse * luminance(found.radiance);
+void ReflectedPaths::pick(const IncidentRadiance& found, float u) {
+  const float weight = luminance(found.f_cos * found.radiance) + kLeastResponse * luminance(found.radiance);
   incident_weight += weight;
   if (!(u * incident_weight < weight)) return;
   incident = found;
@@ -39,7 +61,8 @@ void CellSharedPaths::share(Group& group, Scratch& scratch) const {
   scratch.bsdfs.clear();
   for (const PathLink* link : group.links) {
     scratch.points.push_back(surface_point(link->from));
-    scratch.bsdfs.push_back(evaluate_material(context_.scene, scratch.points.back(), link->from.state));
+    scratch.bsdfs.push_back(
+        is_plain(link->from) ? Bsdf() : evaluate_material(context_.scene, scratch.points.back(), link->from.state));
   }
   for (size_t i = 0; i < group.size(); ++i)
     if (sends_light(*group.links[i])) share_sample(group, i, scratch);
@@ -50,13 +73,13 @@ CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const Group& group,
   const VisiblePoint& from = group.links[receiver]->from;
   const std::optional<PathConnection> way = connect(from, sample);
   if (!way) return {};
-  const BsdfEvaluation f = evaluate_bsdf(bsdf, way->wi);
-  if (is_black(f.rough_cos) || f.pdf == 0.0f) return {};  // its BSDF sampling never makes this link
-  const float share = kind_share(f, sample.kind);
-  float density = f.pdf * share * way->geometry;
+  const PairResponse f =
+      is_plain(from) ? respond_plainly(from, way->wi, sample.kind) : respond(bsdf, way->wi, sample.kind);
+  if (is_black(f.f_cos) || f.pdf == 0.0f) return {};  // its BSDF sampling never makes this link
+  float density = f.pdf * way->geometry;
   if (group.weights == PairWeights::TARGETS)
     density = group.confidences[receiver] * path_target(from, sample, PathTarget::REFLECTED, Reflection::EVALUATED);
-  return {*way, f.rough_cos * share, density, {}};
+  return {*way, f.f_cos, density, {}};
 }
 
 void CellSharedPaths::trace_pairs(const Group& group, size_t finder, Scratch& scratch) const {
@@ -72,11 +95,11 @@ void CellSharedPaths::trace_pairs(const Group& group, size_t finder, Scratch& sc
       continue;
     }
     const int passed_before = group.links[k]->from.state.transparent_depth;
-    scratch.rays.push_back({&scratch.points[k], pair.way.wi, pair.way.distance, passed_before, {}});
+    scratch.rays.push_back({&scratch.points[k], pair.way.wi, passed_before, {}});
     scratch.ray_owners.push_back(static_cast<uint32_t>(k));
   }
   const VisiblePoint& sample_point = group.links[finder]->to.point;
-  trace_to_vertex(context_, sample_point.ng, sample_point.state, scratch.rays);
+  trace_to_vertex(context_, {sample_point.receiver.position, sample_point.ng}, sample_point.state, scratch.rays);
   for (size_t i = 0; i < scratch.rays.size(); ++i)
     scratch.pairs[scratch.ray_owners[i]].transmittance = scratch.rays[i].transmittance;
 }
@@ -107,8 +130,11 @@ void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch
     const Scratch::Pair& pair = scratch.pairs[k];
     if (is_black(pair.transmittance)) continue;
     const Rgb radiance = sent_radiance(context_, found.to, pair.way) * pair.transmittance * pair.way.geometry;
-    if (k == finder) group.reflected[k]->own += pair.f_cos * radiance * found.W;
-    group.reflected[k]->add({pair.way.wi, radiance * weight, pair.f_cos, found.to.kind}, group.rngs[k].next_float());
+    ReflectedPaths& reflected = *group.reflected[k];
+    reflected.sum += pair.f_cos * radiance * weight;
+    if (k == finder) reflected.own += pair.f_cos * radiance * found.W;
+    if (group.rngs[k])
+      reflected.pick({pair.way.wi, radiance * weight, pair.f_cos, found.to.kind}, group.rngs[k]->next_float());
   }
 }
 

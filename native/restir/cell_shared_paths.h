@@ -37,11 +37,13 @@ struct PathSharing {
 struct ReflectedPaths {
   Rgb sum;
   /// The same from one direction, picked in proportion to what it adds: f_cos times its radiance is `sum` in the mean.
+  /// Only for vertices that ask for it.
   IncidentRadiance incident;
   float incident_weight = 0.0f;  // the sum of what directions were picked by
   Rgb own;                       // what the vertex's own sample would give it alone
 
-  void add(const IncidentRadiance& found, float u);
+  /// Makes `found`, which is part of the sum, the direction with the probability it is due.
+  void pick(const IncidentRadiance& found, float u);
 };
 
 /// All-pairs sharing of path samples in the groups of cells: our own estimator.
@@ -62,13 +64,14 @@ class CellSharedPaths {
  public:
   explicit CellSharedPaths(const PathContext& context) : context_(context) {}
 
-  /// Vertices that share, beside each other: what each found and with which confidence, and what it reflects.
+  /// Vertices that share, beside each other: what each found and with which confidence, what it reflects, and the
+  /// random numbers to pick a direction with; none where the sum is all that is wanted.
   struct Group {
     PairWeights weights = PairWeights::BALANCE;
     std::vector<const PathLink*> links;
     std::vector<float> confidences;
     std::vector<ReflectedPaths*> reflected;
-    std::vector<Rng> rngs;
+    std::vector<std::optional<Rng>> rngs;
 
     size_t size() const { return links.size(); }
   };
@@ -82,9 +85,9 @@ class CellSharedPaths {
       Rgb transmittance;
     };
     std::vector<SurfacePoint> points;  // by vertex of the group
-    std::vector<Bsdf> bsdfs;
-    std::vector<Pair> pairs;      // by vertex, of one sample
-    std::vector<VertexRay> rays;  // of pairs
+    std::vector<Bsdf> bsdfs;           // beside them; empty where the vertex alone says how it reflects
+    std::vector<Pair> pairs;           // by vertex, of one sample
+    std::vector<VertexRay> rays;       // of pairs
     std::vector<uint32_t> ray_owners;
   };
 

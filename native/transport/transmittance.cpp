@@ -12,17 +12,26 @@ namespace {
 /// Shadow rays end this much before the light, relative to their length: a few roundings.
 constexpr float kShadowEpsilon = 1e-6f;
 
-/// Both ends are moved off their surfaces, and the ray joins the moved ends: one end alone would let light at grazing
-/// angles occlude itself.
-Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLight& light) {
-  const ShadowOrigin start = shadow_origin(scene, point, light.wi);
-  const Vec3 origin = offset_origin(start.position, start.side, start.side);
-  if (!std::isfinite(light.distance)) return {origin, light.wi};
-  Vec3 target = point.position + light.wi * light.distance;
-  if (light.normal != Vec3{}) target = offset_origin(target, light.normal, -light.wi);
+/// Where a shadow ray towards `wi` leaves a surface: moved off it.
+Vec3 ray_start(const Scene& scene, const SurfacePoint& point, const Vec3& wi) {
+  const ShadowOrigin start = shadow_origin(scene, point, wi);
+  return offset_origin(start.position, start.side, start.side);
+}
+
+Ray ray_between(Vec3 origin, Vec3 target) {
   const Vec3 segment = target - origin;
   const float distance = length(segment);
   return {origin, segment / distance, 0.0f, distance * (1.0f - kShadowEpsilon)};
+}
+
+/// Both ends are moved off their surfaces, and the ray joins the moved ends: one end alone would let light at grazing
+/// angles occlude itself.
+Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLight& light) {
+  const Vec3 origin = ray_start(scene, point, light.wi);
+  if (!std::isfinite(light.distance)) return {origin, light.wi};
+  Vec3 target = point.position + light.wi * light.distance;
+  if (light.normal != Vec3{}) target = offset_origin(target, light.normal, -light.wi);
+  return ray_between(origin, target);
 }
 
 /// Of what is not opaque. `state` is that of the ray; it passes at most `most_surfaces`.
@@ -71,19 +80,16 @@ Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& rece
                           most_surfaces_to_vertex(context, scattered.transparent_depth));
 }
 
-void trace_to_vertex(const PathContext& context, Vec3 normal, const PathState& scattered, std::span<VertexRay> rays) {
+void trace_to_vertex(const PathContext& context, const SeenVertex& vertex, const PathState& scattered,
+                     std::span<VertexRay> rays) {
   constexpr size_t kMost = 8;
   std::array<Ray, kMost> shadow_rays;
   std::array<bool, kMost> is_occluded;
+  const Vec3 target = offset_origin(vertex.position, vertex.normal, vertex.normal);
   for (size_t begin = 0; begin < rays.size(); begin += kMost) {
     const std::span<VertexRay> batch = rays.subspan(begin, std::min(kMost, rays.size() - begin));
-    IncidentLight end;
-    end.normal = normal;
-    for (size_t i = 0; i < batch.size(); ++i) {
-      end.wi = batch[i].wi;
-      end.distance = batch[i].distance;
-      shadow_rays[i] = shadow_ray(context.scene, *batch[i].receiver, end);
-    }
+    for (size_t i = 0; i < batch.size(); ++i)
+      shadow_rays[i] = ray_between(ray_start(context.scene, *batch[i].receiver, batch[i].wi), target);
     context.accel.occluded({shadow_rays.data(), batch.size()}, scattered.ray_kind, is_occluded);
     for (size_t i = 0; i < batch.size(); ++i) {
       PathState state = scattered;

@@ -13,15 +13,18 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
 Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,
                             const PathState& scattered);
 
-/// A ray from a receiver to a vertex that several look at.
+/// A ray from a receiver to a vertex that several look at, all from the side of its normal.
 struct VertexRay {
   const SurfacePoint* receiver;
-  Vec3 wi;  // unit, towards the vertex
-  float distance;
+  Vec3 wi;                // unit, towards the vertex
   int transparent_depth;  // surfaces passed before
   Rgb transmittance;
 };
-/// The same for several receivers and a vertex of normal `normal`; their rays are traced together.
-void trace_to_vertex(const PathContext& context, Vec3 normal, const PathState& scattered, std::span<VertexRay> rays);
+struct SeenVertex {
+  Vec3 position, normal;
+};
+/// The same for several receivers; their rays are traced together.
+void trace_to_vertex(const PathContext& context, const SeenVertex& vertex, const PathState& scattered,
+                     std::span<VertexRay> rays);
 
 }  // namespace cistern

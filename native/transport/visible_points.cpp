@@ -88,6 +88,7 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
   visible.exists = true;
   visible.is_lambertian = bsdf.count == 1 && std::holds_alternative<LambertLobe>(bsdf.lobes[0].model) &&
                           !scene.materials[static_cast<size_t>(point.material)]->depends_on_view;
+  if (visible.is_lambertian) visible.receiver.n = std::get<LambertLobe>(bsdf.lobes[0].model).n;  // without roundings
   visible.is_glossy = is_glossy(bsdf);
   visible.rough_sampling = bsdf.rough_sampling;
   visible.scattered_kinds = scattered_kinds(bsdf);

@@ -61,7 +61,7 @@ SharedMeans share_paths(PairWeights weights, bool takes_one_direction = false) {
       group.links.push_back(&captures[k].links[0]);
       group.confidences.push_back(1.0f + static_cast<float>(k));  // made up: any that do not look at samples
       group.reflected.push_back(&reflected[k]);
-      group.rngs.emplace_back(11, k, path, 0);
+      group.rngs.emplace_back(Rng(11, k, path, 0));
     }
     paths.share(group, scratch);
     for (uint32_t k = 0; k < 3; ++k) {
@@ -114,7 +114,7 @@ int pairs_that_share(const Alter& alter) {
       group.links.push_back(&captures[k].links[0]);
       group.confidences.push_back(1.0f);
       group.reflected.push_back(&reflected[k]);
-      group.rngs.emplace_back(11, k, path, 0);
+      group.rngs.emplace_back(Rng(11, k, path, 0));
     }
     paths.share(group, scratch);
     changed += std::ranges::any_of(
