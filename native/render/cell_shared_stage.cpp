@@ -8,6 +8,13 @@ namespace {
 constexpr size_t kGroupBlock = 64, kPixelBlock = 1024;
 enum Stream : uint32_t { SHARING = 0x300 };
 
+template <class T>
+void prefetch(const T& object) {
+  constexpr size_t kCacheLine = 64;
+  const char* bytes = reinterpret_cast<const char*>(&object);
+  for (size_t i = 0; i < sizeof(T); i += kCacheLine) __builtin_prefetch(bytes + i);
+}
+
 }  // namespace
 
 CellSharedStage::CellSharedStage(const FrameContext& context)
@@ -115,7 +122,10 @@ bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopConditio
   return for_each_block(groups_.count(), kGroupBlock, stop, [&](size_t begin, size_t end) {
     CellSharedPaths::Group group = empty_group(vertex);
     CellSharedPaths::Scratch scratch;
-    for (size_t g = begin; g < end; ++g) share_group(vertex, frame, groups_.members(g), group, scratch);
+    for (size_t g = begin; g < end; ++g) {
+      if (g + 1 < end) prefetch_group(vertex, groups_.members(g + 1));
+      share_group(vertex, frame, groups_.members(g), group, scratch);
+    }
   });
 }
 
@@ -126,8 +136,10 @@ bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondi
   grid.cell_pixels = cells.pixels * fine;
   grid.min_cell_size = cells.smallest * fine;
   const GridLayout layout = cell_layout(context_, grid, frame);
+  constexpr size_t kAhead = 8;
   const bool done = for_each_block(pixel_count(), kPixelBlock, stop, [&](size_t begin, size_t end) {
     for (size_t pixel = begin; pixel < end; ++pixel) {
+      if (pixel + kAhead < end) prefetch(links_[vertex][pixel + kAhead].from);
       reflected_[pixel] = {};
       const VisiblePoint& point = links_[vertex][pixel].from;
       keys_[pixel] = point.exists ? cell_key(layout, point.receiver.position, point.receiver.n) : kNoCell;
@@ -136,6 +148,14 @@ bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondi
   });
   if (done) groups_.build(keys_, classes_, cells.groups);
   return done;
+}
+
+/// Members of a group lie anywhere in memory.
+void CellSharedStage::prefetch_group(Vertex vertex, std::span<const uint32_t> pixels) const {
+  for (const uint32_t pixel : pixels) {
+    prefetch(links_[vertex][pixel]);
+    prefetch(reflected_[pixel]);
+  }
 }
 
 CellSharedPaths::Group CellSharedStage::empty_group(Vertex vertex) const {

@@ -37,6 +37,7 @@ class CellSharedStage final : public PathStage {
   Rng random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const;
   bool share_at(Vertex vertex, uint32_t frame, const StopCondition& stop);
   bool make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop);
+  void prefetch_group(Vertex vertex, std::span<const uint32_t> pixels) const;
   CellSharedPaths::Group empty_group(Vertex vertex) const;
   void share_group(Vertex vertex, uint32_t frame, std::span<const uint32_t> pixels, CellSharedPaths::Group& group,
                    CellSharedPaths::Scratch& scratch);

@@ -57,6 +57,9 @@ uint32_t CellSharedPaths::group_class(const VisiblePoint& vertex) {
 
 void CellSharedPaths::share(Group& group, Scratch& scratch) const {
   if (std::ranges::none_of(group.links, [](const PathLink* link) { return sends_light(*link); })) return;
+  const VisiblePoint& first = group.links.front()->from;
+  scratch.bounces_agree =
+      std::ranges::all_of(group.links, [&](const PathLink* link) { return has_same_bounces(link->from, first); });
   scratch.points.clear();
   scratch.bsdfs.clear();
   for (const PathLink* link : group.links) {
@@ -117,7 +120,8 @@ void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch
   const PathLink& found = *group.links[finder];
   scratch.pairs.clear();
   for (size_t k = 0; k < group.size(); ++k) {
-    const bool may_have_it = !found.to.point.is_glossy && has_same_bounces(group.links[k]->from, found.from);
+    const bool may_have_it =
+        !found.to.point.is_glossy && (scratch.bounces_agree || has_same_bounces(group.links[k]->from, found.from));
     scratch.pairs.push_back(may_have_it || k == finder ? connect_pair(group, k, scratch.bsdfs[k], found.to)
                                                        : Scratch::Pair{});
   }

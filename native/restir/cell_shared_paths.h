@@ -89,6 +89,7 @@ class CellSharedPaths {
     std::vector<Pair> pairs;           // by vertex, of one sample
     std::vector<VertexRay> rays;       // of pairs
     std::vector<uint32_t> ray_owners;
+    bool bounces_agree = true;  // between all vertices of the group, as they nearly always do
   };
 
   /// Adds what each vertex of a group reflects.
