@@ -190,14 +190,15 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
                                                                const PathState& path) const {
+  std::optional<IncidentLight> result;
   const Vec2 barycentric = square_to_triangle(uv);
   const Vec3 offset = t.point(barycentric) - receiver;
   const float d2 = length_squared(offset);
   const Vec3 normal = t.scaled_normal();
   const float projected = std::abs(dot(normal, offset));  // 2 area |cos| d
-  if (!(d2 > 0.0f) || !(projected > 0.0f)) return std::nullopt;
+  if (!(d2 > 0.0f) || !(projected > 0.0f)) return result;
   const float distance = std::sqrt(d2);
-  IncidentLight light;
+  IncidentLight& light = result.emplace();  // in place: a copy would wait for the stores it reads
   light.wi = offset * (1.0f / distance);
   light.distance = distance;
   light.normal = normalize(normal);
@@ -214,8 +215,8 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
     const Hit hit{distance, barycentric.x, barycentric.y, outside, t.instance, t.triangle};
     light.radiance = evaluate_emission(*scene, make_surface_point(*scene, Ray{receiver, light.wi}, hit), arriving);
   }
-  if (is_black(light.radiance) || !std::isfinite(light.pdf)) return std::nullopt;
-  return light;
+  if (is_black(light.radiance) || !std::isfinite(light.pdf)) result.reset();
+  return result;
 }
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv, const PathState& path) const {

@@ -122,13 +122,14 @@ std::optional<BsdfSample> sample_delta(const Bsdf& bsdf, const Lobe& lobe, const
 /// The commonest surface by far: one Lambert lobe without a bent normal. Its weight over its density is its colour.
 std::optional<BsdfSample> sample_lambert(const Bsdf& bsdf, Vec3 n, Vec2 u) {
   const Vec3 local = square_to_cosine_hemisphere(u);
-  BsdfSample sample;
+  std::optional<BsdfSample> result;
+  BsdfSample& sample = result.emplace();  // in place: a copy would wait for the stores it reads
   sample.wi = Frame(n).to_world(local);
   sample.pdf = sample.kind_pdf = local.z * kInvPi;
-  if (!(sample.pdf > 0.0f) || dot(bsdf.ng, sample.wi) <= 0.0f) return {};
   sample.rough_weight = bsdf.lobes[0].weight;
   sample.kind = ScatterKind::DIFFUSE;
-  return sample;
+  if (!(sample.pdf > 0.0f) || dot(bsdf.ng, sample.wi) <= 0.0f) result.reset();
+  return result;
 }
 
 }  // namespace

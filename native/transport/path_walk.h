@@ -156,7 +156,11 @@ class Walk {
     const float pdf_area = capture_.link_probability * cosine / sqr(state_.ray_length);
     if (!(pdf_area > 0.0f)) return;
     link.W = 1.0f / pdf_area;
-    link.to = {captured, {}, {}, kVisibleToAll, found_kind(state_.ray_kind), {}};
+    link.to.point = captured;
+    link.to.light = link.to.continuation = {};
+    link.to.light_visibility = kVisibleToAll;
+    link.to.kind = found_kind(state_.ray_kind);
+    link.to.origin = {};
     capture_.vertex.sample_point_of = index;
     if (index + 1 < capture_.out->link_count) start_link(index + 1, captured);
   }
@@ -410,12 +414,16 @@ class Walk {
     if (sample->is_delta) {
       mis_receiver_.reset();
     } else {
-      mis_receiver_ = MisReceiver{point.position, light_side(point, bsdf)};
+      MisReceiver& receiver = mis_receiver_.emplace();  // in place: a copy would wait for the stores it reads
+      receiver.position = point.position;
+      receiver.normal = light_side(point, bsdf);
       scatter_pdf_ = sample->pdf * p_scatter;
       if constexpr (Kind::captures) capture_.mis_candidates = capture_.vertex.light_candidates;
     }
-    ray_ = Ray{offset_origin(point.position, point.ng, sample->wi), sample->wi};
-    vertex_origin_ = ray_.origin;
+    ray_.origin = vertex_origin_ = offset_origin(point.position, point.ng, sample->wi);
+    ray_.direction = sample->wi;
+    ray_.t_min = 0.0f;
+    ray_.t_max = INFINITY;
     travelled_ = 0.0f;
     return survives_roulette();
   }
