@@ -3,10 +3,8 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <bit>
 
 #include "base/alias_table.h"
-#include "base/hash.h"
 
 namespace cistern {
 namespace {
@@ -76,27 +74,26 @@ void sum_equal_pairs(std::vector<ClusterStatistics>& statistics) {
 LearnedLightTable::LearnedLightTable(std::vector<ClusterStatistics> finest) {
   std::vector<NestedCellKey> cells;
   for_each_cell(finest, [&](std::span<const ClusterStatistics> of_cell) { cells.push_back(of_cell[0].cell); });
-  add_rows(finest);
+  IndexEntries index;
+  add_rows(finest, index);
   for (int step = 0; step < kDoublings; ++step) {
     make_coarser(finest);
-    add_rows(finest);
+    add_rows(finest, index);
   }
-  fill_slots();
-  give_ancestors(cells);
-  fill_slots();
+  index_.build(std::move(index), cells);
 }
 
-void LearnedLightTable::add_rows(std::span<const ClusterStatistics> statistics) {
-  for_each_cell(statistics, [this](std::span<const ClusterStatistics> of_cell) {
+void LearnedLightTable::add_rows(std::span<const ClusterStatistics> statistics, IndexEntries& index) {
+  for_each_cell(statistics, [&](std::span<const ClusterStatistics> of_cell) {
     ClusterStatistics total;
     for (const ClusterStatistics& s : of_cell) add(total, s);
     const double sample_size = total.visible > 0.0 ? total.visible * total.visible / total.visible_squares : 0.0;
-    if (sample_size >= kLeastSampleSize) add_row(of_cell, total, sample_size);
+    if (sample_size >= kLeastSampleSize) add_row(of_cell, total, sample_size, index);
   });
 }
 
 void LearnedLightTable::add_row(std::span<const ClusterStatistics> of_cell, const ClusterStatistics& total,
-                                double sample_size) {
+                                double sample_size, IndexEntries& index) {
   Row row{.begin = static_cast<uint32_t>(entries_.size()), .effective_sample_size = static_cast<float>(sample_size)};
   std::vector<float> shares;
   double entropy = 0.0;
@@ -125,39 +122,13 @@ void LearnedLightTable::add_row(std::span<const ClusterStatistics> of_cell, cons
     entry.threshold = column.threshold;
     entry.alias = column.alias;
   }
-  named_.push_back({of_cell[0].cell, static_cast<uint32_t>(rows_.size())});
+  index.push_back({of_cell[0].cell, static_cast<uint32_t>(rows_.size())});
   rows_.push_back(row);
 }
 
-void LearnedLightTable::give_ancestors(std::span<const NestedCellKey> cells) {
-  for (const NestedCellKey cell : cells) {
-    if (find_exactly(cell)) continue;
-    if (const Row* row = find(cell)) named_.push_back({cell, static_cast<uint32_t>(row - rows_.data())});
-  }
-}
-
-void LearnedLightTable::fill_slots() {
-  slots_.assign(std::bit_ceil(2 * std::max<size_t>(named_.size(), 1)), {});
-  const size_t mask = slots_.size() - 1;
-  for (const Slot& named : named_) {
-    size_t i = mix_bits(named.cell) & mask;
-    while (slots_[i].cell != kNoNestedCell) i = (i + 1) & mask;
-    slots_[i] = named;
-  }
-}
-
-const LearnedLightTable::Row* LearnedLightTable::find_exactly(NestedCellKey key) const {
-  const size_t mask = slots_.size() - 1;
-  for (size_t i = mix_bits(key) & mask; slots_[i].cell != kNoNestedCell; i = (i + 1) & mask)
-    if (slots_[i].cell == key) return &rows_[slots_[i].row];
-  return nullptr;
-}
-
 const LearnedLightTable::Row* LearnedLightTable::find(NestedCellKey key) const {
-  if (rows_.empty() || key == kNoNestedCell) return nullptr;
-  for (int step = 0; step <= kDoublings; ++step, key = coarser_cell(key))
-    if (const Row* row = find_exactly(key)) return row;
-  return nullptr;
+  const auto row = index_.find(key);
+  return row ? &rows_[*row] : nullptr;
 }
 
 const LearnedLightTable::Entry& LearnedLightTable::choose(const Row& row, double u) const {
@@ -175,8 +146,7 @@ const LearnedLightTable::Entry* LearnedLightTable::find(const Row& row, uint32_t
 }
 
 size_t LearnedLightTable::memory_bytes() const {
-  return rows_.capacity() * sizeof(Row) + entries_.capacity() * sizeof(Entry) +
-         (named_.capacity() + slots_.capacity()) * sizeof(Slot);
+  return rows_.capacity() * sizeof(Row) + entries_.capacity() * sizeof(Entry) + index_.memory_bytes();
 }
 
 }  // namespace cistern

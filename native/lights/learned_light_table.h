@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "grid/nested_cells.h"
+#include "grid/nested_cell_index.h"
 
 namespace cistern {
 
@@ -49,7 +49,7 @@ class LearnedLightTable {
   explicit LearnedLightTable(std::vector<ClusterStatistics> finest);
 
   static constexpr double kLeastSampleSize = 64.0;
-  static constexpr int kDoublings = 4;
+  static constexpr int kDoublings = NestedCellIndex::kDoublings;
   /// Clusters get an entry from this share of a cell's light on; what a cell has seen says little about fainter ones.
   static constexpr double kLeastShare = 1.0 / 128.0;
   static constexpr double kLeastVisibility = 0.05;
@@ -66,21 +66,14 @@ class LearnedLightTable {
   size_t memory_bytes() const;
 
  private:
-  struct Slot {
-    NestedCellKey cell = kNoNestedCell;
-    uint32_t row = 0;
-  };
-
-  void add_rows(std::span<const ClusterStatistics> statistics);
-  void add_row(std::span<const ClusterStatistics> of_cell, const ClusterStatistics& total, double sample_size);
-  void give_ancestors(std::span<const NestedCellKey> cells);
-  void fill_slots();
-  const Row* find_exactly(NestedCellKey key) const;
+  using IndexEntries = std::vector<NestedCellIndex::Entry>;
+  void add_rows(std::span<const ClusterStatistics> statistics, IndexEntries& index);
+  void add_row(std::span<const ClusterStatistics> of_cell, const ClusterStatistics& total, double sample_size,
+               IndexEntries& index);
 
   std::vector<Row> rows_;
   std::vector<Entry> entries_;  // of a row side by side, by cluster
-  std::vector<Slot> named_;     // rows by cell; points' own cells that have none also name the finest around them
-  std::vector<Slot> slots_;     // the same as a hash table: open addressing, at most half full
+  NestedCellIndex index_;
 };
 
 }  // namespace cistern
