@@ -1,0 +1,73 @@
+#include "render/frame_trial.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cistern {
+namespace {
+
+/// Boxes with the largest variance that do not count: fireflies decide nothing in so few frames.
+constexpr double kLeftOut = 0.02;
+
+}  // namespace
+
+FrameTrial::FrameTrial(const Region& region, uint32_t first, double cost)
+    : first_(first), cost_(cost), width_(region.width), columns_((region.width + kBoxSize - 1) / kBoxSize) {
+  const int rows = (region.height + kBoxSize - 1) / kBoxSize;
+  luminance_.resize(static_cast<size_t>(region.width) * static_cast<size_t>(region.height));
+  sums_.resize(static_cast<size_t>(columns_) * static_cast<size_t>(rows));
+  tried_.resize(sums_.size());
+  other_.resize(sums_.size());
+}
+
+void FrameTrial::add(int x, int y, float luminance) {
+  const size_t pixel = static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
+  luminance_[pixel] = std::isfinite(luminance) ? luminance : 0.0f;
+}
+
+/// In the order of pixels, whoever added them.
+void FrameTrial::sum_boxes() {
+  std::ranges::fill(sums_, 0.0);
+  for (size_t i = 0; i < luminance_.size(); ++i) {
+    const size_t x = i % static_cast<size_t>(width_), y = i / static_cast<size_t>(width_);
+    sums_[y / kBoxSize * static_cast<size_t>(columns_) + x / kBoxSize] += luminance_[i];
+  }
+}
+
+void FrameTrial::finish_frame(uint32_t frame) {
+  if (!is_running(frame)) return;
+  sum_boxes();
+  std::vector<Moments>& boxes = tries(frame) ? tried_ : other_;
+  for (size_t i = 0; i < sums_.size(); ++i) {
+    boxes[i].sum += sums_[i];
+    boxes[i].sum_of_squares += sums_[i] * sums_[i];
+  }
+  if (frame + 1 < end()) return;
+  has_won_ = variance(tried_) * cost_ < variance(other_);
+  luminance_ = {};
+  sums_ = {};
+  tried_ = other_ = {};
+}
+
+/// Sum over boxes of the relative variance of a frame; the regulariser is that of relative errors elsewhere.
+double FrameTrial::variance(const std::vector<Moments>& boxes) const {
+  constexpr double kCount = kFrames / 2;
+  double mean = 0.0;
+  for (size_t i = 0; i < boxes.size(); ++i) mean += (tried_[i].sum + other_[i].sum) / kFrames;
+  mean /= static_cast<double>(boxes.size());
+  std::vector<double> relative;
+  for (size_t i = 0; i < boxes.size(); ++i) {
+    const double of_box = (tried_[i].sum + other_[i].sum) / kFrames;
+    const double own = boxes[i].sum / kCount;
+    const double spread = (boxes[i].sum_of_squares / kCount - own * own) * kCount / (kCount - 1.0);
+    const double scale = of_box * of_box + 0.01 * mean * mean;
+    relative.push_back(scale > 0.0 ? std::max(spread, 0.0) / scale : 0.0);
+  }
+  std::ranges::sort(relative);
+  relative.resize(relative.size() - static_cast<size_t>(kLeftOut * static_cast<double>(relative.size())));
+  double sum = 0.0;
+  for (const double v : relative) sum += v;
+  return sum;
+}
+
+}  // namespace cistern

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/settings.h"
+
+namespace cistern {
+
+/// Whether a way to make frames that costs more is worth it in this scene. Some frames are made so in turn with frames
+/// that are not; the variance of either kind over boxes of pixels, the scale at which a denoiser leaves noise, decides
+/// for the rest. A frame's kind depends on earlier frames alone, all are unbiased and count alike, and no clock is
+/// asked: pictures stay unbiased and the same for each seed.
+class FrameTrial {
+ public:
+  static constexpr uint32_t kFrames = 16;
+
+  /// Over frames [first, first + kFrames). `cost`: CPU time of the frames tried, over that of the others.
+  FrameTrial(const Region& region, uint32_t first, double cost);
+
+  bool is_running(uint32_t frame) const { return frame >= first_ && frame < first_ + kFrames; }
+  uint32_t first() const { return first_; }
+  uint32_t end() const { return first_ + kFrames; }
+  /// Of the frames of the trial: whether this one is made the way that is tried.
+  bool tries(uint32_t frame) const { return (frame - first_) % 2 == 0; }
+  /// A pixel's luminance in the frame under way; of each pixel once, from any thread.
+  void add(int x, int y, float luminance);
+  void finish_frame(uint32_t frame);
+  /// After the trial.
+  bool has_won() const { return has_won_; }
+
+ private:
+  static constexpr int kBoxSize = 8;  // pixels
+  struct Moments {
+    double sum = 0.0, sum_of_squares = 0.0;
+  };
+
+  void sum_boxes();
+  double variance(const std::vector<Moments>& boxes) const;
+
+  uint32_t first_;
+  double cost_;
+  int width_, columns_;
+  bool has_won_ = true;
+  std::vector<float> luminance_;        // by pixel, of the frame under way
+  std::vector<double> sums_;            // the same by box
+  std::vector<Moments> tried_, other_;  // by box, over frames
+};
+
+}  // namespace cistern
