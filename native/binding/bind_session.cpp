@@ -97,6 +97,8 @@ std::map<std::string, Setter> make_setters() {
       {"keep_history", member(&Settings::keep_history)},
       {"keep_instances", member(&Settings::keep_instances)},
       {"light_sampling", member(&Settings::light_sampling)},
+      {"guiding", choice<Guiding>("guiding", &Settings::guiding,
+                                  {{"OFF", Guiding::OFF}, {"ON", Guiding::ON}, {"AUTO", Guiding::AUTO}})},
       {"sequence", choice<SampleSequence>("sequence", &Settings::sequence,
                                           {{"SOBOL", SampleSequence::SOBOL}, {"RANDOM", SampleSequence::RANDOM}})},
       {"pixel_filter", member(&Settings::pixel_filter)},

@@ -229,6 +229,9 @@ class Settings:
     # for samples, threads, time_limit, passes and the size of the picture; and leave the own history there.
     keep_history: bool
     keep_instances: bool  # each mesh keeps an Embree scene of its own: moves are cheap, rays cost a little more
+    # Bounces to where light came from in earlier frames. AUTO: where a trial says that it pays; never with history, nor
+    # where samples are too few to tell.
+    guiding: str  # "OFF", "ON", "AUTO"
     light_sampling: LightSampling
     sequence: str  # "SOBOL" (Owen-scrambled), "RANDOM" (independent)
     pixel_filter: PixelFilter

@@ -44,8 +44,7 @@ bool BandedFrame::render_band(const Region& band, uint32_t frame, Film& film, co
   visible_points_.resize(pixels);
   if (!trace_paths(band, frame, stop)) return false;
   if (trial_.shares(frame) && !sharing_.share(frame, stop)) return false;
-  add_to_film(band, film);
-  if (trial_.is_running(frame)) add_to_trial(band);
+  finish(band, frame, film);
   return true;
 }
 
@@ -68,36 +67,27 @@ bool BandedFrame::trace_paths(const Region& band, uint32_t frame, const StopCond
     visible_points_[pixel] = scratch.capture.visible;
     sharing_.start_pixel(scratch.capture, pixel);
   };
-  return for_each_pixel<Scratch>(band.width, band.height, stop, trace, [&](const Scratch& scratch) {
-    if (context_.learning) context_.learning->add(scratch.path.light_records);
-  });
+  return for_each_pixel<Scratch>(band.width, band.height, stop, trace,
+                                 [&](const Scratch& scratch) { collect_records(context_, scratch.path); });
 }
 
-void BandedFrame::add_to_film(const Region& band, Film& film) {
+/// Adds to the film, and to what trials observe.
+void BandedFrame::finish(const Region& band, uint32_t frame, Film& film) {
   constexpr size_t kBlock = 4096;
   const float limit = context_.paths.limits.clamp_indirect;
-  const auto offset = static_cast<uint32_t>((band.y - context_.settings.region.y) * band.width);
+  const int first_row = band.y - context_.settings.region.y;
   parallel_blocks(records_.size(), kBlock, [&](size_t, size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto pixel = static_cast<uint32_t>(i);
-      PathRecord& record = records_[i];
-      if (visible_points_[i].exists) sharing_.add_to(visible_points_[i], pixel, limit, record);
-      film.add(offset + pixel, record);
+      const int x = static_cast<int>(i) % band.width, y = first_row + static_cast<int>(i) / band.width;
+      PathRecord& r = records_[i];
+      if (visible_points_[i].exists) sharing_.add_to(visible_points_[i], pixel, limit, r);
+      add_to_film(context_, x, y, frame, r, film);
       const uint32_t others = visible_points_[i].exists ? sharing_.reuse_count(pixel) : 0;
-      film.show(Pass::REUSE_COUNT, offset + pixel, Rgb(static_cast<float>(others)));
+      film.show(Pass::REUSE_COUNT, static_cast<uint32_t>(y * band.width + x), Rgb(static_cast<float>(others)));
+      if (trial_.is_running(frame)) trial_.add(x, y, luminance(r.direct + r.indirect + r.emission + r.environment));
     }
   });
-}
-
-void BandedFrame::add_to_trial(const Region& band) {
-  const int first_row = band.y - context_.settings.region.y;
-  for (int y = 0; y < band.height; ++y) {
-    for (int x = 0; x < band.width; ++x) {
-      const PathRecord& r = records_[static_cast<size_t>(y) * static_cast<size_t>(band.width) + static_cast<size_t>(x)];
-      const float light = luminance(r.direct + r.indirect + r.emission + r.environment);
-      if (std::isfinite(light)) trial_.add(x, first_row + y, light);
-    }
-  }
 }
 
 size_t BandedFrame::memory_bytes() const {

@@ -22,9 +22,8 @@ class BandedFrame {
 
  private:
   bool render_band(const Region& band, uint32_t frame, Film& film, const StopCondition& stop);
-  void add_to_trial(const Region& band);
   bool trace_paths(const Region& band, uint32_t frame, const StopCondition& stop);
-  void add_to_film(const Region& band, Film& film);
+  void finish(const Region& band, uint32_t frame, Film& film);
 
   const FrameContext& context_;
   int rows_;  // of a band

@@ -26,21 +26,32 @@ PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame
                        PathCapture* capture) {
   const Settings& s = context.settings;
   const uint32_t pixel = full_frame_pixel(s, x, y);
-  PathSampler sampler(s.seed, pixel, frame, s.sequence);
+  const SequencePoint point = context.guiding ? context.guiding->sequence_point(frame) : SequencePoint{0, frame};
+  PathSampler sampler(s.seed, pixel, frame, s.sequence, point);
   const Ray ray = sample_camera_ray(context, x, y, sampler);
   scratch.trains_lights = context.learning && context.learning->trains(pixel, frame);
+  scratch.trains_guide = context.guiding && context.guiding->trains(pixel, frame);
   return trace_path(context.paths, ray, sampler, scratch, capture);
+}
+
+void collect_records(const FrameContext& context, const PathScratch& scratch) {
+  if (context.learning) context.learning->add(scratch.light_records);
+  if (context.guiding) context.guiding->add(scratch.guide_records);
+}
+
+void add_to_film(const FrameContext& context, int x, int y, uint32_t frame, const PathRecord& record, Film& film) {
+  film.add(static_cast<uint32_t>(y * film.width() + x), record);
+  if (!context.guiding || !context.guiding->observes(frame)) return;
+  context.guiding->observe(x, y, luminance(record.direct + record.indirect + record.emission + record.environment));
 }
 
 bool render_frames(const FrameContext& context, uint32_t first_frame, uint32_t count, Film& film,
                    const StopCondition& stop) {
   const auto render_pixel = [&](int x, int y, PathScratch& scratch) {
     for (uint32_t frame = first_frame; frame < first_frame + count; ++frame)
-      film.add(static_cast<uint32_t>(y * film.width() + x), trace_pixel(context, x, y, frame, scratch));
+      add_to_film(context, x, y, frame, trace_pixel(context, x, y, frame, scratch), film);
   };
-  const auto finish_tile = [&](const PathScratch& scratch) {
-    if (context.learning) context.learning->add(scratch.light_records);
-  };
+  const auto finish_tile = [&](const PathScratch& scratch) { collect_records(context, scratch); };
   return for_each_pixel<PathScratch>(film.width(), film.height(), stop, render_pixel, finish_tile);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "render/guiding_stage.h"
 #include "render/learned_light_stage.h"
 #include "render/tiles.h"
 
@@ -11,6 +12,7 @@ struct FrameContext {
   const PathContext& paths;
   const PixelFilter& filter;
   LearnedLightStage* learning = nullptr;  // where paths leave records of light; null: nowhere
+  GuidingStage* guiding = nullptr;        // where they leave records of directions; null: nowhere
 };
 
 /// A pixel of the region by its number in the full frame: pictures of a part equal that part of the whole.
@@ -21,14 +23,18 @@ Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sa
 /// The same of another camera.
 Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, int y, PathSampler& sampler);
 
-/// Traces the path of a pixel's sample in a frame, which leaves records in the scratch where the choice of lights
-/// learns from it; `capture` as trace_path has it.
+/// Traces the path of a pixel's sample in a frame, which leaves records in the scratch where the choice of lights or
+/// directions learns from it; `capture` as trace_path has it.
 PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame, PathScratch& scratch,
                        PathCapture* capture = nullptr);
+/// Hands the records over, from any thread.
+void collect_records(const FrameContext& context, const PathScratch& scratch);
+/// A pixel's share of a frame, once that is known; from any thread.
+void add_to_film(const FrameContext& context, int x, int y, uint32_t frame, const PathRecord& record, Film& film);
 
 /// Adds frames [first_frame, first_frame + count) of paths that share nothing to the film, of which at most the choice
-/// of lights is learned: then all with the same table. The picture does not depend
-/// on the number of threads. Pixels may have different sample counts after an early return, which the film knows. True
+/// of lights and directions is learned: then all with the same tables. The picture does not depend on the number of
+/// threads. Pixels may have different sample counts after an early return, which the film knows. True
 /// if all frames were finished.
 bool render_frames(const FrameContext& context, uint32_t first_frame, uint32_t count, Film& film,
                    const StopCondition& stop);

@@ -122,7 +122,8 @@ class ScreenPathStage final : public PathStage {
   /// Light that reservoirs brought to a sample point is no part of its path, and what is learned of lights changes.
   bool validates() const {
     const Settings& s = context_.settings;
-    return s.screen_paths.validation_frames > 0 && s.secondary == SecondaryAnswer::NEE && !context_.paths.learned;
+    return s.screen_paths.validation_frames > 0 && s.secondary == SecondaryAnswer::NEE && !context_.paths.learned &&
+           !context_.paths.guiding;
   }
   bool is_validation_frame(uint32_t frame) const {
     return validates() && (frame + 1) % static_cast<uint32_t>(context_.settings.screen_paths.validation_frames) == 0;

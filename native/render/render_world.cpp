@@ -21,6 +21,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
       lights(std::move(the_lights)),
       filter(settings.pixel_filter, settings.filter_width),
       learning(LearnedLightStage::make(settings, *scene, *accel, *lights)),
+      guiding(GuidingStage::make(settings, *scene, *accel)),
       paths{*scene,
             *accel,
             *lights,
@@ -28,7 +29,8 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             pixel_footprint(scene->camera, settings.width, settings.height),
             records_surfaces(settings.passes),
             scatter_kinds_matter(*scene, settings.limits),
-            learning ? learning->use() : nullptr},
-      context{settings, paths, filter, learning.get()} {}
+            learning ? learning->use() : nullptr,
+            guiding ? guiding->use() : nullptr},
+      context{settings, paths, filter, learning.get(), guiding.get()} {}
 
 }  // namespace cistern

@@ -20,6 +20,7 @@ struct RenderWorld {
   const std::shared_ptr<const LightSet> lights;
   const PixelFilter filter;
   const std::unique_ptr<LearnedLightStage> learning;  // null unless needed; changes between frames
+  const std::unique_ptr<GuidingStage> guiding;        // the same
   const PathContext paths;
   const FrameContext context;  // refers to the above
 };

@@ -78,7 +78,7 @@ bool ReuseFrame::trace_paths(const FrameRun& run) {
   return for_each_pixel<Scratch>(s.region.width, s.region.height, run.stop, trace, [&](Scratch& scratch) {
     non_finite_weights_.fetch_add(scratch.non_finite, std::memory_order_relaxed);
     if (secondary_) secondary_->add_batch(std::move(scratch.batch));
-    if (context_.learning) context_.learning->add(scratch.path.light_records);
+    collect_records(context_, scratch.path);
   });
 }
 
@@ -101,7 +101,8 @@ bool ReuseFrame::shade(const FrameRun& run, Film& film) {
     if (visible.exists && direct_)
       record.direct += clamp_contribution(direct_->shade(visible, pixel), limits.clamp_direct);
     if (visible.exists && paths_) paths_->add_to(visible, pixel, limits.clamp_indirect, record);
-    film.add(pixel, record);
+    const auto width = static_cast<uint32_t>(film.width());
+    add_to_film(context_, static_cast<int>(pixel % width), static_cast<int>(pixel / width), run.frame, record, film);
     if (direct_) show_reservoir(film, pixel, direct_->reservoir(pixel));
     film.show(Pass::REUSE_COUNT, pixel, Rgb(reuse_count(pixel)));
   });

@@ -150,6 +150,7 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame
   for (uint32_t frame = 0; frame < frames && !cancelled_ && !stop.deadline_passed();) {
     batch = std::min(batch, frames - frame);
     if (context.learning) batch = std::min(batch, context.learning->frames_to_update(frame));
+    if (context.guiding) batch = std::min(batch, context.guiding->frames_to_update(frame));
     const Clock::time_point batch_start = Clock::now();
     if (!(reuse    ? reuse->render(*film_, stop)
           : banded ? banded->render(frame, *film_, stop)
@@ -158,6 +159,7 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame
     const double batch_seconds = seconds_since(batch_start);
     frame += batch;
     if (context.learning && frame < frames) context.learning->finish_frames(frame);
+    if (context.guiding && frame < frames) context.guiding->finish_frames(frame);
     if (settings_.time_limit > 0.0) stop.deadline = rendering_since_ + limit;
     bool publish_now;
     {
@@ -170,9 +172,11 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame
         progress_.stage_seconds = reuse->stage_times().seconds();
       }
       if (banded) progress_.memory_bytes = fixed_memory + banded->memory_bytes();
-      if (context.learning) {
+      if (context.learning || context.guiding) {
         const size_t of_frame = reuse ? reuse->memory_bytes() : (banded ? banded->memory_bytes() : 0);
-        progress_.memory_bytes = fixed_memory + of_frame + context.learning->memory_bytes();
+        progress_.memory_bytes = fixed_memory + of_frame;
+        if (context.learning) progress_.memory_bytes += context.learning->memory_bytes();
+        if (context.guiding) progress_.memory_bytes += context.guiding->memory_bytes();
       }
       publish_now = wants_pixels_ && frame < frames;
     }

@@ -109,6 +109,22 @@ void check_light_cache(LightCacheSettings& cache) {
 
 }  // namespace
 
+bool Settings::has_history() const {
+  const bool has_direct = uses_reservoirs(direct) && direct_reuse.temporal_reuse;
+  const bool has_secondary = secondary == SecondaryAnswer::CELL_RESERVOIRS && secondary_reuse.temporal_reuse;
+  switch (indirect) {
+    case IndirectAnswer::PATH:
+      return has_direct || has_secondary;
+    case IndirectAnswer::SCREEN_REUSE:
+      return has_direct || has_secondary || screen_paths.temporal_reuse;
+    case IndirectAnswer::WORLD_REUSE:
+      return has_direct || has_secondary || world_paths.temporal_reuse;
+    case IndirectAnswer::CELL_SHARED:
+      return has_direct || has_secondary || path_sharing.temporal_reuse;
+  }
+  return true;
+}
+
 void check_settings(Settings& s) {
   require("width", s.width, 1, kMaxResolution);
   require("height", s.height, 1, kMaxResolution);

@@ -38,6 +38,13 @@ enum class IndirectAnswer : uint8_t {
   CELL_SHARED,   // our own
 };
 
+/// Whether paths take a part of their directions from where light came from in earlier frames.
+enum class Guiding : uint8_t {
+  OFF,
+  ON,
+  AUTO,  // where a trial says that it pays; not where samples depend on each other, nor in pictures of few samples
+};
+
 /// Part of the full frame to render, in pixels, y up. Width 0: all of it.
 struct Region {
   int x = 0, y = 0, width = 0, height = 0;
@@ -66,6 +73,7 @@ struct Settings {
   /// where it is 0 becomes the answer's own.
   GridSettings grid{.min_cell_size = kDefaultMinCellShare, .cell_pixels = 0.0f};
   LightSampling light_sampling = LightSampling::TREE;
+  Guiding guiding = Guiding::OFF;
   SampleSequence sequence = SampleSequence::SOBOL;
   FilterKind pixel_filter = FilterKind::BLACKMAN_HARRIS;
   float filter_width = 1.5f;  // pixels
@@ -78,6 +86,8 @@ struct Settings {
   bool has_temporal_reuse() const {
     return direct_reuse.temporal_reuse || (indirect != IndirectAnswer::PATH && screen_paths.temporal_reuse);
   }
+  /// Whether frames carry anything over to the next that is part of its estimate.
+  bool has_history() const;
   /// Whether history is taken from the RenderCache and left there. It needs temporal reuse.
   bool keep_history = false;
   /// Whether each mesh has an Embree scene of its own, which snapshots share: moves are cheap, rays cost a little more.

@@ -2,6 +2,7 @@
 
 #include "restir/pixel_reuse.h"
 #include "shading/material.h"
+#include "transport/path_guide.h"
 
 namespace cistern {
 namespace {
@@ -13,7 +14,7 @@ bool sends_light(const PathLink& link) {
   return link.W > 0.0f && !(is_black(link.to.light.radiance) && is_black(link.to.continuation.radiance));
 }
 
-/// Nearly all vertices: they need no material evaluated. No bump map bends their normal.
+/// Nearly all vertices: unless guided they need no material evaluated. No bump map bends their normal.
 bool is_plain(const VisiblePoint& vertex) { return vertex.is_lambertian && vertex.receiver.n == vertex.ns; }
 
 /// f cos by the rough lobes, and the density of BSDF sampling per solid angle; of both the share of the kind of
@@ -60,12 +61,15 @@ void CellSharedPaths::share(Group& group, Scratch& scratch) const {
   const VisiblePoint& first = group.links.front()->from;
   scratch.bounces_agree =
       std::ranges::all_of(group.links, [&](const PathLink* link) { return has_same_bounces(link->from, first); });
+  const bool is_guided = context_.guiding && context_.guiding->is_on;
   scratch.points.clear();
   scratch.bsdfs.clear();
   for (const PathLink* link : group.links) {
     scratch.points.push_back(surface_point(link->from));
-    scratch.bsdfs.push_back(
-        is_plain(link->from) ? Bsdf() : evaluate_material(context_.scene, scratch.points.back(), link->from.state));
+    scratch.bsdfs.emplace_back();
+    if (is_plain(link->from) && !is_guided) continue;
+    scratch.bsdfs.back() = evaluate_material(context_.scene, scratch.points.back(), link->from.state);
+    guide_bounce(context_, scratch.points.back(), scratch.bsdfs.back());
   }
   for (size_t i = 0; i < group.size(); ++i)
     if (sends_light(*group.links[i])) share_sample(group, i, scratch);
@@ -77,7 +81,7 @@ CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const Group& group,
   const std::optional<PathConnection> way = connect(from, sample);
   if (!way) return {};
   const PairResponse f =
-      is_plain(from) ? respond_plainly(from, way->wi, sample.kind) : respond(bsdf, way->wi, sample.kind);
+      bsdf.scatters() ? respond(bsdf, way->wi, sample.kind) : respond_plainly(from, way->wi, sample.kind);
   if (is_black(f.f_cos) || f.pdf == 0.0f) return {};  // its BSDF sampling never makes this link
   float density = f.pdf * way->geometry;
   if (group.weights == PairWeights::TARGETS)

@@ -1,6 +1,7 @@
 #include "restir/light_target.h"
 
 #include "shading/material.h"
+#include "transport/path_guide.h"
 
 namespace cistern {
 namespace {
@@ -34,7 +35,8 @@ std::optional<ArrivingLight> arriving_light(const PathContext& context, float ca
                                             const LightSample& sample) {
   const auto light = context.lights.evaluate(sample, visible.receiver.position, visible.scattered);
   if (!light) return std::nullopt;
-  const Bsdf bsdf = evaluate_material(context.scene, visible);
+  Bsdf bsdf = evaluate_material(context.scene, visible);
+  guide_bounce(context, surface_point(visible), bsdf);
   const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
   if (is_black(f.rough_cos)) return std::nullopt;
   const float share = share_of_light_samples(context, candidates, sample, *light, f.pdf * scatter_probability(bsdf));

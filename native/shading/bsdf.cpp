@@ -84,23 +84,50 @@ Vec3 sample_hemisphere(const Bsdf& bsdf, const Lobe& lobe, float u_side, Vec2 u)
   return Frame(u_side < upper_probability(lobe) ? n : -n).to_world(local);
 }
 
-/// evaluate_bsdf, and the density of lobe `chosen` alone: 0 says that lobe cannot have produced wi.
-BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility, int chosen, float* chosen_pdf) {
+constexpr int kNoLobe = -1;
+
+/// Parts of the density of a direction; one that is 0 cannot have produced it.
+struct LobeDensities {
+  float of_chosen = 0.0f;                        // one lobe's alone
+  std::array<float, kScatterKinds> of_guided{};  // lobes that are not narrow, times sample weights; without a guide
+};
+
+/// By what a guide multiplies the density of lobes that are not narrow, `own` without it, where their sample weights
+/// sum up to `weight`: (1 - kGuideShare) own + kGuideShare guide, over own.
+float guide_factor(const DirectionHistogram& guide, const Vec3& wi, float weight, float own) {
+  return 1.0f - kGuideShare + kGuideShare * weight * guide.pdf(wi) / own;
+}
+
+/// evaluate_bsdf; `chosen` is a lobe.
+BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility, int chosen,
+                              LobeDensities& densities) {
   BsdfEvaluation result;
+  float guided_weight = 0.0f, guided_pdf = 0.0f;
   const bool is_above = dot(hemisphere_normal(bsdf), wi) > 0.0f;
   const bool can_leave = (dot(bsdf.ng, wi) > 0.0f) == is_above;
   for (int i = 0; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
     const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, is_above, can_leave);
     const float pdf = samples_evenly(bsdf, lobe) ? hemisphere_pdf(bsdf, lobe, wi, is_above) : evaluation.pdf;
-    if (i == chosen && can_leave) *chosen_pdf = pdf;
+    if (i == chosen && can_leave) densities.of_chosen = pdf;
     const ScatterKind kind = kind_of(lobe, !is_above);
-    if (can_leave) result.pdf_by_kind[static_cast<size_t>(kind)] += lobe.sample_weight * pdf;
+    const bool is_guided = !is_narrow(lobe);
+    auto& pdf_by_kind = is_guided ? densities.of_guided : result.pdf_by_kind;
+    if (can_leave) pdf_by_kind[static_cast<size_t>(kind)] += lobe.sample_weight * pdf;
+    if (is_guided) guided_weight += lobe.sample_weight;
     if (!(evaluation.pdf > 0.0f) || (visibility & ray_kind(kind)) == 0) continue;
     (is_smooth(lobe) ? result.smooth_cos : result.rough_cos) += lobe.weight * evaluation.f_cos;
   }
-  if (bsdf.total_sample_weight > 0.0f)
-    for (float& pdf : result.pdf_by_kind) result.pdf += pdf /= bsdf.total_sample_weight;
+  for (const float pdf : densities.of_guided) guided_pdf += pdf;
+  const float factor =
+      bsdf.guide && guided_pdf > 0.0f ? guide_factor(*bsdf.guide, wi, guided_weight, guided_pdf) : 1.0f;
+  if (!(bsdf.total_sample_weight > 0.0f)) return result;
+  for (size_t i = 0; i < kScatterKinds; ++i) {
+    float& pdf = result.pdf_by_kind[i];
+    result.unguided_pdf += pdf + densities.of_guided[i];
+    result.pdf += pdf = (pdf + factor * densities.of_guided[i]) / bsdf.total_sample_weight;
+  }
+  result.unguided_pdf /= bsdf.total_sample_weight;
   return result;
 }
 
@@ -132,6 +159,33 @@ std::optional<BsdfSample> sample_lambert(const Bsdf& bsdf, Vec3 n, Vec2 u) {
   return result;
 }
 
+BsdfSample sample_of(const Vec3& wi, const BsdfEvaluation& evaluation, ScatterKind kind) {
+  BsdfSample sample;
+  sample.wi = wi;
+  sample.pdf = evaluation.pdf;
+  sample.rough_weight = evaluation.rough_cos / evaluation.pdf;
+  sample.smooth_weight = evaluation.smooth_cos / evaluation.pdf;
+  sample.kind = kind;
+  sample.kind_pdf = evaluation.pdf_by_kind[static_cast<size_t>(kind)];
+  sample.guide_gain = evaluation.pdf / evaluation.unguided_pdf;
+  return sample;
+}
+
+/// A direction of the guide, and with `u_kind` which of the lobes it stands in for.
+std::optional<BsdfSample> sample_guide(const Bsdf& bsdf, float u_kind, Vec2 u_direction) {
+  const Vec3 wi = bsdf.guide->sample(u_direction);
+  LobeDensities densities;
+  const BsdfEvaluation evaluation = evaluate_lobes(bsdf, wi, kVisibleToAll, kNoLobe, densities);
+  float left = 0.0f;
+  for (const float pdf : densities.of_guided) left += pdf;
+  if (!(left > 0.0f) || is_black(evaluation.total_cos())) return {};
+  left *= u_kind;
+  size_t kind = 0;
+  while (kind + 1 < kScatterKinds && left >= densities.of_guided[kind]) left -= densities.of_guided[kind++];
+  while (!(densities.of_guided[kind] > 0.0f)) --kind;  // by rounding
+  return sample_of(wi, evaluation, static_cast<ScatterKind>(kind));
+}
+
 }  // namespace
 
 Bsdf& Bsdf::operator=(const Bsdf& other) {
@@ -146,17 +200,18 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   ns = other.ns;
   total_sample_weight = other.total_sample_weight;
   rough_sampling = other.rough_sampling;
+  guide = other.guide;
   return *this;
 }
 
 BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility) {
-  constexpr int kNone = -1;
-  return evaluate_lobes(bsdf, wi, visibility, kNone, nullptr);
+  LobeDensities densities;
+  return evaluate_lobes(bsdf, wi, visibility, kNoLobe, densities);
 }
 
 std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction) {
   if (bsdf.count == 0) return {};
-  if (bsdf.count == 1 && bsdf.rough_sampling == RoughSampling::BSDF) {
+  if (bsdf.count == 1 && bsdf.rough_sampling == RoughSampling::BSDF && !bsdf.guide) {
     const auto* lambert = std::get_if<LambertLobe>(&bsdf.lobes[0].model);
     if (lambert && lambert->n == bsdf.ns) return sample_lambert(bsdf, lambert->n, u_direction);
   }
@@ -167,6 +222,12 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
     u -= bsdf.lobes[static_cast<size_t>(chosen++)].sample_weight;
   const Lobe& lobe = bsdf.lobes[static_cast<size_t>(chosen)];
   const float u_branch = std::min(u / lobe.sample_weight, kOneMinusEpsilon);
+  if (bsdf.guide && !is_narrow(lobe)) {
+    // By a coordinate of the direction: so both parts are stratified.
+    const float x = u_direction.x;
+    if (x < kGuideShare) return sample_guide(bsdf, u_branch, {x / kGuideShare, u_direction.y});
+    u_direction.x = std::min((x - kGuideShare) / (1.0f - kGuideShare), kOneMinusEpsilon);
+  }
 
   if (const MicrofacetLobe* model = as_microfacet(lobe); model && is_delta(*model))
     return sample_delta(bsdf, lobe, *model, u_branch);
@@ -176,16 +237,10 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
           : std::visit([&](const auto& model) { return sample_lobe(model, bsdf.wo, u_branch, u_direction); },
                        lobe.model);
   if (!wi) return {};
-  float chosen_pdf = 0.0f;
-  const BsdfEvaluation evaluation = evaluate_lobes(bsdf, *wi, kVisibleToAll, chosen, &chosen_pdf);
-  if (!(chosen_pdf > 0.0f) || is_black(evaluation.total_cos())) return {};
-  BsdfSample sample;
-  sample.wi = *wi;
-  sample.pdf = evaluation.pdf;
-  sample.rough_weight = evaluation.rough_cos / evaluation.pdf;
-  sample.smooth_weight = evaluation.smooth_cos / evaluation.pdf;
-  sample.kind = kind_of(lobe, dot(bsdf.ng, *wi) < 0.0f);
-  sample.kind_pdf = evaluation.pdf_by_kind[static_cast<size_t>(sample.kind)];
+  LobeDensities densities;
+  const BsdfEvaluation evaluation = evaluate_lobes(bsdf, *wi, kVisibleToAll, chosen, densities);
+  if (!(densities.of_chosen > 0.0f) || is_black(evaluation.total_cos())) return {};
+  BsdfSample sample = sample_of(*wi, evaluation, kind_of(lobe, dot(bsdf.ng, *wi) < 0.0f));
   sample.is_clear = is_clear(lobe, sample.kind);
   return sample;
 }
@@ -195,6 +250,11 @@ bool is_smooth(const Lobe& lobe) {
   constexpr float kAlphaProduct = kReconnectRoughness * kReconnectRoughness * kReconnectRoughness * kReconnectRoughness;
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
   return microfacet && microfacet->alpha_x * microfacet->alpha_y < kAlphaProduct;
+}
+
+bool is_narrow(const Lobe& lobe) {
+  const MicrofacetLobe* microfacet = as_microfacet(lobe);
+  return microfacet && std::min(microfacet->alpha_x, microfacet->alpha_y) < kNarrowAlpha;
 }
 
 bool transmits(const Lobe& lobe) {

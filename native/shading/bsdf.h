@@ -5,6 +5,7 @@
 #include <optional>
 #include <variant>
 
+#include "base/direction_histogram.h"
 #include "base/frame.h"
 #include "base/rgb.h"
 #include "shading/surface_point.h"
@@ -23,6 +24,8 @@ constexpr uint8_t ray_kind(ScatterKind kind) {
 /// Roughness (sqrt of the GGX alpha) below which a lobe is too smooth for its paths to be joined to another
 /// vertex: light through it counts as seen directly, not as reflected once.
 inline constexpr float kReconnectRoughness = 0.2f;
+/// GGX width below which a lobe is narrow: what was scattered towards one direction says little about others.
+inline constexpr float kNarrowAlpha = 0.3f;
 /// Roughness up to which glass is clear enough to leave the film transparent; Cycles' default.
 inline constexpr float kClearRoughness = 0.1f;
 
@@ -67,6 +70,9 @@ struct Lobe {
 /// cosine to ns or evenly over the hemispheres they scatter into.
 enum class RoughSampling : uint8_t { BSDF, COSINE, UNIFORM };
 
+/// Share of the directions of lobes that are not narrow which follow Bsdf::guide, where there is one.
+inline constexpr float kGuideShare = 0.5f;
+
 /// The scattering at one point: a sum of lobes, what passes straight through, and what is emitted. Lobes beyond `count`
 /// are never touched: neither constructed nor copied, since most materials have one and a Bsdf is made at every hit.
 struct Bsdf {
@@ -82,6 +88,9 @@ struct Bsdf {
   Vec3 ns;                           // interpolated normal, before bump mapping; zero: ng, without bump shadowing
   float total_sample_weight = 0.0f;  // of the lobes, transparency not included
   RoughSampling rough_sampling = RoughSampling::BSDF;
+  /// Where light is thought to come from, or null. Lobes that are not narrow then take kGuideShare of their directions
+  /// from it, as far as they could have been their own: elsewhere its density counts as 0. Lives longer than the Bsdf.
+  const DirectionHistogram* guide = nullptr;
 
   Bsdf() {}
   Bsdf(const Bsdf& other) { *this = other; }
@@ -109,10 +118,11 @@ bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight) {
 /// estimation, whose shadow rays know the smooth surface (shadow_origin.h). Diffuse lobes on bump-mapped normals fade
 /// out near the horizon of ns. [Conty Estevez et al. 2019, A Microfacet-Based Shadowing Function to Solve the Bump
 /// Terminator Problem]
-/// `pdf_by_kind` has its parts by the kind of the lobe that is chosen, indexed by ScatterKind.
+/// `pdf_by_kind` has its parts by the kind of the lobe that is chosen, indexed by ScatterKind; a guide has no kind of
+/// its own, and its part is divided like that of the lobes which it stands in for.
 struct BsdfEvaluation {
   Rgb rough_cos, smooth_cos;
-  float pdf = 0.0f;
+  float pdf = 0.0f, unguided_pdf = 0.0f;  // the second as if there were no guide
   std::array<float, kScatterKinds> pdf_by_kind{};
   Rgb total_cos() const { return rough_cos + smooth_cos; }
 };
@@ -122,11 +132,11 @@ BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, const Vec3& wi, uint8_t visibilit
 
 /// One direction. Weights are f cos / pdf over all lobes (for a delta lobe: its own weight / probability).
 /// `pdf` is per solid angle, or for `is_delta` the discrete probability of the lobe; `kind_pdf` is its part by lobes of
-/// the same kind.
+/// the same kind; `guide_gain` is `pdf` over what it would be without a guide.
 struct BsdfSample {
   Vec3 wi;
   Rgb rough_weight, smooth_weight;
-  float pdf = 0.0f, kind_pdf = 0.0f;
+  float pdf = 0.0f, kind_pdf = 0.0f, guide_gain = 1.0f;
   ScatterKind kind = ScatterKind::DIFFUSE;
   bool is_delta = false;
   bool is_clear = false;  // refracted by a lobe of at most kClearRoughness
@@ -138,6 +148,8 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
 
 /// Whether the lobe is below kReconnectRoughness.
 bool is_smooth(const Lobe& lobe);
+/// Whether the lobe is narrow; smooth ones are.
+bool is_narrow(const Lobe& lobe);
 /// Whether the lobe scatters to the far side of the surface.
 bool transmits(const Lobe& lobe);
 

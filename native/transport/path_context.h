@@ -32,6 +32,14 @@ struct LearnedLightUse {
   bool at_later_vertices = false;
 };
 
+class PathGuide;
+
+/// Where the directions of paths come from.
+struct GuideUse {
+  const PathGuide* guide;
+  bool is_on = false;  // or paths only leave records
+};
+
 /// What a path needs besides its own random numbers; all of it immutable while rendering.
 struct PathContext {
   const Scene& scene;
@@ -45,6 +53,8 @@ struct PathContext {
   bool tells_kinds = false;
   /// Null: the light set chooses everywhere.
   const LearnedLightUse* learned = nullptr;
+  /// Null: directions are those of BSDFs everywhere.
+  const GuideUse* guiding = nullptr;
 };
 
 /// Whether what a scattered ray meets, or how far its path goes on, depends on the kind of its scattering: by ray

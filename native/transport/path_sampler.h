@@ -7,16 +7,26 @@ namespace cistern {
 
 enum class SampleSequence : uint8_t { SOBOL, RANDOM };
 
+/// Where in the sequences of a pixel a frame's Sobol points lie.
+struct SequencePoint {
+  uint32_t sequence = 0, point = 0;
+};
+
 /// Random numbers of one camera path. The first dimensions of a path come from an Owen-scrambled Sobol sequence over
 /// the frames of its pixel, the rest (and every dimension with RANDOM) from a counter-based generator: so a path is a
-/// function of (seed, pixel, frame) alone.
+/// function of (seed, pixel, frame) alone. Points of a sequence depend on each other: frames that act on what earlier
+/// ones found take another sequence than those.
 class PathSampler {
  public:
   PathSampler(uint64_t seed, uint32_t pixel, uint32_t frame, SampleSequence sequence)
+      : PathSampler(seed, pixel, frame, sequence, {0, frame}) {}
+  PathSampler(uint64_t seed, uint32_t pixel, uint32_t frame, SampleSequence sequence, SequencePoint point)
       : rng_(seed, pixel, frame, 0),
         scramble_(static_cast<uint32_t>(hash_combine(mix_bits(seed), pixel))),
-        frame_(frame),
-        is_sobol_(sequence == SampleSequence::SOBOL) {}
+        point_(point.point),
+        is_sobol_(sequence == SampleSequence::SOBOL) {
+    if (point.sequence > 0) scramble_ = static_cast<uint32_t>(hash_combine(mix_bits(scramble_), point.sequence));
+  }
 
   Vec2 filter() { return pair(FILTER); }
   Vec2 lens() { return pair(LENS); }
@@ -29,11 +39,11 @@ class PathSampler {
  private:
   enum Pair : uint32_t { FILTER, LENS, FIRST_BSDF, FIRST_LIGHT };
 
-  Vec2 pair(Pair which) { return is_sobol_ ? sobol_pair(frame_, which, scramble_) : rng_.next_vec2(); }
+  Vec2 pair(Pair which) { return is_sobol_ ? sobol_pair(point_, which, scramble_) : rng_.next_vec2(); }
 
   Rng rng_;
   uint32_t scramble_;
-  uint32_t frame_;
+  uint32_t point_;  // of the sequence
   bool is_sobol_;
 };
 

@@ -22,7 +22,8 @@ float light_sample_share(const PathContext& context, float candidates, uint32_t 
 
 PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
                       PathCapture* capture) {
-  if (context.learned) return trace_learned_path(context, ray, sampler, scratch, capture);
+  const bool is_guided = context.guiding && (context.guiding->is_on || scratch.trains_guide);
+  if (context.learned || is_guided) return trace_learned_path(context, ray, sampler, scratch, capture);
   if (capture) return Walk<CapturingWalk>(context, ray, sampler, scratch, capture).run();
   return Walk<ReferenceWalk>(context, ray, sampler, scratch, nullptr).run();
 }

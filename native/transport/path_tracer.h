@@ -1,6 +1,7 @@
 #pragma once
 
 #include "lights/light_record.h"
+#include "transport/guide_table.h"
 #include "transport/path_capture.h"
 #include "transport/path_sampler.h"
 #include "transport/transmittance.h"
@@ -25,11 +26,22 @@ struct PathRecord {
   Vec3 denoising_normal;
 };
 
+/// A vertex on the way, whose direction will turn out to have brought light.
+struct TaughtVertex {
+  NestedCellKey cell;
+  uint32_t bin;            // of the direction
+  float scale;             // from what the path adds up to GuideRecord::light
+  double gathered_before;  // what the path had added up before it took the direction
+};
+
 /// Reusable memory of one thread, so that nothing is allocated per sample.
 struct PathScratch {
   std::vector<LampHit> lamp_hits;
   bool trains_lights = false;              // whether paths leave records where lights are chosen by what was learned
   std::vector<LightRecord> light_records;  // of all paths so far
+  bool trains_guide = false;               // the same of directions
+  std::vector<GuideRecord> guide_records;
+  std::vector<TaughtVertex> taught_vertices;  // of the path under way
 };
 
 /// The reference estimator: unidirectional path tracing with next-event estimation at every vertex and multiple

@@ -7,14 +7,16 @@
 #include "base/warp.h"
 #include "shading/material.h"
 #include "transport/camera_ray.h"
+#include "transport/guide_lesson.h"
 #include "transport/learned_light_sample.h"
+#include "transport/path_guide.h"
 #include "transport/path_throughput.h"
 #include "transport/path_tracer.h"
 #include "transport/path_walk_state.h"
 
 namespace cistern {
 
-/// trace_path for a context with learned lights.
+/// trace_path for a context with learned lights or guided bounces.
 PathRecord trace_learned_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
                               PathCapture* capture);
 
@@ -34,6 +36,7 @@ class Walk {
   PathRecord run() {
     while (step()) {
     }
+    if constexpr (Kind::learns) teach_directions(learning_.gathered, scratch_);
     return record_;
   }
 
@@ -68,6 +71,9 @@ class Walk {
       capture_.vertex = {};
     }
     const bool is_vertex = !last_segment_ && bsdf.scatters();
+    if constexpr (Kind::learns) {
+      if (is_vertex) guide_bounce(context_, point, bsdf);
+    }
     float p_scatter = scatter_probability(bsdf);
     if constexpr (Kind::captures) {
       if (is_vertex && capture_.open_link && p_scatter < 1.0f) {
@@ -218,6 +224,7 @@ class Walk {
     record_.direct += clamp_contribution(throughput_.direct * radiance, limits.clamp_direct);
     record_.indirect += clamp_contribution(throughput_.indirect * radiance, limits.clamp_indirect);
     add_to_continuations({}, radiance);
+    if constexpr (Kind::learns) gather(radiance);
   }
 
   void add_lamps(const std::optional<Hit>& hit) {
@@ -275,7 +282,7 @@ class Walk {
   void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
     const VertexUse use = vertex_use();
     const bool leaves_rough = use.light_candidates > 0.0f;
-    if (leaves_rough && !has_smooth_lobe(bsdf)) return;
+    if (leaves_rough && !has_smooth_lobe(bsdf) && !teaches_directions()) return;
     const double u_choice = sampler_.next_double();
     const Vec2 u_light = sampler_.light_position(state_.depth);
     const auto choice = context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light);
@@ -299,6 +306,7 @@ class Walk {
     if constexpr (Kind::captures) {
       if (keeps_light) keep_incident_light(*light, radiance, f.rough_cos);
     }
+    if constexpr (Kind::learns) gather(f.total_cos() * radiance);
     const bool is_environment = choice->sample.emitter == context_.lights.environment_emitter();
     add_reflected_light(leaves_rough ? Rgb() : f.rough_cos, f.smooth_cos, radiance,
                         is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
@@ -328,6 +336,7 @@ class Walk {
 
   /// Sets the chooser of the current vertex; false where the light set chooses.
   bool choose_by_learning(const SurfacePoint& point, const Bsdf& bsdf) {
+    if (!context_.learned) return false;
     const LearnedLightUse& use = *context_.learned;
     const bool applies = learning_.met_visible_point ? use.at_later_vertices : use.at_visible_point;
     learning_.met_visible_point |= has_rough_lobe(bsdf);
@@ -361,9 +370,21 @@ class Walk {
     if constexpr (Kind::captures) {
       if (vertex.keeps_light) keep_incident_light(sample->light, radiance, sample->f.rough_cos);
     }
+    gather(sample->f.total_cos() * radiance);
     const bool is_environment = sample->emitter == context_.lights.environment_emitter();
     add_reflected_light(sample->f.rough_cos, sample->f.smooth_cos, radiance,
                         is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
+  }
+
+  // --- what directions bring -------------------------------------------------------------------------------------
+
+  bool teaches_directions() const {
+    if constexpr (Kind::learns) return scratch_.trains_guide;
+    return false;
+  }
+
+  void gather(Rgb radiance) {
+    if (scratch_.trains_guide) learning_.gathered += luminance(throughput_.total() * radiance);
   }
 
   // --- continuing ---------------------------------------------------------------------------------------------------
@@ -396,6 +417,10 @@ class Walk {
     const float u_lobe = sampler_.next_float();
     const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u_lobe, sampler_.bsdf_direction(state_.depth));
     if (!sample) return false;
+    if constexpr (Kind::learns) {
+      if (scratch_.trains_guide)
+        remember_direction(context_, point, bsdf, *sample, throughput_.total(), learning_.gathered, scratch_);
+    }
     const Rgb rough_weight = sample->rough_weight * (1.0f / p_scatter);
     const Rgb smooth_weight = sample->smooth_weight * (1.0f / p_scatter);
     if constexpr (Kind::captures) {
@@ -408,6 +433,7 @@ class Walk {
       leave_captured_vertex(*sample, p_scatter);
       if (capture_.vertex.sample_point_of == 0 && !goes_on_from_sample_point()) return false;
     }
+    if constexpr (Kind::learns) learning_.guide_gain *= sample->guide_gain;
     count_bounce(*sample);
     sees_film_ &= context_.limits.film_transparent_glass && sample->is_clear;
     if constexpr (Kind::learns) learning_.of_ray = learning_.at_vertex;
@@ -474,7 +500,9 @@ class Walk {
 
   bool survives_roulette() {
     if (state_.depth <= context_.limits.min_bounces) return true;
-    const float p = std::min(1.0f, max_component(throughput_.total()));
+    float p = max_component(throughput_.total());
+    if constexpr (Kind::learns) p *= learning_.guide_gain;
+    p = std::min(p, 1.0f);
     if (p >= 1.0f) return true;
     if (sampler_.next_float() >= p) return false;
     scale_by_chance(Rgb(1.0f), p);

@@ -22,7 +22,7 @@ struct MisReceiver {
 template <bool kCaptures, bool kLearns>
 struct WalkKind {
   static constexpr bool captures = kCaptures;  // leaves something to others
-  static constexpr bool learns = kLearns;      // chooses lights by PathContext::learned
+  static constexpr bool learns = kLearns;      // chooses lights or directions by what earlier frames learned
 };
 using ReferenceWalk = WalkKind<false, false>;
 using CapturingWalk = WalkKind<true, false>;
@@ -46,8 +46,11 @@ struct CaptureState {
   bool only_deep_link_next = false;  // a bounce limit is reached for all but this link, which may bounce once more
 };
 
-/// How a walk chooses lights.
+/// How a walk chooses lights, and what there is to learn from the light it finds.
 struct LearningState {
+  double gathered = 0.0;  // luminance of all that the path adds up to, including what is left to others
+  float guide_gain =
+      1.0f;  // product of BsdfSample::guide_gain: where guides find more light, less throughput is enough
   bool met_visible_point = false;
   std::optional<LearnedLights::Chooser> at_vertex;  // none: the light set chooses
   std::optional<LearnedLights::Chooser> of_ray;     // of the last vertex that light samples could have lit

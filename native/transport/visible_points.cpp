@@ -50,18 +50,14 @@ Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
   return receiver;
 }
 
-/// GGX width below which a lobe is narrow: what was scattered towards one direction says little about others.
-constexpr float kNarrowAlpha = 0.3f;
-
 /// By lobes and not by their albedos: whoever looks at the point must agree.
 bool is_glossy(const Bsdf& bsdf) {
   bool has_narrow_lobe = false;
   for (int i = 0; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
     if (is_smooth(lobe)) continue;
-    const auto* model = std::get_if<MicrofacetLobe>(&lobe.model);
-    if (!model) return false;
-    has_narrow_lobe |= std::min(model->alpha_x, model->alpha_y) < kNarrowAlpha;
+    if (!std::holds_alternative<MicrofacetLobe>(lobe.model)) return false;
+    has_narrow_lobe |= is_narrow(lobe);
   }
   return has_narrow_lobe;
 }

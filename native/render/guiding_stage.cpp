@@ -1,0 +1,85 @@
+#include "render/guiding_stage.h"
+
+#include <bit>
+
+#include "base/rng.h"
+#include "transport/camera_ray.h"
+
+namespace cistern {
+namespace {
+
+/// Paths that leave records between two updates: what is learned more grows ever slower, what it costs must not.
+constexpr double kTrainingPaths = 1 << 19;
+constexpr uint32_t kTrainingStream = 0x67756964;
+/// Guided frames take 1.15 to 1.35 times as long as others (door ajar, glossy hall); more where hardly anything is met.
+constexpr double kCost = 1.35;
+constexpr uint32_t kEarliestTrial = 16;
+
+/// The first frame of a trial: a power of two, as then there is a new table, from which on as many paths as one update
+/// takes have been seen.
+uint32_t trial_start(const Settings& s) {
+  const double pixels = std::min(static_cast<double>(s.region.width) * s.region.height, kTrainingPaths);
+  return std::max(kEarliestTrial, std::bit_ceil(static_cast<uint32_t>(std::ceil(kTrainingPaths / pixels))));
+}
+
+/// Half of the samples must be left for what the trial decides.
+bool has_time_for_trial(const Settings& s) {
+  return s.samples >= 2 * static_cast<int>(trial_start(s) + FrameTrial::kFrames);
+}
+
+}  // namespace
+
+std::unique_ptr<GuidingStage> GuidingStage::make(const Settings& s, const Scene& scene, const Accel& accel) {
+  if (s.guiding == Guiding::OFF) return nullptr;
+  if (s.guiding == Guiding::AUTO && (s.has_history() || !has_time_for_trial(s))) return nullptr;
+  const PixelFootprint pixel = pixel_footprint(scene.camera, s.width, s.height);
+  const NestedCells cells({}, accel.bounds(), scene.camera.camera_to_world.translation, pixel.angle, pixel.size);
+  return std::make_unique<GuidingStage>(s, cells);
+}
+
+GuidingStage::GuidingStage(const Settings& s, const NestedCells& cells)
+    : guide_(cells),
+      use_{&guide_, false},
+      seed_(s.seed),
+      pixels_(static_cast<double>(s.region.width) * s.region.height) {
+  if (s.guiding == Guiding::AUTO) trial_.emplace(s.region, trial_start(s), kCost);
+}
+
+bool GuidingStage::trains(uint32_t pixel, uint32_t frame) const {
+  if (training_.is_full() || has_lost(frame)) return false;
+  const double share = kTrainingPaths / (pixels_ * std::bit_floor(std::max(frame, 1u)));
+  return share >= 1.0 || Rng(seed_, pixel, frame, kTrainingStream).next_double() < share;
+}
+
+bool GuidingStage::may_guide(uint32_t frame) const {
+  if (!trial_) return true;
+  if (frame < trial_->first()) return false;
+  return trial_->is_running(frame) ? trial_->tries(frame) : trial_->has_won();
+}
+
+SequencePoint GuidingStage::sequence_point(uint32_t frame) const {
+  const uint32_t in_batch = frame - first_;
+  return use_.is_on ? SequencePoint{learned_at_, guided_ + in_batch} : SequencePoint{0, not_guided_ + in_batch};
+}
+
+uint32_t GuidingStage::frames_to_update(uint32_t frame) const {
+  if (observes(frame)) return 1;
+  return frame == 0 ? 1 : 2 * std::bit_floor(frame) - frame;
+}
+
+void GuidingStage::finish_frames(uint32_t next) {
+  (use_.is_on ? guided_ : not_guided_) += next - first_;
+  first_ = next;
+  if (trial_) trial_->finish_frame(next - 1);
+  if (has_lost(next)) {
+    guide_.set_table({});
+    training_.clear();
+  } else if (std::has_single_bit(next) && !training_.is_full()) {
+    guide_.set_table(training_.learn());
+    learned_at_ = next;
+    guided_ = 0;
+  }
+  use_.is_on = may_guide(next) && !guide_.table().is_empty();
+}
+
+}  // namespace cistern

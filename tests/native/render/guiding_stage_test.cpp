@@ -1,0 +1,94 @@
+#include "render/guiding_stage.h"
+
+#include <gtest/gtest.h>
+
+#include "base/rng.h"
+
+namespace cistern::test {
+namespace {
+
+const NestedCells kCells({}, Bounds3{{-4, -4, 0}, {4, 4, 4}}, {0, 0, 2}, 1e-3f, 0.0f);
+constexpr int kWidth = 1024, kHeight = 512;
+
+Settings settings(Guiding guiding) {
+  Settings s;
+  s.region = {0, 0, kWidth, kHeight};
+  s.samples = 100;
+  s.guiding = guiding;
+  return s;
+}
+
+/// Enough light from above for a table.
+std::vector<GuideRecord> light() {
+  const NestedCellKey cell = kCells.key({1, 1, 0}, {0, 0, 1});
+  return std::vector<GuideRecord>(200, {cell, DirectionHistogram::bin({0, 0, 1}), 1.0f});
+}
+
+TEST(GuidingStage, GuidesFromTheFirstTableOn) {
+  GuidingStage stage(settings(Guiding::ON), kCells);
+  EXPECT_FALSE(stage.use()->is_on);
+  EXPECT_TRUE(stage.trains(7, 0));
+  stage.add(light());
+  stage.finish_frames(1);
+  EXPECT_TRUE(stage.use()->is_on);
+}
+
+/// Frames take the points of sequences as if the others did not exist; a table starts a new one.
+TEST(GuidingStage, PointsOfSequencesFollowEachOther) {
+  GuidingStage stage(settings(Guiding::ON), kCells);
+  EXPECT_EQ(stage.sequence_point(0).sequence, 0u);
+  stage.finish_frames(1);  // nothing learned yet
+  EXPECT_EQ(stage.sequence_point(1).sequence, 0u);
+  EXPECT_EQ(stage.sequence_point(1).point, 1u);
+  stage.add(light());
+  stage.finish_frames(2);
+  EXPECT_EQ(stage.sequence_point(3).sequence, 2u);
+  EXPECT_EQ(stage.sequence_point(3).point, 1u);
+  stage.finish_frames(3);
+  stage.finish_frames(4);
+  EXPECT_EQ(stage.sequence_point(4).sequence, 4u);
+  EXPECT_EQ(stage.sequence_point(4).point, 0u);
+}
+
+/// Frames of AUTO, of which guided ones have `noise` times the noise of the others; returns whether the last is guided.
+bool is_guided_at_last(float noise) {
+  GuidingStage stage(settings(Guiding::AUTO), kCells);
+  stage.add(light());
+  uint32_t plain = 0;
+  for (uint32_t frame = 0; frame < 40; ++frame) {
+    if (!stage.use()->is_on) {
+      EXPECT_EQ(stage.sequence_point(frame).point, plain);
+      ++plain;
+    }
+    Rng rng(5, 0, frame, 0);
+    const float spread = stage.use()->is_on ? noise : 1.0f;
+    const bool is_trial = frame >= 16 && frame < 32;
+    if (frame < 32) {
+      EXPECT_EQ(stage.use()->is_on, is_trial && frame % 2 == 0);
+    }
+    EXPECT_EQ(stage.observes(frame), is_trial);
+    for (int y = 0; stage.observes(frame) && y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) stage.observe(x, y, 1.0f + spread * (rng.next_float() - 0.5f));
+    stage.finish_frames(frame + 1);
+  }
+  bool trains = false;
+  for (uint32_t pixel = 0; pixel < 1000; ++pixel) trains |= stage.trains(pixel, 40);
+  EXPECT_EQ(trains, stage.use()->is_on);
+  return stage.use()->is_on;
+}
+
+TEST(GuidingStage, AutoGuidesWhereNoiseFallsByMoreThanTheCost) {
+  EXPECT_TRUE(is_guided_at_last(0.7f));
+  EXPECT_FALSE(is_guided_at_last(0.95f));
+}
+
+TEST(GuidingStage, BatchesEndWhereFramesDiffer) {
+  GuidingStage stage(settings(Guiding::AUTO), kCells);
+  EXPECT_EQ(stage.frames_to_update(0), 1u);
+  EXPECT_EQ(stage.frames_to_update(9), 7u);
+  EXPECT_EQ(stage.frames_to_update(20), 1u);
+  EXPECT_EQ(stage.frames_to_update(33), 31u);
+}
+
+}  // namespace
+}  // namespace cistern::test
