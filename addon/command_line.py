@@ -75,6 +75,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     add = parser.add_argument
     add("--cistern-samples", dest="samples", type=_number(int, 1, MAX_SAMPLES))
     add("--cistern-preset", dest="preset", type=str.upper, choices=[item[0] for item in techniques.PRESET_ITEMS])
+    add("--cistern-guiding", dest="guiding", type=str.upper, choices=[item[0] for item in techniques.GUIDING_ITEMS])
     add("--cistern-seed", dest="seed", type=_number(int, 0, MAX_INT))
     add("--cistern-threads", dest="threads", type=_number(int, 0, MAX_THREADS))
     add("--cistern-time-limit", dest="time_limit", type=_number(float, 0.0, float("inf")))
@@ -92,6 +93,8 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
     settings, render = scene.cistern, scene.render
     if options.preset is not None:
         techniques.choose_preset(settings, options.preset)
+    if options.guiding is not None:
+        settings.guiding = options.guiding
     if options.samples is not None:
         settings.samples = options.samples
         for layer in scene.view_layers:

@@ -12,6 +12,7 @@ from .reuse_properties import ReuseSettings
 from .techniques import (
     BIAS_ITEMS,
     DIRECT_ITEMS,
+    GUIDING_ITEMS,
     INDIRECT_ITEMS,
     LIGHT_SAMPLER_ITEMS,
     PRESET_ITEMS,
@@ -129,6 +130,12 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         description="How the light that reaches a visible point by way of other surfaces is found",
         items=INDIRECT_ITEMS,
         default="PATH",
+    )
+    guiding: EnumProperty(
+        name="Guiding",
+        description="Whether paths bounce to where light was found before",
+        items=GUIDING_ITEMS,
+        default="OFF",
     )
     bias: EnumProperty(
         name="Bias",

@@ -82,7 +82,7 @@ def technique_settings(scene: bpy.types.Scene, core: ModuleType, is_preview: boo
     """The techniques of a final render; icons, being small, reuse nothing."""
     in_force: dict[str, Any] = dict(settings_in_force(scene.cistern))
     if is_preview:
-        in_force |= REFERENCE
+        in_force |= REFERENCE | {"guiding": "OFF"}
     if is_denoised(scene, is_preview):
         in_force |= denoise.TECHNIQUES
     return technique_arguments(in_force, core)
@@ -92,6 +92,8 @@ def technique_arguments(in_force: dict[str, Any], core: ModuleType) -> dict[str,
     """The answers in force, and by the core's names the parameters that they use."""
     arguments = {name: in_force[name] for name in REFERENCE}
     arguments["light_sampling"] = core.LightSampling[in_force["light_sampler"]]
+    if in_force["guiding"] != "OFF":
+        arguments["guiding"] = in_force["guiding"]
     if not is_reference(in_force):
         arguments["bias"] = in_force["bias"]
     return arguments | {parameter.core_name: in_force[parameter.name] for parameter in used_parameters(in_force)}

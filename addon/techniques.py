@@ -84,6 +84,19 @@ PATH_TARGET_ITEMS = (
         "[Ouyang 2021, Eq. 10]",
     ),
 )
+GUIDING_ITEMS = (
+    ("OFF", "Off", "Paths go on as surfaces scatter light"),
+    (
+        "ON",
+        "On",
+        "Half of the bounces go where light came from in earlier samples. For light that comes by narrow ways",
+    ),
+    (
+        "AUTO",
+        "Automatic",
+        "On where the samples 17 to 32 show less noise for it, off elsewhere and in pictures of fewer than 64 samples",
+    ),
+)
 BIAS_ITEMS = (
     ("UNBIASED", "Unbiased", "The expected picture is exactly the true one"),
     ("FAST", "Fast", "Cheaper weights as first published: edges and shadows come out too dark, and cells may show"),
@@ -94,7 +107,7 @@ LIGHT_SAMPLER_ITEMS = (
     ("TREE", "Light Tree", "Lights are chosen by an estimate of what they send to the shaded point"),
 )
 
-TECHNIQUES = ("direct", "secondary", "indirect", "bias", "light_sampler")
+TECHNIQUES = ("direct", "secondary", "indirect", "guiding", "bias", "light_sampler")
 REFERENCE = {"direct": "NEE", "secondary": "NEE", "indirect": "PATH"}  # the path tracer without reuse
 
 
@@ -203,6 +216,7 @@ _PATHS = {
     "direct": "NEE",
     "secondary": "NEE",
     "indirect": "PATH",
+    "guiding": "OFF",
     "bias": "UNBIASED",
     "light_sampler": "TREE",
     "use_temporal_reuse": False,  # or the samples would not be independent

@@ -13,10 +13,12 @@ QUESTIONS = (
     ("direct", "Direct Light", techniques.DIRECT_ITEMS),
     ("secondary", "Secondary Light", techniques.SECONDARY_ITEMS),
     ("indirect", "Indirect Light", techniques.INDIRECT_ITEMS),
+    ("guiding", "Guiding", techniques.GUIDING_ITEMS),
     ("bias", "Bias", techniques.BIAS_ITEMS),
     ("light_sampler", "Light Sampler", techniques.LIGHT_SAMPLER_ITEMS),
 )
-SENTENCES = frozenset({"direct", "secondary", "indirect", "bias"})  # are followed by a sentence on the answer
+# Are followed by a sentence on the answer.
+SENTENCES = frozenset({"direct", "secondary", "indirect", "guiding", "bias"})
 LINE_CHARACTERS = 52  # of a sentence, in a properties editor of usual width
 
 

@@ -32,6 +32,7 @@ def test_options_of_others_are_left_to_them():
         (("--cistern-samples", "0"), "0 is not between 1 and"),
         (("--cistern-samples", "many"), "many"),
         (("--cistern-preset", "BEST"), "FINAL"),
+        (("--cistern-guiding", "YES"), "AUTO"),
         (("--cistern-time-limit", "-1"), "-1 is not between"),
         (("--cistern-threads", "1025"), "1025 is not between 0 and 1024"),
         (("--cistern-sample", "3"), "no option --cistern-sample"),
@@ -48,8 +49,13 @@ def test_values_reach_the_scene():
     scene.view_layers[0].samples = 99
     scene.cistern.light_sampler = "POWER"
     command_line.apply(
-        parse("--cistern-samples", "12", "--cistern-preset", "restir_di", "--cistern-threads", "0"), scene
+        parse(
+            *("--cistern-samples", "12", "--cistern-preset", "restir_di", "--cistern-threads", "0"),
+            *("--cistern-guiding", "auto"),
+        ),
+        scene,
     )
+    assert scene.cistern.guiding == "AUTO"
     assert (scene.cistern.samples, scene.view_layers[0].samples) == (12, 0)
     assert (scene.cistern.preset, scene.render.threads_mode) == ("RESTIR_DI", "AUTO")
     assert not scene.cistern.is_property_set("light_sampler")  # or it would win over the preset

@@ -82,14 +82,23 @@ def test_answers_are_those_of_the_core():
         ("direct", techniques.DIRECT_ITEMS),
         ("secondary", techniques.SECONDARY_ITEMS),
         ("indirect", techniques.INDIRECT_ITEMS),
+        ("guiding", techniques.GUIDING_ITEMS),
         ("bias", techniques.BIAS_ITEMS),
     ):
         listed = re.search(rf"^    {question}: str  # (.+)$", STUB.read_text(), re.MULTILINE)
         assert listed and re.findall(r"\w+", listed[1]) == [identifier for identifier, _, _ in items]
 
 
+@pytest.mark.parametrize("guiding", ["OFF", "ON", "AUTO"])
+def test_guiding_reaches_the_core_where_it_is_wanted(core, tmp_path, guiding):
+    scene = path_traced_scene()
+    scene.cistern.guiding = guiding
+    assert rendered_settings(core, scene, tmp_path).get("guiding", "OFF") == guiding
+
+
 def test_icons_reuse_nothing(core):
     scene = fresh_scene()
+    scene.cistern.guiding = "ON"
     scene.cistern.direct, scene.cistern.secondary, scene.cistern.indirect = "RESTIR", "CELL_RESERVOIRS", "WORLD_REUSE"
     arguments = technique_settings(scene, core, is_preview=True)
     assert set(arguments) == {"direct", "secondary", "indirect", "light_sampling"}
