@@ -11,7 +11,7 @@ namespace {
 /// Paths that leave records between two updates: what is learned more grows ever slower, what it costs must not.
 constexpr double kTrainingPaths = 1 << 19;
 constexpr uint32_t kTrainingStream = 0x67756964;
-/// Guided frames take 1.2 to 1.4 times as long as others (outdoor, bright interior); more where rays cost next to nothing.
+/// Guided frames take 1.2 to 1.4 times as long as others (outdoor, bright interior); more where rays cost nothing.
 constexpr double kCost = 1.35;
 constexpr uint32_t kEarliestTrial = 16;
 
