@@ -27,6 +27,9 @@ SYSTEMS: dict[str, dict] = {
     "sharing, next vertex alone": SHARED | {"share_visible": 1},
     "both": SHARED | LEARNED,
     "both, next vertex alone": SHARED | LEARNED | {"share_visible": 1},
+    "guiding": {"guiding": "ON"},
+    "guiding on trial": {"guiding": "AUTO"},
+    "guiding, sharing": SHARED | {"guiding": "ON"},
 }
 SIDES = (1, 4, 8)
 FLOOR = 0.01  # of the mean's square, added to that of each pixel
