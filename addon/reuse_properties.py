@@ -167,6 +167,14 @@ class ReuseSettings:
         min=0,
         max=MAX_GROUP,
     )
+    use_share_trial: BoolProperty(
+        name="Only Where It Pays",
+        description=(
+            "The first 16 of 64 or more independent samples try whether paths that are handed on lower the noise by "
+            "more than they cost; else later samples keep their own"
+        ),
+        default=True,
+    )
     cache_reservoirs: IntProperty(
         name="Cached Samples",
         description=(

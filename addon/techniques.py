@@ -159,6 +159,7 @@ PARAMETERS = (
     Parameter("path_validation", {}, SCREEN_REUSE),
     Parameter("share_visible", {}, CELL_SHARED, 16),
     Parameter("share_deep", {}, CELL_SHARED, 16),
+    Parameter("use_share_trial", {}, CELL_SHARED, True),
     Parameter("cache_reservoirs", {"RESTIR_CACHE": 4}),
     Parameter("cache_candidates", {"RESTIR_CACHE": 1024}),
     Parameter("cache_refresh", {"RESTIR_CACHE": 32}),

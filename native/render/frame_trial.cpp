@@ -11,9 +11,13 @@ constexpr double kLeftOut = 0.02;
 
 }  // namespace
 
-FrameTrial::FrameTrial(const Region& region, uint32_t first, double cost)
-    : first_(first), cost_(cost), width_(region.width), columns_((region.width + kBoxSize - 1) / kBoxSize) {
-  const int rows = (region.height + kBoxSize - 1) / kBoxSize;
+FrameTrial::FrameTrial(const Region& region, uint32_t first, double cost, int box_size)
+    : first_(first),
+      cost_(cost),
+      box_size_(box_size),
+      width_(region.width),
+      columns_((region.width + box_size - 1) / box_size) {
+  const int rows = (region.height + box_size - 1) / box_size;
   luminance_.resize(static_cast<size_t>(region.width) * static_cast<size_t>(region.height));
   sums_.resize(static_cast<size_t>(columns_) * static_cast<size_t>(rows));
   tried_.resize(sums_.size());
@@ -30,7 +34,8 @@ void FrameTrial::sum_boxes() {
   std::ranges::fill(sums_, 0.0);
   for (size_t i = 0; i < luminance_.size(); ++i) {
     const size_t x = i % static_cast<size_t>(width_), y = i / static_cast<size_t>(width_);
-    sums_[y / kBoxSize * static_cast<size_t>(columns_) + x / kBoxSize] += luminance_[i];
+    const auto side = static_cast<size_t>(box_size_);
+    sums_[y / side * static_cast<size_t>(columns_) + x / side] += luminance_[i];
   }
 }
 

@@ -8,15 +8,18 @@
 namespace cistern {
 
 /// Whether a way to make frames that costs more is worth it in this scene. Some frames are made so in turn with frames
-/// that are not; the variance of either kind over boxes of pixels, the scale at which a denoiser leaves noise, decides
-/// for the rest. A frame's kind depends on earlier frames alone, all are unbiased and count alike, and no clock is
-/// asked: pictures stay unbiased and the same for each seed.
+/// that are not; the variance of either kind over boxes of pixels decides for the rest. A frame's kind depends on
+/// earlier frames alone, all are unbiased and count alike, and no clock is asked: pictures stay unbiased and the same
+/// for each seed.
 class FrameTrial {
  public:
   static constexpr uint32_t kFrames = 16;
 
+  /// The scale at which a denoiser leaves noise, in pixels.
+  static constexpr int kBoxOfDenoisers = 8;
+
   /// Over frames [first, first + kFrames). `cost`: CPU time of the frames tried, over that of the others.
-  FrameTrial(const Region& region, uint32_t first, double cost);
+  FrameTrial(const Region& region, uint32_t first, double cost, int box_size = kBoxOfDenoisers);
 
   bool is_running(uint32_t frame) const { return frame >= first_ && frame < first_ + kFrames; }
   uint32_t first() const { return first_; }
@@ -30,7 +33,6 @@ class FrameTrial {
   bool has_won() const { return has_won_; }
 
  private:
-  static constexpr int kBoxSize = 8;  // pixels
   struct Moments {
     double sum = 0.0, sum_of_squares = 0.0;
   };
@@ -40,7 +42,7 @@ class FrameTrial {
 
   uint32_t first_;
   double cost_;
-  int width_, columns_;
+  int box_size_, width_, columns_;
   bool has_won_ = true;
   std::vector<float> luminance_;        // by pixel, of the frame under way
   std::vector<double> sums_;            // the same by box

@@ -6,8 +6,9 @@
 
 namespace cistern {
 
-/// Whether sharing at next vertices alone, for pictures that go to a denoiser, is worth its time in this scene: the
-/// first frames try.
+/// Whether sharing is worth its time in this scene: the first frames try. Where visible points share, the noise of
+/// boxes of 4 x 4 pixels decides, between what single pixels show and what a glance does; where next vertices alone
+/// share, the picture goes to a denoiser, and its scale decides.
 class SharingTrial {
  public:
   explicit SharingTrial(const Settings& settings);

@@ -30,6 +30,8 @@ struct PathSharing {
   bool temporal_reuse = true;
   SharingCells visible{.pixels = 32.0f, .smallest = 1e-3f};      // visible points
   SharingCells deep{.pixels = 96.0f, .smallest = 1.0f / 64.0f};  // next vertices
+  /// Whether the first frames try if sharing is worth its time here, without history and where the samples are many.
+  bool on_trial = false;
   friend bool operator==(const PathSharing&, const PathSharing&) = default;
 };
 

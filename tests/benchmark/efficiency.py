@@ -24,6 +24,7 @@ SYSTEMS: dict[str, dict] = {
     "path tracing": {},
     "learned lights": LEARNED,
     "sharing": SHARED,
+    "sharing on trial": SHARED | {"share_trial": True},
     "sharing, next vertex alone": SHARED | {"share_visible": 1},
     "both": SHARED | LEARNED,
     "both, next vertex alone": SHARED | LEARNED | {"share_visible": 1},

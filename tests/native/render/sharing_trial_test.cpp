@@ -14,12 +14,13 @@ Settings for_a_denoiser(int samples) {
   s.region = {0, 0, kWidth, kHeight};
   s.samples = samples;
   s.path_sharing.visible.groups.size = 1;
+  s.path_sharing.on_trial = true;
   return s;
 }
 
 /// What is decided when pixels of frames that share have `shared` times the noise of the others.
-bool decision(float shared, float fireflies = 0.0f) {
-  SharingTrial trial(for_a_denoiser(100));
+bool decision(float shared, float fireflies = 0.0f, const Settings& settings = for_a_denoiser(100)) {
+  SharingTrial trial(settings);
   for (uint32_t frame = 0; trial.is_running(frame); ++frame) {
     Rng rng(5, 0, frame, 0);
     const float noise = trial.shares(frame) ? shared : 1.0f;
@@ -40,15 +41,22 @@ TEST(SharingTrial, FramesTakeTurns) {
 }
 
 TEST(SharingTrial, SharesWhereNoiseFallsByMoreThanTheCost) {
-  EXPECT_TRUE(decision(0.5f));   // a quarter of the variance for twice the time
-  EXPECT_FALSE(decision(0.9f));  // hardly less
+  EXPECT_TRUE(decision(0.8f));    // two thirds of the variance for a quarter more time
+  EXPECT_FALSE(decision(0.95f));  // hardly less
   EXPECT_FALSE(decision(1.0f));
   EXPECT_TRUE(decision(0.5f, 1e-5f)) << "a firefly must not decide";
 }
 
-TEST(SharingTrial, IsLeftOutOfPicturesThatNobodyDenoisesAndOfShortOnes) {
+TEST(SharingTrial, VisiblePointsThatShareMustBringMore) {
   Settings plain = for_a_denoiser(100);
   plain.path_sharing.visible.groups.size = 16;
+  EXPECT_TRUE(decision(0.5f, 0.0f, plain));
+  EXPECT_FALSE(decision(0.8f, 0.0f, plain));
+}
+
+TEST(SharingTrial, IsLeftOutWhereNobodyAsksForItAndOfShortPictures) {
+  Settings plain = for_a_denoiser(100);
+  plain.path_sharing.on_trial = false;
   for (const SharingTrial& trial : {SharingTrial(plain), SharingTrial(for_a_denoiser(16))}) {
     EXPECT_FALSE(trial.is_running(0));
     EXPECT_TRUE(trial.shares(1));
