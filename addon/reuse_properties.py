@@ -170,7 +170,7 @@ class ReuseSettings:
     use_share_trial: BoolProperty(
         name="Only Where It Pays",
         description=(
-            "The first 16 of 64 or more independent samples try whether paths that are handed on lower the noise by "
+            "The first 8 of 64 or more independent samples try whether paths that are handed on lower the noise by "
             "more than they cost; else later samples keep their own"
         ),
         default=True,

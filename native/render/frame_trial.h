@@ -13,7 +13,7 @@ namespace cistern {
 /// for each seed.
 class FrameTrial {
  public:
-  static constexpr uint32_t kFrames = 16;
+  static constexpr uint32_t kFrames = 8;
 
   /// The scale at which a denoiser leaves noise, in pixels.
   static constexpr int kBoxOfDenoisers = 8;

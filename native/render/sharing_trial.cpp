@@ -8,7 +8,7 @@ namespace {
 constexpr double kCost = 2.0, kCostOfNextVerticesAlone = 1.25;
 constexpr int kBox = 4;
 /// Shorter pictures would spend too much of their time on it.
-constexpr int kLeastSamples = 4 * static_cast<int>(FrameTrial::kFrames);
+constexpr int kLeastSamples = 8 * static_cast<int>(FrameTrial::kFrames);
 
 }  // namespace
 

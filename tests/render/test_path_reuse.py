@@ -196,7 +196,7 @@ def test_validation_drops_nothing_where_nothing_changed() -> None:
 @pytest.mark.parametrize("share_visible", [1, 16])
 @pytest.mark.parametrize("name", ["indirect_room", "glossy_room"])
 def test_sharing_on_trial_agrees_with_the_reference(name: str, share_visible: int) -> None:
-    """Frames that share take turns with others, and the better kind goes on after the sixteenth."""
+    """Frames that share take turns with others, and the better kind goes on after the eighth."""
     on_trial = dict(temporal_reuse=False, share_trial=True, share_visible=share_visible)
     result = compare(("NEE", "NEE", "CELL_SHARED"), name, **on_trial, samples=64)
     assert result.agrees, result

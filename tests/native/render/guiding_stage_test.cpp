@@ -62,8 +62,8 @@ bool is_guided_at_last(float noise) {
     }
     Rng rng(5, 0, frame, 0);
     const float spread = stage.use()->is_on ? noise : 1.0f;
-    const bool is_trial = frame >= 16 && frame < 32;
-    if (frame < 32) {
+    const bool is_trial = frame >= 16 && frame < 16 + FrameTrial::kFrames;
+    if (frame < 16 + FrameTrial::kFrames) {
       EXPECT_EQ(stage.use()->is_on, is_trial && frame % 2 == 0);
     }
     EXPECT_EQ(stage.observes(frame), is_trial);

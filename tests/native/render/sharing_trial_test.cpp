@@ -7,7 +7,7 @@
 namespace cistern {
 namespace {
 
-constexpr int kWidth = 60, kHeight = 33;  // boxes at the far edges are cut
+constexpr int kWidth = 204, kHeight = 133;  // boxes at the far edges are cut
 
 Settings for_a_denoiser(int samples) {
   Settings s;
@@ -36,8 +36,8 @@ TEST(SharingTrial, FramesTakeTurns) {
   SharingTrial trial(for_a_denoiser(100));
   EXPECT_TRUE(trial.shares(0));
   EXPECT_FALSE(trial.shares(1));
-  EXPECT_TRUE(trial.shares(14));
-  EXPECT_FALSE(trial.shares(15));
+  EXPECT_TRUE(trial.shares(6));
+  EXPECT_FALSE(trial.shares(7));
 }
 
 TEST(SharingTrial, SharesWhereNoiseFallsByMoreThanTheCost) {
