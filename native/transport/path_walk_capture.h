@@ -1,0 +1,101 @@
+#pragma once
+
+#include "transport/path_walk.h"
+
+// What a walk leaves to others: the captured vertices and links. Included by path_walk.h.
+
+namespace cistern {
+
+template <class Kind>
+inline VertexUse Walk<Kind>::vertex_use() const {
+  if constexpr (Kind::captures) {
+    return capture_.vertex;
+  } else {
+    return {};
+  }
+}
+
+template <class Kind>
+inline VisiblePoint Walk<Kind>::captured_point(const SurfacePoint& point, const Bsdf& bsdf) const {
+  VisiblePoint captured = make_visible_point(context_.scene, point, bsdf);
+  captured.state = state_;
+  captured.scattered = scattered_state(bsdf);
+  captured.throughput = throughput_.smooth;
+  captured.distance = path_length_;
+  return captured;
+}
+
+template <class Kind>
+inline bool Walk<Kind>::can_be_visible_point(const Bsdf& bsdf) const {
+  return !capture_.out->visible.exists && !is_black(throughput_.smooth) && has_rough_lobe(bsdf);
+}
+
+template <class Kind>
+inline void Walk<Kind>::capture_vertex(const SurfacePoint& point, const Bsdf& bsdf) {
+  const std::optional<int> link = std::exchange(capture_.open_link, std::nullopt);
+  if (!has_rough_lobe(bsdf)) return;
+  const bool is_visible_point = can_be_visible_point(bsdf);
+  const bool gives_light = capture_.out->visible.exists && capture_.out->secondary_candidates > 0.0f;
+  if (!is_visible_point && !gives_light && !link) return;
+  const VisiblePoint captured = captured_point(point, bsdf);
+  if (is_visible_point) {
+    capture_.out->visible = captured;
+    capture_.vertex.light_candidates = capture_.out->direct_candidates;
+    if (capture_.out->link_count > 0) start_link(0, captured);
+  }
+  if (link) capture_sample_point(*link, captured);
+  if (gives_light) capture_light_vertex(captured);
+}
+
+template <class Kind>
+inline void Walk<Kind>::start_link(int link, const VisiblePoint& from) {
+  capture_.out->links[static_cast<size_t>(link)].from = from;
+  capture_.vertex.starts = link;
+}
+
+template <class Kind>
+inline void Walk<Kind>::capture_sample_point(int index, const VisiblePoint& captured) {
+  PathLink& link = capture_.out->links[static_cast<size_t>(index)];
+  const float cosine = std::abs(dot(captured.ng, captured.receiver.wo));
+  const float pdf_area = capture_.link_probability * cosine / sqr(state_.ray_length);
+  if (!(pdf_area > 0.0f)) return;
+  link.W = 1.0f / pdf_area;
+  link.to.point = captured;
+  link.to.light = link.to.continuation = {};
+  link.to.light_visibility = kVisibleToAll;
+  link.to.kind = found_kind(state_.ray_kind);
+  link.to.origin = {};
+  capture_.vertex.sample_point_of = index;
+  if (index + 1 < capture_.out->link_count) start_link(index + 1, captured);
+}
+
+template <class Kind>
+inline FoundKind Walk<Kind>::found_kind(uint8_t kind) const {
+  return context_.tells_kinds ? kind : FoundKind{0};
+}
+
+template <class Kind>
+inline void Walk<Kind>::capture_light_vertex(const VisiblePoint& captured) {
+  capture_.vertex.light_candidates = capture_.out->secondary_candidates;
+  LightVertex vertex{
+      captured, throughput_.smooth, {}, throughput_.continuation, capture_.vertex.sample_point_of.value_or(-1)};
+  if (capture_.vertex.sample_point_of != 0) vertex.to_indirect = throughput_.direct + throughput_.indirect;
+  if (is_left_deep()) vertex.to_continuation[0] = Rgb();
+  capture_.out->vertices.push_back(vertex);
+}
+
+template <class Kind>
+inline bool Walk<Kind>::is_left_deep() const {
+  return capture_.vertex.sample_point_of == 1 && capture_.out->leaves_deep_link;
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_to_continuations(Rgb by_rough_lobes, Rgb other) {
+  if constexpr (Kind::captures) {
+    const auto continuation = [&](size_t i) -> Rgb& { return capture_.out->links[i].to.continuation.radiance; };
+    continuation(0) += throughput_.continuation[0] * (is_left_deep() ? other : by_rough_lobes + other);
+    continuation(1) += throughput_.continuation[1] * (by_rough_lobes + other);
+  }
+}
+
+}  // namespace cistern

@@ -1,0 +1,202 @@
+#pragma once
+
+#include "transport/path_walk.h"
+
+// Light that a walk finds: what it meets, and next-event estimation. Included by path_walk.h.
+
+namespace cistern {
+
+template <class Kind>
+inline float Walk<Kind>::emitter_weight(std::optional<uint32_t> emitter, float pdf) const {
+  if (!emitter || !mis_receiver_) return 1.0f;
+  if constexpr (Kind::captures) {
+    if (capture_.mis_candidates > 0.0f) return captured_emitter_weight(*emitter, pdf);
+  }
+  if constexpr (Kind::learns) {
+    if (learning_.of_ray) return learned_emitter_weight(*emitter, pdf);
+  }
+  const float pmf = context_.lights.pmf(*emitter, mis_receiver_->position, mis_receiver_->normal);
+  return power_heuristic(scatter_pdf_, pmf * pdf);
+}
+
+template <class Kind>
+inline float Walk<Kind>::captured_emitter_weight(uint32_t emitter, float pdf) const {
+  const Vec3 side = mis_receiver_->normal;  // reservoirs know nothing of what comes from behind it
+  if (side != Vec3{} && !(dot(side, ray_.direction) > 0.0f)) return 1.0f;
+  return 1.0f - light_sample_share(context_, capture_.mis_candidates, emitter, pdf, scatter_pdf_);
+}
+
+template <class Kind>
+inline void Walk<Kind>::add(Rgb radiance, SourceKind source) {
+  const PathLimits& limits = context_.limits;
+  Rgb& seen = source == SourceKind::ENVIRONMENT ? record_.environment : record_.emission;
+  const Rgb seen_light = throughput_.smooth * radiance;
+  seen += state_.depth == 0 ? seen_light : clamp_contribution(seen_light, limits.clamp_direct);
+  record_.direct += clamp_contribution(throughput_.direct * radiance, limits.clamp_direct);
+  record_.indirect += clamp_contribution(throughput_.indirect * radiance, limits.clamp_indirect);
+  add_to_continuations({}, radiance);
+  if constexpr (Kind::learns) gather(radiance);
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_lamps(const std::optional<Hit>& hit) {
+  // Soft lamps turn towards the point they are seen from: the last vertex, not a transparent surface on the way.
+  // Like the sky, suns are seen beyond where the camera clips.
+  const float t_max = hit ? travelled_ + hit->t : INFINITY, clip = travelled_ + ray_.t_max;
+  const Ray segment{vertex_origin_, ray_.direction, travelled_ + ray_.t_min, t_max};
+  scratch_.lamp_hits.clear();
+  context_.lights.intersect_lamps(segment, state_, scratch_.lamp_hits);
+  for (const LampHit& lamp : scratch_.lamp_hits) {
+    const bool is_clipped = lamp.distance >= clip && std::isfinite(lamp.distance);
+    if (!is_clipped && state_.depth - 1 <= lamp.max_bounces)
+      add(lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
+  }
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_surface_emission(const SurfacePoint& point, Rgb emission) {
+  const std::optional<uint32_t> emitter = context_.lights.emitter_of(point.instance, point.triangle);
+  const float pdf = emitter && mis_receiver_ ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
+  add(emission * emitter_weight(emitter, pdf), SourceKind::SURFACE);
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_environment() {
+  if (context_.limits.film_transparent && sees_film_) {
+    record_.alpha -= average(throughput_.total());
+    return;
+  }
+  if ((context_.scene.environment.visibility & state_.ray_kind) == 0) return;
+  const Rgb radiance = evaluate_environment(context_.scene, ray_.direction, state_);
+  if (is_black(radiance)) return;
+  if (!features_done_ && state_.depth > 0) record_.albedo = throughput_.smooth * min(radiance, Rgb(1.0f));
+  const std::optional<uint32_t> emitter = context_.lights.environment_emitter();
+  const float pdf = emitter && mis_receiver_ ? context_.lights.environment_pdf(ray_.direction) : 0.0f;
+  add(radiance * emitter_weight(emitter, pdf), SourceKind::ENVIRONMENT);
+}
+
+template <class Kind>
+inline PathState Walk<Kind>::scattered_state(const Bsdf& bsdf) const {
+  PathState next = state_;
+  count_scattering(next, strongest_kind(bsdf));
+  next.is_singular = false;
+  return next;
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_light_samples(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
+  if constexpr (Kind::learns) {
+    if (choose_by_learning(point, bsdf)) return add_learned_light(point, bsdf, p_scatter);
+  }
+  add_direct_light(point, bsdf, p_scatter);
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
+  const VertexUse use = vertex_use();
+  const bool leaves_rough = use.light_candidates > 0.0f;
+  if (leaves_rough && !has_smooth_lobe(bsdf) && !teaches_directions()) return;
+  const double u_choice = sampler_.next_double();
+  const Vec2 u_light = sampler_.light_position(state_.depth);
+  const auto choice = context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light);
+  if (!choice) return;
+  const auto light = context_.lights.evaluate(choice->sample, point.position, scattered_state(bsdf));
+  if (!light) return;
+  const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
+  const bool keeps_light = use.sample_point_of && !leaves_rough;  // others may reflect what this path does not
+  if (is_black(f.total_cos()) && !keeps_light) return;
+  const float pdf = choice->pmf * light->pdf;
+  float weight = 1.0f;
+  if (!light->is_delta && light->use_mis) {
+    const float bsdf_pdf = f.pdf * p_scatter;
+    weight = leaves_rough
+                 ? light_sample_share(context_, use.light_candidates, choice->sample.emitter, light->pdf, bsdf_pdf)
+                 : power_heuristic(pdf, bsdf_pdf);
+  }
+  Rgb radiance = light->radiance * (weight / pdf);
+  if (light->casts_shadow) radiance *= transmittance(context_, point, *light, state_);
+  if (is_black(radiance)) return;
+  if constexpr (Kind::captures) {
+    if (keeps_light) keep_incident_light(*light, radiance, f.rough_cos);
+  }
+  if constexpr (Kind::learns) gather(f.total_cos() * radiance);
+  const bool is_environment = choice->sample.emitter == context_.lights.environment_emitter();
+  add_reflected_light(leaves_rough ? Rgb() : f.rough_cos, f.smooth_cos, radiance,
+                      is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
+}
+
+template <class Kind>
+inline void Walk<Kind>::keep_incident_light(const IncidentLight& light, Rgb radiance, Rgb f_cos) {
+  PathSample& sample = capture_.out->links[static_cast<size_t>(*capture_.vertex.sample_point_of)].to;
+  sample.light = {light.wi, radiance, f_cos};
+  sample.light_visibility = light.visibility;
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, SourceKind source) {
+  Rgb& seen = source == SourceKind::ENVIRONMENT ? record_.environment : record_.emission;
+  const PathLimits& limits = context_.limits;
+  const Rgb total_cos = rough_cos + smooth_cos;
+  const bool is_captured = vertex_use().sample_point_of == 0;
+  seen += clamp_contribution(throughput_.smooth * smooth_cos * radiance, limits.clamp_direct);
+  record_.direct += clamp_contribution(throughput_.smooth * rough_cos * radiance, limits.clamp_direct);
+  const Rgb indirect_cos = is_captured ? smooth_cos : total_cos;
+  record_.indirect +=
+      clamp_contribution((throughput_.direct + throughput_.indirect) * indirect_cos * radiance, limits.clamp_indirect);
+  add_to_continuations(rough_cos * radiance, smooth_cos * radiance);
+}
+
+template <class Kind>
+inline bool Walk<Kind>::choose_by_learning(const SurfacePoint& point, const Bsdf& bsdf) {
+  if (!context_.learned) return false;
+  const LearnedLightUse& use = *context_.learned;
+  const bool applies = learning_.met_visible_point ? use.at_later_vertices : use.at_visible_point;
+  learning_.met_visible_point |= has_rough_lobe(bsdf);
+  learning_.at_vertex.reset();
+  if (!applies || vertex_use().light_candidates > 0.0f) return false;
+  learning_.at_vertex = use.lights->chooser(point.position, light_side(point, bsdf));
+  return true;
+}
+
+template <class Kind>
+inline float Walk<Kind>::learned_emitter_weight(uint32_t emitter, float pdf) const {
+  const LearnedLights::Chooser& chooser = *learning_.of_ray;
+  const float pmf = context_.learned->lights->pmf(chooser, emitter);
+  return power_heuristic(scatter_pdf_, static_cast<float>(chooser.candidates) * pmf * pdf);
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_learned_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
+  const LearnedLightVertex vertex{point, bsdf, scattered_state(bsdf), p_scatter,
+                                  vertex_use().sample_point_of.has_value()};
+  const Vec2 u_light = sampler_.light_position(state_.depth);
+  const auto sample = sample_learned_light(context_, *learning_.at_vertex, vertex, u_light, sampler_);
+  if (!sample) return;
+  Rgb radiance = sample->unshadowed;
+  if (sample->light.casts_shadow) radiance *= transmittance(context_, point, sample->light, state_);
+  if (scratch_.trains_lights) {
+    const auto record = light_record(context_, *learning_.at_vertex, vertex, *sample, radiance, throughput_.total());
+    if (record) scratch_.light_records.push_back(*record);
+  }
+  if (is_black(radiance)) return;
+  if constexpr (Kind::captures) {
+    if (vertex.keeps_light) keep_incident_light(sample->light, radiance, sample->f.rough_cos);
+  }
+  gather(sample->f.total_cos() * radiance);
+  const bool is_environment = sample->emitter == context_.lights.environment_emitter();
+  add_reflected_light(sample->f.rough_cos, sample->f.smooth_cos, radiance,
+                      is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
+}
+
+template <class Kind>
+inline bool Walk<Kind>::teaches_directions() const {
+  if constexpr (Kind::learns) return scratch_.trains_guide;
+  return false;
+}
+
+template <class Kind>
+inline void Walk<Kind>::gather(Rgb radiance) {
+  if (scratch_.trains_guide) learning_.gathered += luminance(throughput_.total() * radiance);
+}
+
+}  // namespace cistern
