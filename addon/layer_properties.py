@@ -76,6 +76,27 @@ class CisternViewLayerSettings(bpy.types.PropertyGroup):
         ),
         default=False,
     )
+    use_pass_light_choice_entropy: BoolProperty(
+        name="Light Choice Entropy",
+        description=(
+            "How evenly lights share in what reaches the cell of the visible point, in nats: e to this power is how "
+            "many matter. 0 where nothing was learned; after the last sample"
+        ),
+        default=False,
+    )
+    use_pass_light_choice_samples: BoolProperty(
+        name="Light Choice Samples",
+        description=(
+            "Effective number of light samples that the choice of lights is learned from in the cell of the visible "
+            "point: 0 where nothing was learned; after the last sample"
+        ),
+        default=False,
+    )
+    use_pass_guided: BoolProperty(
+        name="Guided",
+        description="1 where bounces from the visible point are guided, else 0; after the last sample",
+        default=False,
+    )
     use_pass_denoising_albedo: BoolProperty(
         name="Denoising Albedo",
         description="Share of light (0 to 1) that the visible surface reflects, for denoisers",

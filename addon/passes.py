@@ -56,6 +56,21 @@ PASSES = (
     ),
     RenderPass("Reuse Count", "Reuse Count", "X", "VALUE", lambda layer: layer.cistern.use_pass_reuse_count),
     RenderPass(
+        "Light Choice Entropy",
+        "Light Choice Entropy",
+        "X",
+        "VALUE",
+        lambda layer: layer.cistern.use_pass_light_choice_entropy,
+    ),
+    RenderPass(
+        "Light Choice Samples",
+        "Light Choice Samples",
+        "X",
+        "VALUE",
+        lambda layer: layer.cistern.use_pass_light_choice_samples,
+    ),
+    RenderPass("Guided", "Guided", "X", "VALUE", lambda layer: layer.cistern.use_pass_guided),
+    RenderPass(
         "Denoising Normal",
         "Denoising Normal",
         "XYZ",

@@ -120,6 +120,9 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
             column.prop(view_layer.cistern, f"use_pass_{name}")
         for name in ("reservoir_confidence", "reservoir_weight", "reuse_count"):
             column.prop(view_layer.cistern, f"use_pass_{name}")
+        column = layout.column(heading="Learned")
+        for name in ("light_choice_entropy", "light_choice_samples", "guided"):
+            column.prop(view_layer.cistern, f"use_pass_{name}")
 
 
 def shared_panels() -> list[type[Panel]]:

@@ -36,6 +36,19 @@ VIEW_ITEMS = (
         "Reuse Count",
         "Samples of other points that a pixel was handed: black none, dark blue 1, green 8, white 64 and more",
     ),
+    (
+        "LIGHT_CHOICE_ENTROPY",
+        "Light Choice Entropy",
+        "How many lights matter around a visible point, as learned: dark blue 0.06 nats and less, green 0.7 (two "
+        "lights alike), white 8. After the last sample of a final render",
+    ),
+    (
+        "LIGHT_CHOICE_SAMPLES",
+        "Light Choice Samples",
+        "Effective number of samples that the choice of lights is learned from: black none, dark blue 64, green 4096, "
+        "white 262,144 and more. After the last sample of a final render",
+    ),
+    ("GUIDED", "Guided", "White where bounces are guided. After the last sample of a final render"),
 )
 
 
@@ -59,6 +72,9 @@ SOURCES: dict[str, tuple[str, LogScale | None]] = {
     "RESERVOIR_CONFIDENCE": ("Reservoir Confidence", LogScale(1.0, 256.0)),
     "RESERVOIR_WEIGHT": ("Reservoir Weight", LogScale(0.1, 1e5)),
     "REUSE_COUNT": ("Reuse Count", LogScale(1.0, 64.0)),
+    "LIGHT_CHOICE_ENTROPY": ("Light Choice Entropy", LogScale(0.0625, 8.0)),
+    "LIGHT_CHOICE_SAMPLES": ("Light Choice Samples", LogScale(64.0, 262144.0)),
+    "GUIDED": ("Guided", LogScale(0.5, 1.0)),
 }
 
 # Dark blue, blue, green, yellow, white in equal steps: brighter at each. Scene-linear Rec. 709.

@@ -250,7 +250,7 @@ class Settings:
     time_limit: float  # seconds, 0: none
     # Besides Combined: Direct, Indirect, Emission, Environment, Depth, Normal, Position, Denoising Albedo, Denoising
     # Normal; and, of one frame: Cells, Cell Occupancy, Cell Level, Normal Bin, Reservoir Confidence, Reservoir Weight,
-    # Reuse Count.
+    # Reuse Count, Light Choice Entropy, Light Choice Samples, Guided.
     passes: Sequence[str]
 
 class Progress:

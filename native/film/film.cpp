@@ -27,6 +27,9 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Reservoir Confidence", 1},
     {"Reservoir Weight", 1},
     {"Reuse Count", 1},
+    {"Light Choice Entropy", 1},
+    {"Light Choice Samples", 1},
+    {"Guided", 1},
 }};
 
 bool is_mean_over_hits(Pass pass) { return pass == Pass::DEPTH || pass == Pass::NORMAL || pass == Pass::POSITION; }

@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "render/cell_views.h"
+#include "render/learning_views.h"
 #include "scene/scene_memory.h"
 #include "transport/camera_ray.h"
 
@@ -116,6 +117,7 @@ void Session::run() {
       }
       if (show_cells(world->context, cache_cells.get(), *film_, {cancelled_, Clock::time_point::max()}))
         render(world->context, reuse.get(), banded ? &*banded : nullptr);
+      show_learning(world->context, *film_, {cancelled_, Clock::time_point::max()});
       if (reuse && keeps_history()) cache_->leave_history(std::move(reuse));
     });
     end(cancelled_ ? Status::CANCELLED : Status::DONE, "");

@@ -31,6 +31,9 @@ CONSTANTS = {
     "Reservoir Confidence": (16.0,),
     "Reservoir Weight": (100.0,),
     "Reuse Count": (8.0,),
+    "Light Choice Entropy": (0.5**0.5,),
+    "Light Choice Samples": (4096.0,),
+    "Guided": (0.5**0.5,),
     "Denoising Albedo": (0.25, 0.5, 0.75),
     "Denoising Normal": (0.0, 1.0, 0.0),
 }

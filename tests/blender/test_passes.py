@@ -95,7 +95,9 @@ def test_pass_goes_through_the_compositor(core, tmp_path, core_name):
         np.testing.assert_allclose(channels[channel], value, rtol=1e-6)
 
 
-@pytest.mark.parametrize("core_name", ["Cell Occupancy", "Reservoir Confidence", "Reservoir Weight", "Reuse Count"])
+@pytest.mark.parametrize(
+    "core_name", ["Cell Occupancy", "Reservoir Confidence", "Reservoir Weight", "Reuse Count", "Light Choice Entropy"]
+)
 def test_numbers_of_reuse_go_through_the_compositor(core, tmp_path, core_name):
     channels = composite(core_name, tmp_path)
     np.testing.assert_allclose(channels["R"], CONSTANTS[core_name][0], rtol=1e-6)

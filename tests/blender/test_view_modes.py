@@ -38,7 +38,17 @@ def test_what_viewports_show_is_not_what_final_renders_show(core, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "view", ["CELL_OCCUPANCY", "CELL_LEVEL", "RESERVOIR_CONFIDENCE", "RESERVOIR_WEIGHT", "REUSE_COUNT"]
+    "view",
+    [
+        "CELL_OCCUPANCY",
+        "CELL_LEVEL",
+        "RESERVOIR_CONFIDENCE",
+        "RESERVOIR_WEIGHT",
+        "REUSE_COUNT",
+        "LIGHT_CHOICE_ENTROPY",
+        "LIGHT_CHOICE_SAMPLES",
+        "GUIDED",
+    ],
 )
 def test_numbers_go_through_the_scale(core, tmp_path, view):
     """The stand-in's numbers lie in the middle of their scales, at green."""

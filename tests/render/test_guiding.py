@@ -144,3 +144,11 @@ def test_automatic_guiding_waits_for_its_trial() -> None:
     for other in (dict(samples=40), dict(samples=2, indirect="SCREEN_REUSE")):
         off, auto = (render(scene("panes"), guiding=g, **settings, **other)["Combined"] for g in ("OFF", "AUTO"))
         assert np.array_equal(off, auto)
+
+
+def test_a_pass_shows_where_bounces_are_guided() -> None:
+    settings = dict(samples=64, seed=1, max_bounces=3, passes=["Guided"])
+    guided, plain = (render(lit_through_a_gap(), 64, guiding=g, **settings)["Guided"] for g in ("ON", "OFF"))
+    assert set(np.unique(guided)) <= {0.0, 1.0}
+    assert guided.mean() > 0.3
+    assert np.all(plain == 0.0)

@@ -160,3 +160,19 @@ def test_a_single_emitter_costs_nothing_and_changes_nothing() -> None:
     plain = render(room, **settings)
     learned = render(room, direct="LEARNED", secondary="LEARNED", **settings)
     assert all(np.array_equal(plain[name], learned[name]) for name in plain)
+
+
+def test_passes_show_what_was_learned() -> None:
+    """Both rooms have eight lanterns of their own: more than one matters, fewer than all."""
+    names = ["Light Choice Entropy", "Light Choice Samples"]
+    learned, plain = (
+        render(lanterns(), 48, samples=33, seed=1, passes=names, **SETTINGS | dict(direct=direct))
+        for direct in ("LEARNED", "NEE")
+    )
+    entropy, samples = (learned[name][..., 0] for name in names)
+    known = samples > 0.0
+    assert known.mean() > 0.2
+    assert samples[known].min() >= 64.0
+    assert 1.5 < np.exp(np.median(entropy[known])) < 16.0
+    assert np.all(entropy[~known] == 0.0)
+    assert all(np.all(plain[name] == 0.0) for name in names)
