@@ -1,15 +1,11 @@
 #include "render/guiding_stage.h"
 
-#include <bit>
-
-#include "base/rng.h"
+#include "render/training_paths.h"
 #include "transport/camera_ray.h"
 
 namespace cistern {
 namespace {
 
-/// Paths that leave records between two updates: what is learned more grows ever slower, what it costs must not.
-constexpr double kTrainingPaths = 1 << 19;
 constexpr uint32_t kTrainingStream = 0x67756964;
 /// Guided frames take 1.2 to 1.4 times as long as others (outdoor, bright interior); more where rays cost nothing.
 constexpr double kCost = 1.35;
@@ -47,8 +43,7 @@ GuidingStage::GuidingStage(const Settings& s, const NestedCells& cells)
 
 bool GuidingStage::trains(uint32_t pixel, uint32_t frame) const {
   if (training_.is_full() || has_lost(frame)) return false;
-  const double share = kTrainingPaths / (pixels_ * std::bit_floor(std::max(frame, 1u)));
-  return share >= 1.0 || Rng(seed_, pixel, frame, kTrainingStream).next_double() < share;
+  return is_training_path(seed_, pixel, frame, kTrainingStream, pixels_);
 }
 
 bool GuidingStage::may_guide(uint32_t frame) const {
@@ -64,7 +59,7 @@ SequencePoint GuidingStage::sequence_point(uint32_t frame) const {
 
 uint32_t GuidingStage::frames_to_update(uint32_t frame) const {
   if (observes(frame)) return 1;
-  return frame == 0 ? 1 : 2 * std::bit_floor(frame) - frame;
+  return frames_to_next_update(frame);
 }
 
 void GuidingStage::finish_frames(uint32_t next) {

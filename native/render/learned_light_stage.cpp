@@ -1,15 +1,11 @@
 #include "render/learned_light_stage.h"
 
-#include <bit>
-
-#include "base/rng.h"
+#include "render/training_paths.h"
 #include "transport/camera_ray.h"
 
 namespace cistern {
 namespace {
 
-/// Paths that leave records between two updates: what is learned more grows ever slower, what it costs must not.
-constexpr double kTrainingPaths = 1 << 19;
 constexpr uint32_t kTrainingStream = 0x6c726e64;
 /// After so many frames learning must have shown that it pays: light samples whose mean square is smaller by this
 /// factor than by the light set's choice make up for what the choice costs. (Squares hold the squared mean as well, so
@@ -47,13 +43,10 @@ LearnedLightStage::LearnedLightStage(const Settings& settings, const LightSet& l
 
 bool LearnedLightStage::trains(uint32_t pixel, uint32_t frame) const {
   if (is_off() || training_.is_full()) return false;
-  const double share = kTrainingPaths / (pixels_ * std::bit_floor(std::max(frame, 1u)));
-  return share >= 1.0 || Rng(seed_, pixel, frame, kTrainingStream).next_double() < share;
+  return is_training_path(seed_, pixel, frame, kTrainingStream, pixels_);
 }
 
-uint32_t LearnedLightStage::frames_to_update(uint32_t frame) const {
-  return frame == 0 ? 1 : 2 * std::bit_floor(frame) - frame;
-}
+uint32_t LearnedLightStage::frames_to_update(uint32_t frame) const { return frames_to_next_update(frame); }
 
 void LearnedLightStage::finish_frames(uint32_t next) {
   if (!std::has_single_bit(next) || is_off() || training_.is_full()) return;
