@@ -133,8 +133,8 @@ void EmissiveTriangles::find_uniform_emission(const Scene& scene) {
   std::map<int, int> known;  // of the instance: by material
   for (size_t i = 0; i < size(); ++i) {
     EmissiveTriangle& t = triangles_[i];
-    if (!program_of(scene, t.material).emission_is_uniform) continue;
     if (i == 0 || t.instance != triangles_[i - 1].instance) known.clear();
+    if (!program_of(scene, t.material).emission_is_uniform) continue;
     const auto [found, is_new] = known.try_emplace(t.material, -1);
     if (is_new) {
       SideEmission sides{uniform_radiance(scene, t, false), uniform_radiance(scene, t, true)};

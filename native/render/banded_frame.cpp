@@ -54,16 +54,16 @@ bool BandedFrame::trace_paths(const Region& band, uint32_t frame, const StopCond
     PathCapture capture;
   };
   const int first_row = band.y - context_.settings.region.y;
-  const bool shares = trial_.shares(frame);
+  const bool shares = trial_.shares(frame), is_decided = trial_.is_decided(frame);
   const auto trace = [&](int x, int y, Scratch& scratch) {
     const auto pixel = static_cast<uint32_t>(y * band.width + x);
     if (!shares) {
-      records_[pixel] = trace_pixel(context_, x, first_row + y, frame, scratch.path);
+      records_[pixel] = trace_pixel(context_, x, first_row + y, frame, scratch.path, nullptr, is_decided);
       visible_points_[pixel].exists = false;
       return;
     }
     sharing_.ask(scratch.capture, full_frame_pixel(context_.settings, x, first_row + y), frame);
-    records_[pixel] = trace_pixel(context_, x, first_row + y, frame, scratch.path, &scratch.capture);
+    records_[pixel] = trace_pixel(context_, x, first_row + y, frame, scratch.path, &scratch.capture, is_decided);
     visible_points_[pixel] = scratch.capture.visible;
     sharing_.start_pixel(scratch.capture, pixel);
   };

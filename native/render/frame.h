@@ -23,10 +23,10 @@ Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sa
 /// The same of another camera.
 Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, int y, PathSampler& sampler);
 
-/// Traces the path of a pixel's sample in a frame, which leaves records in the scratch where the choice of lights or
-/// directions learns from it; `capture` as trace_path has it.
+/// Traces the path of a pixel's sample in a frame, which leaves records in the scratch where something learns from it;
+/// `capture` as trace_path has it. `is_decided`: what the frame does depends on what earlier ones found.
 PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame, PathScratch& scratch,
-                       PathCapture* capture = nullptr);
+                       PathCapture* capture = nullptr, bool is_decided = false);
 /// Hands the records over, from any thread.
 void collect_records(const FrameContext& context, const PathScratch& scratch);
 /// A pixel's share of a frame, once that is known; from any thread.

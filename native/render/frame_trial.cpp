@@ -6,7 +6,7 @@
 namespace cistern {
 namespace {
 
-/// Boxes with the largest variance that do not count: fireflies decide nothing in so few frames.
+/// Boxes with the largest variances that do not count: fireflies decide nothing in so few frames.
 constexpr double kLeftOut = 0.02;
 
 }  // namespace
@@ -48,31 +48,40 @@ void FrameTrial::finish_frame(uint32_t frame) {
     boxes[i].sum_of_squares += sums_[i] * sums_[i];
   }
   if (frame + 1 < end()) return;
-  has_won_ = variance(tried_) * cost_ < variance(other_);
+  has_won_ = decide();
   luminance_ = {};
   sums_ = {};
   tried_ = other_ = {};
 }
 
-/// Sum over boxes of the relative variance of a frame; the regulariser is that of relative errors elsewhere.
-double FrameTrial::variance(const std::vector<Moments>& boxes) const {
+/// By sums over boxes of the relative variance of a frame; the regulariser is that of relative errors elsewhere.
+bool FrameTrial::decide() const {
   constexpr double kCount = kFrames / 2;
   double mean = 0.0;
-  for (size_t i = 0; i < boxes.size(); ++i) mean += (tried_[i].sum + other_[i].sum) / kFrames;
-  mean /= static_cast<double>(boxes.size());
-  std::vector<double> relative;
-  for (size_t i = 0; i < boxes.size(); ++i) {
+  for (size_t i = 0; i < tried_.size(); ++i) mean += (tried_[i].sum + other_[i].sum) / kFrames;
+  mean /= static_cast<double>(tried_.size());
+  struct Variances {
+    double tried, other;
+  };
+  std::vector<Variances> boxes;
+  for (size_t i = 0; i < tried_.size(); ++i) {
     const double of_box = (tried_[i].sum + other_[i].sum) / kFrames;
-    const double own = boxes[i].sum / kCount;
-    const double spread = (boxes[i].sum_of_squares / kCount - own * own) * kCount / (kCount - 1.0);
     const double scale = of_box * of_box + 0.01 * mean * mean;
-    relative.push_back(scale > 0.0 ? std::max(spread, 0.0) / scale : 0.0);
+    const auto relative = [scale](const Moments& m) {
+      const double own = m.sum / kCount;
+      const double spread = (m.sum_of_squares / kCount - own * own) * kCount / (kCount - 1.0);
+      return scale > 0.0 ? std::max(spread, 0.0) / scale : 0.0;
+    };
+    boxes.push_back({relative(tried_[i]), relative(other_[i])});
   }
-  std::ranges::sort(relative);
-  relative.resize(relative.size() - static_cast<size_t>(kLeftOut * static_cast<double>(relative.size())));
-  double sum = 0.0;
-  for (const double v : relative) sum += v;
-  return sum;
+  std::ranges::sort(boxes, {}, [](const Variances& v) { return v.tried + v.other; });
+  boxes.resize(boxes.size() - static_cast<size_t>(kLeftOut * static_cast<double>(boxes.size())));
+  double tried = 0.0, other = 0.0;
+  for (const Variances& v : boxes) {
+    tried += v.tried;
+    other += v.other;
+  }
+  return tried * cost_ < other;
 }
 
 }  // namespace cistern

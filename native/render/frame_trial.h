@@ -9,8 +9,9 @@ namespace cistern {
 
 /// Whether a way to make frames that costs more is worth it in this scene. Some frames are made so in turn with frames
 /// that are not; the variance of either kind over boxes of pixels decides for the rest. A frame's kind depends on
-/// earlier frames alone, all are unbiased and count alike, and no clock is asked: pictures stay unbiased and the same
-/// for each seed.
+/// earlier frames alone, whose random numbers it does not share (kDecidedSequence): so whatever was decided, its
+/// expectation is the picture. All frames count alike, and no clock is asked: with a given number of samples pictures
+/// stay unbiased, and the same for each seed.
 class FrameTrial {
  public:
   static constexpr uint32_t kFrames = 8;
@@ -38,7 +39,7 @@ class FrameTrial {
   };
 
   void sum_boxes();
-  double variance(const std::vector<Moments>& boxes) const;
+  bool decide() const;
 
   uint32_t first_;
   double cost_;

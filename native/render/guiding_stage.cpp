@@ -53,8 +53,11 @@ bool GuidingStage::may_guide(uint32_t frame) const {
 }
 
 SequencePoint GuidingStage::sequence_point(uint32_t frame) const {
-  const uint32_t in_batch = frame - first_;
-  return use_.is_on ? SequencePoint{learned_at_, guided_ + in_batch} : SequencePoint{0, not_guided_ + in_batch};
+  const uint32_t in_batch = frame > first_ ? frame - first_ : 0;
+  SequencePoint point =
+      use_.is_on ? SequencePoint{learned_at_, guided_ + in_batch} : SequencePoint{0, not_guided_ + in_batch};
+  if (trial_ && frame >= trial_->end()) point.sequence |= kDecidedSequence;
+  return point;
 }
 
 uint32_t GuidingStage::frames_to_update(uint32_t frame) const {

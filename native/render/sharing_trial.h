@@ -19,6 +19,8 @@ class SharingTrial {
     return is_running(frame) ? trial_->tries(frame) : trial_->has_won();
   }
   bool is_running(uint32_t frame) const { return trial_ && trial_->is_running(frame); }
+  /// Whether a frame acts on what the trial found.
+  bool is_decided(uint32_t frame) const { return trial_ && frame >= trial_->end(); }
   /// A pixel's luminance in the frame under way, while the trial runs; from any thread.
   void add(int x, int y, float luminance) { trial_->add(x, y, luminance); }
   void finish_frame(uint32_t frame) {

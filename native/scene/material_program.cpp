@@ -316,17 +316,18 @@ bool depends_on_camera(const Instruction& instruction) {
 }
 
 /// Whether the closure's transparency (emission) depends on operand `i`.
-bool matters_to_transparency(Op op, size_t i) {
-  return op != Op::CLOSURE_PRINCIPLED || i == kPrincipledWeight || i == kPrincipledAlpha;
+bool matters_to_transparency(const MaterialProgram&, const Instruction& closure, size_t i) {
+  return closure.op != Op::CLOSURE_PRINCIPLED || i == kPrincipledWeight || i == kPrincipledAlpha;
 }
-bool matters_to_emission(Op op, size_t i) {
-  return op != Op::CLOSURE_PRINCIPLED || i == kPrincipledWeight || i == kPrincipledAlpha || i == kPrincipledNormal ||
-         i >= kPrincipledCoatWeight;
+bool matters_to_emission(const MaterialProgram& p, const Instruction& closure, size_t i) {
+  if (matters_to_transparency(p, closure, i) || i == kPrincipledEmissionColor || i == kPrincipledEmissionStrength)
+    return true;
+  return may_have_layers(p, closure) && (i == kPrincipledNormal || i >= kPrincipledCoatWeight);
 }
 
 /// The instructions that the closures chosen by `is_wanted` depend on; a backward liveness analysis.
 std::vector<Instruction> slice(MaterialProgram& p, bool (*is_wanted)(const MaterialProgram&, const Instruction&),
-                               bool (*matters)(Op, size_t)) {
+                               bool (*matters)(const MaterialProgram&, const Instruction&, size_t)) {
   const Operand zero{static_cast<uint16_t>(Operand::kConstantBit | p.constants.size())};
   p.constants.push_back({});
   std::array<bool, kMaxRegisters> is_live{};
@@ -339,7 +340,7 @@ std::vector<Instruction> slice(MaterialProgram& p, bool (*is_wanted)(const Mater
       const size_t first = p.inputs.size();
       for (size_t i = 0; i < instruction.input_count; ++i) {
         const Operand operand = p.inputs[instruction.first_input + i];
-        p.inputs.push_back(matters(instruction.op, i) ? operand : zero);
+        p.inputs.push_back(matters(p, instruction, i) ? operand : zero);
       }
       instruction.first_input = static_cast<uint32_t>(first);
     } else {

@@ -11,6 +11,8 @@ enum class SampleSequence : uint8_t { SOBOL, RANDOM };
 struct SequencePoint {
   uint32_t sequence = 0, point = 0;
 };
+/// Bit of the sequences of frames that act on what a trial of earlier frames found.
+inline constexpr uint32_t kDecidedSequence = uint32_t{1} << 31;
 
 /// Random numbers of one camera path. The first dimensions of a path come from an Owen-scrambled Sobol sequence over
 /// the frames of its pixel, the rest (and every dimension with RANDOM) from a counter-based generator: so a path is a

@@ -282,6 +282,29 @@ TEST(LightSet, UniformEmissionIsThatOfTheProgram) {
   }
 }
 
+/// Where an instance begins with a triangle whose emission varies, what is known of the one before must not stay.
+TEST(LightSet, UniformEmissionIsThatOfItsInstance) {
+  auto mesh = std::make_shared<Mesh>(*scattered_triangles(3, 2, 1.0f, 0.5f));
+  mesh->material_slots = {0, 1};
+  ProgramWriter varying, uniform;
+  const auto by_place = varying.emit(varying.add(Op::POSITION, {}), varying.constant(1.0f));
+  const auto by_object = uniform.emit(Vec3{1.0f, 1.0f, 1.0f}, uniform.add(Op::OBJECT_RANDOM, {}));
+  auto scene = std::make_shared<Scene>();
+  for (const float random : {0.25f, 0.75f}) {
+    add_mesh(*scene, mesh, by_place);
+    scene->materials.push_back(by_object);
+    scene->material_sets.back().push_back(static_cast<int>(scene->materials.size()) - 1);
+    scene->instances.back().random = random;
+  }
+  const LightSet lights(scene, LightSampling::TREE);
+  ASSERT_EQ(lights.emitter_count(), 4u);
+  for (uint32_t instance = 0; instance < 2; ++instance) {
+    const auto light = lights.evaluate({2 * instance + 1, {0.5f, 0.4f}}, {0.3f, 0.2f, 7.0f}, {});
+    ASSERT_TRUE(light);
+    EXPECT_FLOAT_EQ(light->radiance.g, scene->instances[instance].random);
+  }
+}
+
 TEST(LightSet, LampFlagsReachTheCaller) {
   auto scene = std::make_shared<Scene>();
   scene->lights = {make_light(PointLight{{0, 0, 1}, 0.5f, Rgb(1.0f), false})};

@@ -133,12 +133,15 @@ MaterialProgram finished(ProgramBuilder& b) {
   return b.program;
 }
 
+/// As the exporter writes it, with the shading normal.
 MaterialProgram principled(std::initializer_list<std::pair<size_t, float>> changes) {
+  constexpr size_t kNormal = 6;
   ProgramBuilder b;
   std::vector<float> values = test::kPrincipledDefaults;
   for (const auto& [index, value] : changes) values[index] = value;
   std::vector<Operand> inputs;
   for (const float v : values) inputs.push_back(b.constant(v));
+  inputs[kNormal] = b.add(Op::NORMAL, {});
   b.add(Op::CLOSURE_PRINCIPLED, inputs, {1});
   return finished(b);
 }
