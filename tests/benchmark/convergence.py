@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from tests.benchmark.plotting import load_pyplot, require_matplotlib
 from tests.support.convergence import FRAMES, Reference, squared_errors
 from tests.support.path_scenes import SCENES
 from tests.support.statistics import convergence_slope
@@ -50,12 +51,7 @@ def print_table(found: dict[str, dict[int, float]]) -> None:
 
 
 def plot(found: dict[str, dict[int, float]], path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(figsize=(8, 6))
+    figure, axes = load_pyplot().subplots(figsize=(8, 6))
     for name, errors in found.items():
         axes.loglog(list(errors), list(errors.values()), "--" if "history" in name else "-", label=name)
     axes.set(xlabel="frames", ylabel="mean squared error")
@@ -72,6 +68,8 @@ def main() -> None:
     parser.add_argument("--reference-samples", type=int, default=65536)
     parser.add_argument("--plot", type=Path)
     arguments = parser.parse_args()
+    if arguments.plot:
+        require_matplotlib()
     found = measure(arguments.scene, arguments.size, arguments.repeats, arguments.reference_samples)
     print_table(found)
     if arguments.plot:

@@ -22,6 +22,7 @@ import cistern_core as core
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.benchmark.plotting import load_pyplot, require_matplotlib
 from tests.support.core_scenes import DEFAULTS
 from tests.support.edited_scenes import BALL, WARM, EditableScene, studio
 
@@ -140,11 +141,7 @@ def print_table(name: str, found: dict[tuple[str, str, bool], dict[str, NDArray]
 
 
 def draw(results: dict[str, dict[tuple[str, str, bool], dict[str, NDArray]]], path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
+    pyplot = load_pyplot()
     figure, axes = pyplot.subplots(2, len(results), figsize=(5 * len(results), 8), squeeze=False)
     for column, (name, found) in enumerate(results.items()):
         for row, kind in enumerate(("pixels", "blocks")):
@@ -172,6 +169,8 @@ def main() -> None:
     parser.add_argument("--candidates", type=int, default=0, help="light samples of a visible point; 0: as published")
     parser.add_argument("--plot", type=Path)
     arguments = parser.parse_args()
+    if arguments.plot:
+        require_matplotlib()
     results = {}
     for name in arguments.sequences:
         results[name] = measure(name, arguments)

@@ -3,7 +3,7 @@
     python -m tests.benchmark.thesis_experiment [--frames 5] [--rounds 3] [--output out/thesis]
 
 Writes `thesis.md` (tables, and where they agree with the thesis), `plots.png` (its Figures 4 and 5) and one picture of
-each scene (its Figures 2 and 3). Needs matplotlib: `pip install .[benchmark]` or `pip install matplotlib`.
+each scene (its Figures 2 and 3). Needs matplotlib.
 
 Each scene and method is measured in processes of its own, in turn, so that the machine's moods fall on all alike. Frame
 time is CPU time over all threads: of the first frame with all preparation, and of later ones from the difference of a
@@ -21,6 +21,7 @@ import sys
 from pathlib import Path
 
 from tests.benchmark import thesis_report as report
+from tests.benchmark.plotting import require_matplotlib
 
 ROOT = Path(__file__).resolve().parents[2]
 PROCESS_SECONDS = 3600
@@ -101,6 +102,7 @@ def main() -> None:
     numbers = parser.parse_args()
     if numbers.frames < 3:
         parser.error("--frames: times need at least 3")
+    require_matplotlib()
     numbers.output = numbers.output.resolve()
     write_report(numbers.output, numbers, *measure(numbers))
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.benchmark.plotting import load_pyplot
 from tests.support.grid_energy import GridEnergy, Grids, grid_energy, make_grids
 
 WHITE_PERCENTILE = 97.0  # of the brightest channel of the reference: what is shown as white
@@ -216,11 +217,7 @@ def encoded(reference: Reference, picture: NDArray) -> NDArray:
 
 def draw_pictures(path: Path, reference: Reference, results: dict[str, Measurement]) -> None:
     """Rows: first frame, last frame, mean of many; one column a method, the reference last."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
+    pyplot = load_pyplot()
     columns = [*results, "reference"]
     height, width, _ = reference.direct.shape
     figure, axes = pyplot.subplots(3, len(columns), figsize=(4 * len(columns), 12.6 * height / width), dpi=width / 4)
@@ -241,11 +238,7 @@ def draw_pictures(path: Path, reference: Reference, results: dict[str, Measureme
 
 def draw_plots(path: Path, reference: dict[str, Reference], results: dict[str, dict[str, Measurement]]) -> None:
     """The thesis's Figures 4 and 5."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
+    pyplot = load_pyplot()
     figure, axes = pyplot.subplots(1, 4, figsize=(18, 4.2), dpi=110)
     for axis, scene in zip(axes, SCENES, strict=False):
         for name, measured in results[scene].items():

@@ -1,8 +1,11 @@
 """The numbers of the comparisons with the papers' own figures."""
 
+import sys
+
 import numpy as np
 import pytest
 
+from tests.benchmark.papers import ouyang
 from tests.benchmark.papers.comparison import Finding, Range
 from tests.benchmark.papers.sessions import Reference
 
@@ -25,3 +28,12 @@ def test_the_noise_of_the_reference_is_taken_off():
     picture[5, 5] = 1e3
     assert reference.mse(picture) > 100.0
     assert reference.trimmed_mse(picture) == pytest.approx(0.01, rel=0.1)
+
+
+def test_missing_matplotlib_ends_a_comparison_before_it_renders(monkeypatch, tmp_path):
+    output = tmp_path / "out"
+    monkeypatch.setitem(sys.modules, "matplotlib", None)  # as if not installed
+    monkeypatch.setattr(sys, "argv", ["ouyang", "--output", str(output)])
+    with pytest.raises(SystemExit, match="pip install matplotlib"):
+        ouyang.main()
+    assert not output.exists()

@@ -1,8 +1,12 @@
 """The scoreboard's numbers: errors less the reference's noise, error x time, the time to an error after denoising."""
 
+import sys
+
 import numpy as np
 import pytest
 
+from tests.benchmark import convergence, motion, thesis_experiment
+from tests.benchmark.scoreboard import __main__ as scoreboard
 from tests.benchmark.scoreboard import report
 from tests.benchmark.scoreboard.board import SceneScore, Shot
 from tests.benchmark.scoreboard.catalogue import ENGINES, SCENES, engine_named
@@ -94,3 +98,23 @@ def test_bars_compare_with_the_best_setting_of_cycles():
     assert report.path_tracer_table([found])[-1] == "| city_grid |" + 3 * " 1.50 (≤ 1.1) **missed** |"
     assert "path tracer, ours 1.50 ×" in report.winners_table([found])[-1]
     assert report.history_of(found, shots["path"][0])["errors"]["pixel"] == 0.2
+
+
+@pytest.mark.parametrize(
+    ("command", "arguments"),
+    [
+        (scoreboard, []),
+        (thesis_experiment, []),
+        (motion, ["--plot", "x.png"]),
+        (convergence, ["--plot", "x.png"]),
+    ],
+)
+def test_missing_matplotlib_ends_a_command_before_it_renders(command, arguments, monkeypatch, tmp_path):
+    """With one line on standard error and status 1, as SystemExit of a text does."""
+    monkeypatch.setitem(sys.modules, "matplotlib", None)  # as if not installed
+    monkeypatch.setattr(sys, "argv", [command.__name__, *arguments])
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit, match="pip install matplotlib") as ended:
+        command.main()
+    assert "\n" not in str(ended.value)
+    assert not any(tmp_path.iterdir())

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.benchmark.papers.sessions import DIFFUSE_ALONE, SAME_POINT, Reference, Sessions
+from tests.benchmark.plotting import load_pyplot, require_matplotlib
 from tests.benchmark.scoreboard.catalogue import ROOT, scene_named
 
 COLUMNS = 4  # panels side by side
@@ -73,6 +74,7 @@ def run(
     name: str, title: str, arguments: argparse.Namespace, measure: Measure, light_sampling: str = "TREE"
 ) -> list[Finding]:
     """Measures scene after scene, and writes the table and the plot anew after each."""
+    require_matplotlib()
     arguments.output.mkdir(parents=True, exist_ok=True)
     findings: list[Finding] = []
     for scene in map(scene_named, arguments.scenes):
@@ -109,11 +111,7 @@ def write(stem: Path, title: str, arguments: argparse.Namespace, findings: Seque
 
 def draw(path: Path, title: str, findings: Sequence[Finding]) -> None:
     """A panel for each number with a bar for each scene, the paper's range as a band."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
+    pyplot = load_pyplot()
     kinds = list(dict.fromkeys(finding.what for finding in findings))
     columns = min(len(kinds), COLUMNS)
     rows_of_panels = -(-len(kinds) // columns)

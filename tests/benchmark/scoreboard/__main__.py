@@ -22,6 +22,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from tests.benchmark.plotting import require_matplotlib
 from tests.benchmark.scoreboard import board, catalogue, report
 from tests.benchmark.scoreboard.measure import Laboratory
 
@@ -65,6 +66,7 @@ def main() -> None:
             laboratory.extend_reference(scene, arguments.reference_samples)
             print(f"{scene.name}: {laboratory.reference(scene).noise}", flush=True)
         return
+    require_matplotlib()
     engines = [catalogue.engine_named(name) for name in arguments.engines]
     plan = board.Plan(engines, arguments.samples, arguments.budget, arguments.rounds)
     output = arguments.output.resolve()

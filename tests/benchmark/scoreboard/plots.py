@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib
-
+from tests.benchmark.plotting import load_pyplot
 from tests.benchmark.scoreboard.board import SCALES, SceneScore, Shot
-
-matplotlib.use("Agg")
-from matplotlib import pyplot
 
 STYLES = {"CYCLES": "--", "PATH": ":", "PAPERS": "-", "OURS": "-"}
 
 
 def draw(path: Path, score: SceneScore) -> None:
+    pyplot = load_pyplot()
     figure, axes = pyplot.subplots(1, len(SCALES) + 1, figsize=(5 * (len(SCALES) + 1), 5), dpi=90, sharex=True)
     for axis, (scale, title) in zip(axes, [*SCALES.items(), ("denoised", "denoised, 1 px")], strict=True):
         for index, shots in enumerate(score.shots.values()):
