@@ -84,11 +84,16 @@ int take_mesh(SceneBuilder& builder, const SceneHandle& from, int handle) {
   return builder.add_mesh(meshes[static_cast<size_t>(handle)]);
 }
 
+/// By kind and size: equal dtypes need not be one object, as those of unpickled arrays are not.
 PixelFormat to_pixel_format(const py::array& pixels, const std::string& owner) {
-  if (pixels.dtype().is(py::dtype::of<uint8_t>())) return PixelFormat::U8;
-  if (pixels.dtype().is(py::dtype::of<uint16_t>())) return PixelFormat::U16;
-  if (pixels.dtype().kind() == 'f' && pixels.itemsize() == 2) return PixelFormat::HALF;
-  if (pixels.dtype().is(py::dtype::of<float>())) return PixelFormat::FLOAT;
+  const py::dtype dtype = pixels.dtype();
+  if (!dtype.attr("isnative").cast<bool>()) throw Error(owner, "pixels must have the byte order of this machine");
+  const char kind = dtype.kind();
+  const py::ssize_t bytes = dtype.itemsize();
+  if (kind == 'u' && bytes == 1) return PixelFormat::U8;
+  if (kind == 'u' && bytes == 2) return PixelFormat::U16;
+  if (kind == 'f' && bytes == 2) return PixelFormat::HALF;
+  if (kind == 'f' && bytes == 4) return PixelFormat::FLOAT;
   throw Error(owner, "pixels must be uint8, uint16, float16 or float32");
 }
 
