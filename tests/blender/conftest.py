@@ -83,6 +83,37 @@ def with_render_depsgraph(_probe_engine) -> Callable[[Callable[[bpy.types.Depsgr
     return call
 
 
+@pytest.fixture
+def camera_scene(empty_scene, monkeypatch) -> bpy.types.Scene:
+    """A scene with a camera, and material programs that are empty but for their name."""
+    from small_objects import link
+
+    from addon.sync import materials
+
+    def named(material: bpy.types.Material | None, context: Any) -> Any:  # noqa: ANN401
+        return context.core.MaterialProgram(material.name if material else "default")
+
+    monkeypatch.setattr(materials, "compile_material", named)
+    monkeypatch.setattr(materials, "compile_world", named)
+    monkeypatch.setattr(materials, "compile_light", lambda light, context: None)
+    empty_scene.camera = link("Eye", bpy.data.cameras.new("Eye"))
+    return empty_scene
+
+
+@pytest.fixture
+def recorded_sync(camera_scene, with_render_depsgraph) -> Callable[[], tuple[Any, Any]]:
+    """Syncs the scene as a final render would, into a builder that records; returns that and a SyncReport."""
+    import fake_core
+
+    from addon.sync.scene import sync_scene
+
+    def run() -> tuple[Any, Any]:
+        builder = fake_core.SceneBuilder()
+        return builder, with_render_depsgraph(lambda graph: sync_scene(graph, builder, core=fake_core.CORE))
+
+    return run
+
+
 @pytest.fixture(scope="session")
 def registered_addon() -> Iterator[None]:
     """The engine, registered as the README's scripts do it; a class left registered crashes some Blender at exit."""
