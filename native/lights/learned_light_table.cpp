@@ -1,10 +1,9 @@
 #include "lights/learned_light_table.h"
 
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
 
 #include "base/alias_table.h"
+#include "grid/cell_statistics.h"
 
 namespace cistern {
 namespace {
@@ -28,72 +27,25 @@ int candidates(double entropy) {
   return clusters < kFew ? 1 : (clusters < kMany ? 2 : 4);
 }
 
-/// Calls body(statistics of a cell) for each cell of `sorted`.
-template <class Body>
-void for_each_cell(std::span<const ClusterStatistics> sorted, const Body& body) {
-  for (size_t begin = 0; begin < sorted.size();) {
-    size_t end = begin + 1;
-    while (end < sorted.size() && sorted[end].cell == sorted[begin].cell) ++end;
-    body(sorted.subspan(begin, end - begin));
-    begin = end;
-  }
-}
-
-void add(ClusterStatistics& to, const ClusterStatistics& s) {
-  to.visible += s.visible;
-  to.visible_squares += s.visible_squares;
-  to.unshadowed += s.unshadowed;
-  to.squares += s.squares;
-  to.squares_without += s.squares_without;
-}
-
-/// The same statistics of coarser cells.
-void make_coarser(std::vector<ClusterStatistics>& statistics) {
-  for (ClusterStatistics& s : statistics) s.cell = coarser_cell(s.cell);
-  sum_equal_pairs(statistics);
-}
-
 }  // namespace
 
-void sum_equal_pairs(std::vector<ClusterStatistics>& statistics) {
-  // By all members: equal elements are then equal to the last bit, and every sum has one order.
-  tbb::parallel_sort(statistics.begin(), statistics.end());
-  size_t kept = 0;
-  for (size_t i = 1; i < statistics.size(); ++i) {
-    ClusterStatistics& last = statistics[kept];
-    const ClusterStatistics& next = statistics[i];
-    if (last.cell == next.cell && last.cluster == next.cluster) {
-      add(last, next);
-    } else {
-      statistics[++kept] = next;
-    }
-  }
-  if (!statistics.empty()) statistics.resize(kept + 1);
+ClusterStatistics& ClusterStatistics::operator+=(const ClusterStatistics& other) {
+  visible += other.visible;
+  visible_squares += other.visible_squares;
+  unshadowed += other.unshadowed;
+  squares += other.squares;
+  squares_without += other.squares_without;
+  return *this;
 }
 
-LearnedLightTable::LearnedLightTable(std::vector<ClusterStatistics> finest) {
-  std::vector<NestedCellKey> cells;
-  for_each_cell(finest, [&](std::span<const ClusterStatistics> of_cell) { cells.push_back(of_cell[0].cell); });
-  IndexEntries index;
-  add_rows(finest, index);
-  for (int step = 0; step < kDoublings; ++step) {
-    make_coarser(finest);
-    add_rows(finest, index);
-  }
-  index_.build(std::move(index), cells);
-}
+LearnedLightTable::LearnedLightTable(std::vector<ClusterStatistics> finest)
+    : index_(make_rows(std::move(finest), [this](auto of_cell) { return add_row(of_cell); })) {}
 
-void LearnedLightTable::add_rows(std::span<const ClusterStatistics> statistics, IndexEntries& index) {
-  for_each_cell(statistics, [&](std::span<const ClusterStatistics> of_cell) {
-    ClusterStatistics total;
-    for (const ClusterStatistics& s : of_cell) add(total, s);
-    const double sample_size = total.visible > 0.0 ? total.visible * total.visible / total.visible_squares : 0.0;
-    if (sample_size >= kLeastSampleSize) add_row(of_cell, total, sample_size, index);
-  });
-}
-
-void LearnedLightTable::add_row(std::span<const ClusterStatistics> of_cell, const ClusterStatistics& total,
-                                double sample_size, IndexEntries& index) {
+std::optional<uint32_t> LearnedLightTable::add_row(std::span<const ClusterStatistics> of_cell) {
+  ClusterStatistics total;
+  for (const ClusterStatistics& s : of_cell) total += s;
+  const double sample_size = total.visible > 0.0 ? total.visible * total.visible / total.visible_squares : 0.0;
+  if (!(sample_size >= kLeastSampleSize)) return std::nullopt;
   Row row{.begin = static_cast<uint32_t>(entries_.size()), .effective_sample_size = static_cast<float>(sample_size)};
   std::vector<float> shares;
   double entropy = 0.0;
@@ -103,13 +55,13 @@ void LearnedLightTable::add_row(std::span<const ClusterStatistics> of_cell, cons
     if (visible > 0.0) entropy -= visible * std::log(visible);
     const double share = lerp(visible, s.unshadowed / total.unshadowed, kUnshadowedShare);
     if (share < kLeastShare) {
-      add(others, s);
+      others += s;
       continue;
     }
     shares.push_back(static_cast<float>(share));
     entries_.push_back({.cluster = s.cluster, .visibility = visibility(s)});
   }
-  if (shares.empty()) return;
+  if (shares.empty()) return std::nullopt;
   row.count = static_cast<uint32_t>(shares.size());
   row.entropy = static_cast<float>(entropy);
   row.other_visibility = visibility(others);
@@ -122,8 +74,8 @@ void LearnedLightTable::add_row(std::span<const ClusterStatistics> of_cell, cons
     entry.threshold = column.threshold;
     entry.alias = column.alias;
   }
-  index.push_back({of_cell[0].cell, static_cast<uint32_t>(rows_.size())});
   rows_.push_back(row);
+  return static_cast<uint32_t>(rows_.size() - 1);
 }
 
 const LearnedLightTable::Row* LearnedLightTable::find(NestedCellKey key) const {

@@ -16,12 +16,10 @@ struct ClusterStatistics {
   double visible_squares = 0.0;  // sum of its squares
   double unshadowed = 0.0;       // sum of LightRecord::unshadowed
   double squares = 0.0, squares_without = 0.0;
+  bool has_part_of(const ClusterStatistics& other) const { return cluster == other.cluster; }
+  ClusterStatistics& operator+=(const ClusterStatistics& other);
   friend auto operator<=>(const ClusterStatistics&, const ClusterStatistics&) = default;
 };
-
-/// Sorts by cell, then cluster, and joins what has both in common; bit-identical for any order of the input and any
-/// number of threads.
-void sum_equal_pairs(std::vector<ClusterStatistics>& statistics);
 
 /// For each cell of the world that has seen enough light, a probability of each light cluster. Immutable.
 class LearnedLightTable {
@@ -49,7 +47,6 @@ class LearnedLightTable {
   explicit LearnedLightTable(std::vector<ClusterStatistics> finest);
 
   static constexpr double kLeastSampleSize = 64.0;
-  static constexpr int kDoublings = NestedCellIndex::kDoublings;
   /// Clusters get an entry from this share of a cell's light on; what a cell has seen says little about fainter ones.
   static constexpr double kLeastShare = 1.0 / 128.0;
   static constexpr double kLeastVisibility = 0.05;
@@ -66,10 +63,7 @@ class LearnedLightTable {
   size_t memory_bytes() const;
 
  private:
-  using IndexEntries = std::vector<NestedCellIndex::Entry>;
-  void add_rows(std::span<const ClusterStatistics> statistics, IndexEntries& index);
-  void add_row(std::span<const ClusterStatistics> of_cell, const ClusterStatistics& total, double sample_size,
-               IndexEntries& index);
+  std::optional<uint32_t> add_row(std::span<const ClusterStatistics> of_cell);
 
   std::vector<Row> rows_;
   std::vector<Entry> entries_;  // of a row side by side, by cluster

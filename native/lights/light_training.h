@@ -1,36 +1,27 @@
 #pragma once
 
-#include <mutex>
-
+#include "grid/cell_training.h"
 #include "lights/learned_light_table.h"
 #include "lights/light_record.h"
 
 namespace cistern {
 
-/// Gathers records of many frames and makes tables of them. The same records give the same table to the last bit, in
-/// whatever order they come.
-class LightTraining {
- public:
-  /// From any thread.
-  void add(std::span<const LightRecord> records);
-  /// A table of everything added so far.
-  LearnedLightTable learn();
+inline ClusterStatistics to_statistics(const LightRecord& record) {
+  const double visible = record.visible;
+  return {record.cell,   record.cluster,       visible, visible * visible, record.unshadowed,
+          record.square, record.square_without};
+}
 
-  /// By how much the mean square of light samples is smaller than by the light set's choice, over the records learned
-  /// from so far; 1 without any.
-  double gain() const;
+using LightTraining = CellTraining<LightRecord, LearnedLightTable, ClusterStatistics, size_t{1} << 20>;
 
-  /// Whether there are as many pairs of a cell and a cluster as may be kept: adding more is then in vain.
-  bool is_full() const { return statistics_.size() >= kMostPairs; }
-  static constexpr size_t kMostPairs = size_t{1} << 20;
-  size_t memory_bytes() const {
-    return statistics_.capacity() * sizeof(ClusterStatistics) + pending_.capacity() * sizeof(LightRecord);
+/// By how much the mean square of light samples is smaller than by the light set's choice; 1 without any samples.
+inline double gain(std::span<const ClusterStatistics> learned_from) {
+  double with = 0.0, without = 0.0;
+  for (const ClusterStatistics& s : learned_from) {
+    with += s.squares;
+    without += s.squares_without;
   }
-
- private:
-  std::mutex mutex_;  // guards pending_
-  std::vector<LightRecord> pending_;
-  std::vector<ClusterStatistics> statistics_;
-};
+  return with > 0.0 ? without / with : 1.0;
+}
 
 }  // namespace cistern

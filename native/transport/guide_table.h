@@ -23,12 +23,14 @@ struct GuideStatistics {
   NestedCellKey cell = kNoNestedCell;
   uint32_t bin = 0;
   double light = 0.0, squares = 0.0;
+  bool has_part_of(const GuideStatistics& other) const { return bin == other.bin; }
+  GuideStatistics& operator+=(const GuideStatistics& other) {
+    light += other.light;
+    squares += other.squares;
+    return *this;
+  }
   friend auto operator<=>(const GuideStatistics&, const GuideStatistics&) = default;
 };
-
-/// Sorts by cell, then bin, and joins what has both in common; bit-identical for any order of the input and any number
-/// of threads.
-void sum_equal_bins(std::vector<GuideStatistics>& statistics);
 
 /// For each cell of the world that has seen enough light, a density of directions in proportion to what they brought.
 /// Immutable.
@@ -49,8 +51,7 @@ class GuideTable {
   size_t memory_bytes() const { return rows_.capacity() * sizeof(DirectionHistogram) + index_.memory_bytes(); }
 
  private:
-  using IndexEntries = std::vector<NestedCellIndex::Entry>;
-  void add_rows(std::span<const GuideStatistics> statistics, IndexEntries& index);
+  std::optional<uint32_t> add_row(std::span<const GuideStatistics> of_cell);
 
   std::vector<DirectionHistogram> rows_;
   NestedCellIndex index_;
