@@ -27,7 +27,7 @@ bool has_time_for_trial(const Settings& s) {
 
 std::unique_ptr<GuidingStage> GuidingStage::make(const Settings& s, const Scene& scene, const Accel& accel) {
   if (s.guiding == Guiding::OFF) return nullptr;
-  if (s.guiding == Guiding::AUTO && (s.has_history() || !has_time_for_trial(s))) return nullptr;
+  if (s.guiding == Guiding::AUTO && (s.uses_earlier_frames() || !has_time_for_trial(s))) return nullptr;
   const PixelFootprint pixel = pixel_footprint(scene.camera, s.width, s.height);
   const NestedCells cells({}, accel.bounds(), scene.camera.camera_to_world.translation, pixel.angle, pixel.size);
   return std::make_unique<GuidingStage>(s, cells);

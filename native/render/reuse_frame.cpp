@@ -121,7 +121,7 @@ void ReuseFrame::keep_history() {
   if (direct_) direct_->keep_history();
   if (secondary_) secondary_->keep_history();
   if (paths_) paths_->keep_history();
-  if (!context_.settings.keeps_visible_points()) return;
+  if (!context_.settings.uses_earlier_frames()) return;
   previous_visible_points_.resize(visible_points_.size());
   std::swap(previous_visible_points_, visible_points_);
 }

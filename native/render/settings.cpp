@@ -109,20 +109,24 @@ void check_light_cache(LightCacheSettings& cache) {
 
 }  // namespace
 
-bool Settings::has_history() const {
-  const bool has_direct = uses_reservoirs(direct) && direct_reuse.temporal_reuse;
-  const bool has_secondary = secondary == SecondaryAnswer::CELL_RESERVOIRS && secondary_reuse.temporal_reuse;
+bool Settings::has_temporal_reuse() const {
+  if (uses_reservoirs(direct) && direct_reuse.temporal_reuse) return true;
+  if (secondary == SecondaryAnswer::CELL_RESERVOIRS && secondary_reuse.temporal_reuse) return true;
   switch (indirect) {
     case IndirectAnswer::PATH:
-      return has_direct || has_secondary;
+      return false;
     case IndirectAnswer::SCREEN_REUSE:
-      return has_direct || has_secondary || screen_paths.temporal_reuse;
+      return screen_paths.temporal_reuse;
     case IndirectAnswer::WORLD_REUSE:
-      return has_direct || has_secondary || world_paths.temporal_reuse;
+      return world_paths.temporal_reuse;
     case IndirectAnswer::CELL_SHARED:
-      return has_direct || has_secondary || path_sharing.temporal_reuse;
+      return path_sharing.temporal_reuse;
   }
   return true;
+}
+
+bool Settings::uses_earlier_frames() const {
+  return has_temporal_reuse() || (indirect == IndirectAnswer::WORLD_REUSE && world_paths.spatial_reuse);
 }
 
 void check_settings(Settings& s) {

@@ -81,13 +81,11 @@ struct Settings {
   double time_limit = 0.0;   // seconds of rendering, 0: none
   std::vector<Pass> passes;  // besides Combined
 
-  /// Whether some answer looks at the visible points of the frame before.
-  bool keeps_visible_points() const { return has_temporal_reuse() || indirect == IndirectAnswer::WORLD_REUSE; }
-  bool has_temporal_reuse() const {
-    return direct_reuse.temporal_reuse || (indirect != IndirectAnswer::PATH && screen_paths.temporal_reuse);
-  }
-  /// Whether frames carry anything over to the next that is part of its estimate.
-  bool has_history() const;
+  /// Whether some answer hands its reservoirs on from frame to frame.
+  bool has_temporal_reuse() const;
+  /// Whether frames use what the one before found: by temporal reuse, or because world-space paths take those of a cell
+  /// from there. Their errors are then correlated.
+  bool uses_earlier_frames() const;
   /// Whether history is taken from the RenderCache and left there. It needs temporal reuse.
   bool keep_history = false;
   /// Whether each mesh has an Embree scene of its own, which snapshots share: moves are cheap, rays cost a little more.

@@ -101,6 +101,46 @@ TEST(Settings, ZeroIsTheNumberOfThePaper) {
   EXPECT_FLOAT_EQ(s.grid.cell_pixels, 192.0f);  // [Zhang and Wang 2023] §5.2: 10 % of the resolution
 }
 
+TEST(Settings, TellWhetherTheChosenAnswersUseEarlierFrames) {
+  struct Case {
+    const char* name;
+    DirectAnswer direct;
+    SecondaryAnswer secondary;
+    IndirectAnswer indirect;
+    bool reuses, reuses_without;  // with temporal reuse switched on, and off
+  };
+  constexpr auto kNee = DirectAnswer::NEE;
+  constexpr auto kLater = SecondaryAnswer::NEE;
+  constexpr auto kPath = IndirectAnswer::PATH;
+  const Case cases[] = {
+      {"path tracing", kNee, kLater, kPath, false, false},
+      {"learned", DirectAnswer::LEARNED, SecondaryAnswer::LEARNED, kPath, false, false},
+      {"RIS", DirectAnswer::RIS, SecondaryAnswer::RIS, kPath, false, false},
+      {"ReSTIR", DirectAnswer::RESTIR, kLater, kPath, true, false},
+      {"light cache", DirectAnswer::RESTIR_CACHE, kLater, kPath, true, false},
+      {"cell reservoirs", kNee, SecondaryAnswer::CELL_RESERVOIRS, kPath, true, false},
+      {"RIS and cell reservoirs", DirectAnswer::RIS, SecondaryAnswer::CELL_RESERVOIRS, kPath, true, false},
+      {"screen", kNee, kLater, IndirectAnswer::SCREEN_REUSE, true, false},
+      {"world", kNee, kLater, IndirectAnswer::WORLD_REUSE, true, true},
+      {"shared", kNee, kLater, IndirectAnswer::CELL_SHARED, true, false},
+  };
+  for (const Case& c : cases) {
+    for (const bool is_on : {true, false}) {
+      Settings s;
+      s.direct = c.direct, s.secondary = c.secondary, s.indirect = c.indirect;
+      s.direct_reuse.temporal_reuse = s.secondary_reuse.temporal_reuse = s.screen_paths.temporal_reuse = is_on;
+      s.world_paths.temporal_reuse = s.path_sharing.temporal_reuse = is_on;
+      check_settings(s);
+      EXPECT_EQ(s.has_temporal_reuse(), c.reuses && is_on) << c.name;
+      EXPECT_EQ(s.uses_earlier_frames(), is_on ? c.reuses : c.reuses_without) << c.name;
+    }
+  }
+  Settings alone;
+  alone.indirect = IndirectAnswer::WORLD_REUSE;
+  alone.world_paths.temporal_reuse = alone.world_paths.spatial_reuse = false;
+  EXPECT_FALSE(alone.uses_earlier_frames());
+}
+
 TEST(Settings, OnePixelOfAnEnormousFrameIsFine) {
   EXPECT_EQ(error_of([](Settings& s) {
               s.width = s.height = 65536;
