@@ -9,8 +9,8 @@
 namespace cistern {
 
 /// Finds the boxes a ray crosses, in no particular order: lamps never block, so all of them are wanted. Nodes have
-/// eight children, whose boxes one step of vector instructions tests; a child may be a single item. 32 to 60 bytes for
-/// each.
+/// eight children, whose boxes one step of vector instructions tests; a child may be a single item. About 40 bytes for
+/// each of many.
 class LampBvh {
  public:
   LampBvh() = default;

@@ -21,9 +21,7 @@ CellSharedStage::CellSharedStage(const FrameContext& context)
     : context_(context),
       paths_(context.paths),
       temporal_paths_(context.paths, context.settings.screen_paths, image_region(context.settings),
-                      context.settings.seed) {
-  set_region(context.settings.region);
-}
+                      context.settings.seed) {}
 
 size_t CellSharedStage::pixel_count() const {
   return static_cast<size_t>(region_.width) * static_cast<size_t>(region_.height);

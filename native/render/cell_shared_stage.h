@@ -8,6 +8,7 @@ namespace cistern {
 /// Indirect light by sharing in cells, at the vertex after the visible point and then at the visible point.
 class CellSharedStage final : public PathStage {
  public:
+  /// Of no pixels: set_region comes first.
   explicit CellSharedStage(const FrameContext& context);
 
   int link_count() const override { return 2; }
@@ -23,7 +24,7 @@ class CellSharedStage final : public PathStage {
   void take_over(PathStage&& earlier, const HistorySource& source) override;
   size_t memory_bytes() const override;
 
-  /// Goes on with another part of the picture; before, it is that of the settings. Pixels are numbered within.
+  /// Goes on with a part of the picture. Pixels are numbered within.
   void set_region(const Region& region);
   /// At both vertices, without history. False if stopped.
   bool share(uint32_t frame, const StopCondition& stop);

@@ -299,8 +299,11 @@ std::unique_ptr<PathStage> PathStage::make(const FrameContext& context) {
       return std::make_unique<ScreenPathStage>(context);
     case IndirectAnswer::WORLD_REUSE:
       return std::make_unique<WorldPathStage>(context);
-    case IndirectAnswer::CELL_SHARED:
-      return std::make_unique<CellSharedStage>(context);
+    case IndirectAnswer::CELL_SHARED: {
+      auto stage = std::make_unique<CellSharedStage>(context);
+      stage->set_region(context.settings.region);
+      return stage;
+    }
   }
   return nullptr;
 }

@@ -175,6 +175,18 @@ def test_progress_counts_up() -> None:
     assert seen[-1].memory_bytes > 0
 
 
+@pytest.mark.parametrize(("history", "is_bounded"), [(False, True), (True, False)])
+def test_what_pixels_hand_each_other_takes_as_much_for_a_large_picture(history: bool, is_bounded: bool) -> None:
+    """Without history, where frames are made in bands: less than 100 bytes for each more pixel, the film included.
+    With history, which all pixels keep, the same measure sees a kilobyte."""
+    used = []
+    for height in (256, 1024):
+        s = session(width=1024, height=height, samples=1, indirect="CELL_SHARED", temporal_reuse=history, max_bounces=1)
+        s.start(room())
+        used.append(s.wait(60.0).memory_bytes)
+    assert ((used[1] - used[0]) / (768 * 1024) < 100.0) == is_bounded
+
+
 def test_a_session_renders_once() -> None:
     s = session()
     s.start(room())
