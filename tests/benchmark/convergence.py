@@ -1,6 +1,6 @@
 """Squared error against accumulated frames, of every system with and without history, as a table and a plot.
 
-  python -m tests.benchmark.convergence [--scene indirect_room] [--size 16] [--repeats 8] [--plot out/convergence.png]
+  python -m tests.benchmark.convergence [--scene indirect_room] [--systems NAME ...] [--frames 1024] [--repeats 8]
 
 Without history frames are independent and the slope of log MSE against log N is -1. With history each frame holds what
 those before it found: single frames are better, but a mean of N gains little until N is far beyond the confidence cap;
@@ -13,6 +13,7 @@ import argparse
 from pathlib import Path
 
 from tests.benchmark.plotting import load_pyplot, require_matplotlib
+from tests.benchmark.scoreboard.catalogue import LEARNED
 from tests.support.convergence import FRAMES, Reference, squared_errors
 from tests.support.path_scenes import SCENES
 from tests.support.statistics import convergence_slope
@@ -25,29 +26,34 @@ SYSTEMS: dict[str, dict] = {
     "SCREEN_REUSE": dict(indirect="SCREEN_REUSE"),
     "WORLD_REUSE": dict(indirect="WORLD_REUSE"),
     "CELL_SHARED": dict(indirect="CELL_SHARED"),
+    "LEARNED": LEARNED,
+    "Final": LEARNED | dict(indirect="CELL_SHARED"),
 }
-HAVE_HISTORY = frozenset(SYSTEMS) - {"path tracing"}
+HAVE_HISTORY = frozenset(SYSTEMS) - {"path tracing", "LEARNED", "Final"}
 
 
-def measure(scene_name: str, size: int, repeats: int, reference_samples: int) -> dict[str, dict[int, float]]:
-    scene = SCENES[scene_name]()
-    reference = Reference(scene, size, reference_samples, **LIMITS)
+def measure(arguments: argparse.Namespace) -> dict[str, dict[int, float]]:
+    scene, size = SCENES[arguments.scene](), arguments.size
+    reference = Reference(scene, size, arguments.reference_samples, **LIMITS)
+    counts = [FRAMES[0] << k for k in range((arguments.frames // FRAMES[0]).bit_length())]
     found = {}
-    for name, answers in SYSTEMS.items():
-        for history in (False, True) if name in HAVE_HISTORY else (False,):
+    for name in dict.fromkeys(["path tracing", *arguments.systems]):
+        for history in (False, True) if name in HAVE_HISTORY and not arguments.without_history else (False,):
             label = f"{name}, history" if history else name
-            settings = LIMITS | answers | dict(temporal_reuse=history, light_candidates=4, spatial_radius=6.0)
-            found[label] = squared_errors(scene, size, reference, repeats, **settings)
+            settings = LIMITS | SYSTEMS[name] | dict(temporal_reuse=history, light_candidates=4, spatial_radius=6.0)
+            found[label] = squared_errors(scene, size, reference, arguments.repeats, counts=counts, **settings)
+            print(f"{label}: {found[label]}", flush=True)
     return found
 
 
 def print_table(found: dict[str, dict[int, float]]) -> None:
-    ends = [FRAMES[0] * found["path tracing"][FRAMES[0]], FRAMES[-1] * found["path tracing"][FRAMES[-1]]]
-    print(f"| system | slope | N x MSE at {FRAMES[0]} | at {FRAMES[-1]}, path tracing = 1 |")
+    traced = found["path tracing"]
+    first, last = min(traced), max(traced)
+    print(f"| system | slope | N x MSE at {first} | at {last}, path tracing = 1 |")
     print("|---|---|---|---|")
     for name, errors in found.items():
-        first, last = FRAMES[0] * errors[FRAMES[0]] / ends[0], FRAMES[-1] * errors[FRAMES[-1]] / ends[1]
-        print(f"| {name} | {convergence_slope(errors):.3f} | {first:.3f} | {last:.3f} |")
+        ratios = (errors[count] / traced[count] for count in (first, last))
+        print(f"| {name} | {convergence_slope(errors):.3f} | " + " | ".join(f"{r:.3f}" for r in ratios) + " |")
 
 
 def plot(found: dict[str, dict[int, float]], path: Path) -> None:
@@ -63,6 +69,9 @@ def plot(found: dict[str, dict[int, float]], path: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scene", choices=list(SCENES), default="indirect_room")
+    parser.add_argument("--systems", nargs="+", choices=list(SYSTEMS), default=list(SYSTEMS), metavar="NAME")
+    parser.add_argument("--without-history", action="store_true", help="leave out the systems with history")
+    parser.add_argument("--frames", type=int, default=FRAMES[-1], help="of the longest render")
     parser.add_argument("--size", type=int, default=16)
     parser.add_argument("--repeats", type=int, default=8)
     parser.add_argument("--reference-samples", type=int, default=65536)
@@ -70,7 +79,7 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.plot:
         require_matplotlib()
-    found = measure(arguments.scene, arguments.size, arguments.repeats, arguments.reference_samples)
+    found = measure(arguments)
     print_table(found)
     if arguments.plot:
         plot(found, arguments.plot)

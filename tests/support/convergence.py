@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cistern_core as core
 import numpy as np
 from numpy.typing import NDArray
@@ -26,14 +28,20 @@ class Reference:
 
 
 def squared_errors(
-    scene: core.Scene, size: int, reference: Reference, repeats: int = 8, excess: float = 0.0, **settings
+    scene: core.Scene,
+    size: int,
+    reference: Reference,
+    repeats: int = 8,
+    excess: float = 0.0,
+    counts: Sequence[int] = FRAMES,
+    **settings,
 ) -> dict[int, float]:
     """By frames, less what is the reference's own; means over `repeats` of the longest renders, and up to four times as
     many shorter ones. `excess`: planted, a share by which the reference is too bright."""
     target = reference.mean * (1.0 + excess)
     errors = {}
-    for n in FRAMES:
-        seeds = range(1, 1 + repeats * min(4, FRAMES[-1] // n))
+    for n in counts:
+        seeds = range(1, 1 + repeats * min(4, counts[-1] // n))
         found = [np.mean((picture(scene, size, n, seed, **settings) - target) ** 2) for seed in seeds]
         errors[n] = float(np.mean(found)) - reference.noise
     return errors
