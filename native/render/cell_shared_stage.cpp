@@ -56,7 +56,9 @@ void CellSharedStage::start_pixel(const PathCapture& capture, uint32_t pixel) {
     PathLink& link = links_[i][pixel];
     link.from = capture.links[i].from;
     link.W = capture.links[i].W;
-    if (link.W > 0.0f) link.to = capture.links[i].to;
+    if (!(link.W > 0.0f)) continue;
+    link.to = capture.links[i].to;
+    link.response = capture.links[i].response;
   }
   reuse_counts_[pixel] = 0;
 }
@@ -115,7 +117,19 @@ void CellSharedStage::keep_history() {
   current_.temporal.resize(pixel_count());
 }
 
+/// What visible points found alone.
+bool CellSharedStage::keep_own(const StopCondition& stop) {
+  return for_each_block(pixel_count(), kPixelBlock, stop, [&](size_t begin, size_t end) {
+    for (size_t pixel = begin; pixel < end; ++pixel) {
+      reflected_[pixel] = {};
+      const PathLink& link = links_[VISIBLE][pixel];
+      if (link.from.exists && link.W > 0.0f) CellSharedPaths::keep(link, reflected_[pixel]);
+    }
+  });
+}
+
 bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopCondition& stop) {
+  if (vertex == VISIBLE && !is_resampled(VISIBLE) && cells(VISIBLE).groups.size == 1) return keep_own(stop);
   if (!make_groups(vertex, frame, stop)) return false;
   return for_each_block(groups_.count(), kGroupBlock, stop, [&](size_t begin, size_t end) {
     CellSharedPaths::Group group = empty_group(vertex);

@@ -26,6 +26,8 @@ class CellSharedStage final : public PathStage {
 
   /// Goes on with a part of the picture. Pixels are numbered within.
   void set_region(const Region& region);
+  /// Where the path of a pixel started.
+  const VisiblePoint& visible_point(uint32_t pixel) const { return links_[VISIBLE][pixel].from; }
   /// At both vertices, without history. False if stopped.
   bool share(uint32_t frame, const StopCondition& stop);
 
@@ -37,6 +39,7 @@ class CellSharedStage final : public PathStage {
   bool is_resampled(Vertex vertex) const { return vertex == VISIBLE && keeps_history(); }
   Rng random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const;
   bool share_at(Vertex vertex, uint32_t frame, const StopCondition& stop);
+  bool keep_own(const StopCondition& stop);
   bool make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop);
   void prefetch_group(Vertex vertex, std::span<const uint32_t> pixels) const;
   CellSharedPaths::Group empty_group(Vertex vertex) const;

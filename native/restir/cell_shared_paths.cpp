@@ -56,8 +56,30 @@ uint32_t CellSharedPaths::group_class(const VisiblePoint& vertex) {
   return bounces;
 }
 
+void CellSharedPaths::keep(const PathLink& link, ReflectedPaths& reflected) {
+  const Rgb own = link.response * link.to.radiance_as_found();
+  reflected.sum += own;
+  reflected.own += own;
+}
+
+/// Samples that stay with their finders, which need no material evaluated; true if others are left.
+bool CellSharedPaths::keep_private(Group& group, Scratch& scratch) {
+  scratch.shared.clear();
+  for (uint32_t i = 0; i < group.size(); ++i) {
+    const PathLink& link = *group.links[i];
+    if (!sends_light(link)) continue;
+    const bool is_fresh = group.weights != PairWeights::TARGETS, picks_direction = group.rngs[i].has_value();
+    if (link.to.point.is_glossy && is_fresh && !picks_direction) {
+      keep(link, *group.reflected[i]);
+    } else {
+      scratch.shared.push_back(i);
+    }
+  }
+  return !scratch.shared.empty();
+}
+
 void CellSharedPaths::share(Group& group, Scratch& scratch) const {
-  if (std::ranges::none_of(group.links, [](const PathLink* link) { return sends_light(*link); })) return;
+  if (!keep_private(group, scratch)) return;
   const VisiblePoint& first = group.links.front()->from;
   scratch.bounces_agree =
       std::ranges::all_of(group.links, [&](const PathLink* link) { return has_same_bounces(link->from, first); });
@@ -71,8 +93,7 @@ void CellSharedPaths::share(Group& group, Scratch& scratch) const {
     scratch.bsdfs.back() = evaluate_material(context_.scene, scratch.points.back(), link->from.state);
     guide_bounce(context_, scratch.points.back(), scratch.bsdfs.back());
   }
-  for (size_t i = 0; i < group.size(); ++i)
-    if (sends_light(*group.links[i])) share_sample(group, i, scratch);
+  for (const uint32_t i : scratch.shared) share_sample(group, i, scratch);
 }
 
 CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf,

@@ -86,6 +86,7 @@ class CellSharedPaths {
       float density = 0.0f;  // of finding the sample point from the vertex, per area there; or what stands for it
       Rgb transmittance;
     };
+    std::vector<uint32_t> shared;      // vertices whose samples are handed to others
     std::vector<SurfacePoint> points;  // by vertex of the group
     std::vector<Bsdf> bsdfs;           // beside them; empty where the vertex alone says how it reflects
     std::vector<Pair> pairs;           // by vertex, of one sample
@@ -93,6 +94,9 @@ class CellSharedPaths {
     std::vector<uint32_t> ray_owners;
     bool bounces_agree = true;  // between all vertices of the group, as they nearly always do
   };
+
+  /// What a vertex reflects of a fresh sample of its own that is handed to nobody.
+  static void keep(const PathLink& link, ReflectedPaths& reflected);
 
   /// Adds what each vertex of a group reflects.
   void share(Group& group, Scratch& scratch) const;
@@ -104,6 +108,7 @@ class CellSharedPaths {
   static void add_to_sample(PathSample& sample, const ReflectedPaths& reflected, float u);
 
  private:
+  static bool keep_private(Group& group, Scratch& scratch);
   void share_sample(Group& group, size_t finder, Scratch& scratch) const;
   static Scratch::Pair connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf, const PathSample& sample);
   void trace_pairs(const Group& group, size_t finder, Scratch& scratch) const;

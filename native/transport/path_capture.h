@@ -46,6 +46,9 @@ struct PathLink {
   VisiblePoint from;
   PathSample to;
   float W = 0.0f;
+  /// What `from` makes of the radiance that `to` sends to it, transmittance counted in: their product is what this path
+  /// found, as long as `to` is what it left.
+  Rgb response;
 };
 
 inline constexpr int kMaxPathLinks = 2;

@@ -168,7 +168,10 @@ class Walk {
   /// After an event that the path took with `probability`.
   void scale_by_chance(Rgb weight, float probability) {
     throughput_.scale(weight * (1.0f / probability));
-    if constexpr (Kind::captures) capture_.link_probability *= probability;
+    if constexpr (Kind::captures) {
+      capture_.link_probability *= probability;
+      capture_.response *= weight * (1.0f / probability);
+    }
   }
 
   bool pass_through(const SurfacePoint& point, const Bsdf& bsdf, float probability) {
@@ -235,6 +238,7 @@ class Walk {
     }
     capture_.open_link = by_rough_lobes ? capture_.vertex.starts : std::nullopt;
     capture_.link_probability = pdf * p_scatter;
+    capture_.response = sample.rough_weight * (1.0f / p_scatter);
   }
 
   bool goes_on_from_sample_point() {

@@ -60,6 +60,7 @@ inline void Walk<Kind>::capture_sample_point(int index, const VisiblePoint& capt
   const float pdf_area = capture_.link_probability * cosine / sqr(state_.ray_length);
   if (!(pdf_area > 0.0f)) return;
   link.W = 1.0f / pdf_area;
+  link.response = capture_.response;
   link.to.point = captured;
   link.to.light = link.to.continuation = {};
   link.to.light_visibility = kVisibleToAll;

@@ -113,6 +113,33 @@ TEST(PathCapture, WhatIsLeftMakesEachPathWhole) {
   }
 }
 
+/// Largest relative difference between what links left and another way to say it, over many paths.
+template <class Said>
+double worst_difference(const Tracer& tracer, const Said& said) {
+  double worst = 0.0;
+  int links = 0;
+  for (uint32_t path = 0; path < 4000; ++path) {
+    const PathLink link = trace_both(tracer, path, asking_for(2)).capture.links[0];
+    const double left = left_indirect(tracer.context(), link).g;
+    if (!(left > 0.0)) continue;
+    ++links;
+    worst = std::max(worst, std::abs(said(link) - left) / (1e-2 + left));
+  }
+  EXPECT_GT(links, 100);
+  return worst;
+}
+
+TEST(PathCapture, ResponseTimesRadianceIsWhatThePathFound) {
+  const auto found = [](const PathLink& l) { return (l.response * l.to.radiance_as_found()).g; };
+  for (const Corner& corner : {Corner{-1, -1}, Corner{0.5f, 0.4f}, Corner{0.4f, -1}, Corner{-1, -1, true}})
+    EXPECT_LT(worst_difference(Tracer(make(corner)), found), kRounding) << corner.floor_roughness;
+  const auto without_response = [](const PathLink& l) { return l.to.radiance_as_found().g; };
+  PathLimits no_roulette;  // which would make the response of gray surfaces one
+  no_roulette.min_bounces = 8;
+  EXPECT_LT(worst_difference(Tracer(make({-1, -1}), no_roulette), found), kRounding);
+  EXPECT_GT(worst_difference(Tracer(make({-1, -1}), no_roulette), without_response), 0.1) << "a planted bug";
+}
+
 TEST(PathCapture, PlantedMeasuresAreCaught) {
   const Tracer tracer(make({-1, 0.4f}));
   const auto geometry = [](const PathLink& link) {
