@@ -170,8 +170,8 @@ class ReuseSettings:
     use_share_trial: BoolProperty(
         name="Only Where It Pays",
         description=(
-            "The first 8 of 64 or more independent samples try whether paths that are handed on lower the noise by "
-            "more than they cost; else later samples keep their own"
+            "Before the first of independent samples, blocks of the picture are tried with and without: paths are "
+            "handed on where that lowers the noise by more than it costs"
         ),
         default=True,
     )

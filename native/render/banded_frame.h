@@ -1,8 +1,7 @@
 #pragma once
 
 #include "film/film.h"
-#include "render/cell_shared_stage.h"
-#include "render/sharing_trial.h"
+#include "render/shared_pixels.h"
 
 namespace cistern {
 
@@ -18,19 +17,14 @@ class BandedFrame {
 
   /// Adds a frame to the film; bands that are not reached when stopped early miss it. True if it was finished.
   bool render(uint32_t frame, Film& film, const StopCondition& stop);
-  size_t memory_bytes() const;
+  size_t memory_bytes() const { return band_.memory_bytes(); }
 
  private:
-  bool render_band(const Region& band, uint32_t frame, Film& film, const StopCondition& stop);
-  bool trace_paths(const Region& band, uint32_t frame, const StopCondition& stop);
-  void finish(const Region& band, uint32_t frame, Film& film);
+  void add_band(int first_row, size_t pixels, uint32_t frame, Film& film);
 
   const FrameContext& context_;
   int rows_;  // of a band
-  CellSharedStage sharing_;
-  SharingTrial trial_;
-  LazyVector<PathRecord> records_;           // by pixel of the band
-  LazyVector<VisiblePoint> visible_points_;  // beside them
+  SharedPixels band_;
 };
 
 }  // namespace cistern

@@ -23,11 +23,10 @@ Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, 
 }
 
 PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame, PathScratch& scratch,
-                       PathCapture* capture, bool is_decided) {
+                       PathCapture* capture) {
   const Settings& s = context.settings;
   const uint32_t pixel = full_frame_pixel(s, x, y);
-  SequencePoint point = context.guiding ? context.guiding->sequence_point(frame) : SequencePoint{0, frame};
-  if (is_decided) point.sequence |= kDecidedSequence;
+  const SequencePoint point = context.guiding ? context.guiding->sequence_point(frame) : SequencePoint{0, frame};
   PathSampler sampler(s.seed, pixel, frame, s.sequence, point);
   const Ray ray = sample_camera_ray(context, x, y, sampler);
   scratch.trains_lights = context.learning && context.learning->trains(pixel, frame);

@@ -24,9 +24,9 @@ Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sa
 Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, int y, PathSampler& sampler);
 
 /// Traces the path of a pixel's sample in a frame, which leaves records in the scratch where something learns from it;
-/// `capture` as trace_path has it. `is_decided`: what the frame does depends on what earlier ones found.
+/// `capture` as trace_path has it.
 PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame, PathScratch& scratch,
-                       PathCapture* capture = nullptr, bool is_decided = false);
+                       PathCapture* capture = nullptr);
 /// Hands the records over, from any thread.
 void collect_records(const FrameContext& context, const PathScratch& scratch);
 /// A pixel's share of a frame, once that is known; from any thread.

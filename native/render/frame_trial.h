@@ -1,26 +1,24 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
+#include "render/noise_comparison.h"
 #include "render/settings.h"
 
 namespace cistern {
 
+/// Pixels of the boxes whose noise is compared: the scale at which a denoiser leaves noise.
+inline constexpr int kBoxOfDenoisers = 8;
+
 /// Whether a way to make frames that costs more is worth it in this scene. Some frames are made so in turn with frames
-/// that are not; the variance of either kind over boxes of pixels decides for the rest. A frame's kind depends on
-/// earlier frames alone, whose random numbers it does not share (kDecidedSequence): so whatever was decided, its
-/// expectation is the picture. All frames count alike, and no clock is asked: with a given number of samples pictures
-/// stay unbiased, and the same for each seed.
+/// that are not; the variance of either kind decides for the rest. A frame's kind depends on earlier frames alone,
+/// whose random numbers it does not share (kDecidedSequence): so whatever was decided, its expectation is the picture.
+/// All frames count alike, and no clock is asked: with a given number of samples pictures stay unbiased, and the same
+/// for each seed.
 class FrameTrial {
  public:
   static constexpr uint32_t kFrames = 8;
 
-  /// The scale at which a denoiser leaves noise, in pixels.
-  static constexpr int kBoxOfDenoisers = 8;
-
   /// Over frames [first, first + kFrames). `cost`: CPU time of the frames tried, over that of the others.
-  FrameTrial(const Region& region, uint32_t first, double cost, int box_size = kBoxOfDenoisers);
+  FrameTrial(const Region& region, uint32_t first, double cost);
 
   bool is_running(uint32_t frame) const { return frame >= first_ && frame < first_ + kFrames; }
   uint32_t first() const { return first_; }
@@ -34,20 +32,14 @@ class FrameTrial {
   bool has_won() const { return has_won_; }
 
  private:
-  struct Moments {
-    double sum = 0.0, sum_of_squares = 0.0;
-  };
-
-  void sum_boxes();
-  bool decide() const;
+  enum Way : size_t { OTHER, TRIED, COUNT };
 
   uint32_t first_;
   double cost_;
-  int box_size_, width_, columns_;
+  int width_;
   bool has_won_ = true;
-  std::vector<float> luminance_;        // by pixel, of the frame under way
-  std::vector<double> sums_;            // the same by box
-  std::vector<Moments> tried_, other_;  // by box, over frames
+  std::vector<float> luminance_;  // by pixel, of the frame under way
+  NoiseComparison noise_;
 };
 
 }  // namespace cistern

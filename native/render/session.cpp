@@ -8,6 +8,7 @@
 #include "base/check.h"
 #include "render/cell_views.h"
 #include "render/learning_views.h"
+#include "render/sharing_trial.h"
 #include "scene/scene_memory.h"
 #include "transport/camera_ray.h"
 
@@ -95,9 +96,9 @@ void Session::run() {
     tbb::task_arena arena(settings_.threads > 0 ? settings_.threads : tbb::task_arena::automatic);
     arena.execute([this, &reuse] {
       film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes);
-      const auto world =
-          std::make_shared<const RenderWorld>(settings_, scene_, cache_->accel(scene_, settings_.keep_instances),
-                                              cache_->lights(scene_, settings_.light_sampling));
+      const auto accel = cache_->accel(scene_, settings_.keep_instances);
+      const auto lights = cache_->lights(scene_, settings_.light_sampling);
+      const auto world = std::make_shared<const RenderWorld>(decided_settings(accel, lights), scene_, accel, lights);
       std::shared_ptr<const LightCacheCells> cache_cells;
       if (settings_.direct == DirectAnswer::RESTIR_CACHE) {
         const WorkMonitor monitor{[this] { return cancelled_.load(); }, [this](float done) { report_caching(done); }};
@@ -107,7 +108,7 @@ void Session::run() {
       }
       reuse = make_reuse_frame(world, cache_cells);
       std::optional<BandedFrame> banded;
-      if (BandedFrame::is_for(settings_)) banded.emplace(world->context);
+      if (BandedFrame::is_for(world->settings)) banded.emplace(world->context);
       {
         std::lock_guard lock(mutex_);
         progress_.memory_bytes = memory_bytes(*scene_) + world->accel->memory_bytes() + world->lights->memory_bytes() +
@@ -126,6 +127,13 @@ void Session::run() {
   } catch (const std::exception& e) {
     end(Status::FAILED, e.what());
   }
+}
+
+/// What adapts itself to the scene before the first frame.
+Settings Session::decided_settings(const std::shared_ptr<const Accel>& accel,
+                                   const std::shared_ptr<const LightSet>& lights) const {
+  if (!SharingTrial::is_for(settings_)) return settings_;
+  return SharingTrial(settings_, scene_, accel, lights).decide({cancelled_, Clock::time_point::max()});
 }
 
 bool Session::keeps_history() const { return settings_.keep_history && settings_.has_temporal_reuse(); }

@@ -56,6 +56,8 @@ class Session {
  private:
   void run();
   bool keeps_history() const;
+  Settings decided_settings(const std::shared_ptr<const Accel>& accel,
+                            const std::shared_ptr<const LightSet>& lights) const;
   std::unique_ptr<ReuseFrame> make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,
                                                std::shared_ptr<const LightCacheCells> cache_cells);
   void report_caching(float done);

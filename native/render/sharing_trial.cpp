@@ -1,25 +1,126 @@
 #include "render/sharing_trial.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "base/hash.h"
+#include "render/banded_frame.h"
+#include "render/frame_trial.h"
+
 namespace cistern {
 namespace {
 
-/// Frames that share take so many times as long as those that do not, about (City Grid, door ajar, Cornell box,
-/// `tests/benchmark/efficiency.py`): 1.8 to 2.2, and 1.1 to 1.3.
-constexpr double kCost = 2.0, kCostOfNextVerticesAlone = 1.25;
+constexpr uint32_t kFrames = 8;  // in turn with and without
+constexpr uint64_t kTrialSeed = 0x747269616c;
 constexpr int kBox = 4;
-/// Shorter pictures would spend too much of their time on it.
-constexpr int kLeastSamples = 8 * static_cast<int>(FrameTrial::kFrames);
+
+/// Samples that are shared take so many times as long as plain ones, about (seven scenes of the scoreboard): 1.6 to 2.4
+/// and, where materials are glossy and light is everywhere, 3.1; with next vertices alone 1.4 to 2.0.
+constexpr double kCost = 2.1, kCostOfNextVertices = 1.6;
+
+/// What chance can do in so few samples: sharing must win by more.
+constexpr double kMargin = 0.9;
+
+/// Of the time of the picture's samples, at most about.
+constexpr double kTimeShare = 0.05;
+/// Samples of long renders count no more than so many: a time limit may come first.
+constexpr int kMostSamples = 256;
+/// With fewer, chance decides; more know no better.
+constexpr double kLeastPixels = 1024, kMostPixels = 1 << 16;
+
+int block_side(int pixels) { return std::min(pixels, 16); }
+
+double pixel_budget(const Settings& s) {
+  const double pixels = static_cast<double>(s.region.width) * s.region.height;
+  const double samples_of_pixel = kFrames * (1.0 + kCost) / 2.0;
+  return std::min({pixels, kMostPixels, kTimeShare * pixels * std::min(s.samples, kMostSamples) / samples_of_pixel});
+}
+
+/// Blocks at even distances.
+PixelBlocks blocks_of(const Settings& s) {
+  const int width = s.region.width, height = s.region.height;
+  PixelBlocks blocks{block_side(width), block_side(height), 1, {}};
+  const double count = pixel_budget(s) / (blocks.block_width * blocks.block_height);
+  const auto clamped = [](double n, int most) { return std::clamp(static_cast<int>(std::lround(n)), 1, most); };
+  blocks.columns = clamped(std::sqrt(count * width / height), width / blocks.block_width);
+  const int rows = clamped(count / blocks.columns, height / blocks.block_height);
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < blocks.columns; ++column)
+      blocks.places.push_back({(2 * column + 1) * width / (2 * blocks.columns) - blocks.block_width / 2,
+                               (2 * row + 1) * height / (2 * rows) - blocks.block_height / 2});
+  return blocks;
+}
+
+bool shares_at_visible(const Settings& s) { return s.path_sharing.visible.groups.size > 1; }
+bool shares_at_next(const Settings& s) { return s.path_sharing.deep.groups.size > 1; }
+
+Settings settings_of_trial(const Settings& s) {
+  Settings trial = s;
+  trial.seed = hash_combine(mix_bits(s.seed), kTrialSeed);
+  trial.direct = DirectAnswer::NEE;
+  trial.secondary = SecondaryAnswer::NEE;
+  trial.guiding = Guiding::OFF;
+  trial.passes = {};
+  return trial;
+}
+
+float seen(const PathRecord& r) { return luminance(r.direct + r.indirect + r.emission + r.environment); }
 
 }  // namespace
 
-SharingTrial::SharingTrial(const Settings& s) {
-  const PathSharing& sharing = s.path_sharing;
-  if (!sharing.on_trial || s.samples < kLeastSamples) return;
-  if (sharing.visible.groups.size > 1) {
-    trial_.emplace(s.region, 0, kCost, kBox);
-  } else if (sharing.deep.groups.size > 1) {
-    trial_.emplace(s.region, 0, kCostOfNextVerticesAlone);
+bool SharingTrial::is_for(const Settings& s) {
+  return s.path_sharing.on_trial && BandedFrame::is_for(s) && (shares_at_visible(s) || shares_at_next(s)) &&
+         pixel_budget(s) >= kLeastPixels;
+}
+
+SharingTrial::SharingTrial(const Settings& settings, std::shared_ptr<const Scene> scene,
+                           std::shared_ptr<const Accel> accel, std::shared_ptr<const LightSet> lights)
+    : settings_(settings),
+      world_(settings_of_trial(settings), std::move(scene), std::move(accel), std::move(lights)),
+      pixels_(blocks_of(settings)),
+      shared_(world_.context),
+      luminance_(pixels_.size()),
+      without_visible_(pixels_.size()),
+      noise_(pixels_.width(), pixels_.height(), shares_at_visible(settings) ? kBox : kBoxOfDenoisers, 3) {}
+
+bool SharingTrial::trace_plainly(uint32_t frame, const StopCondition& stop) {
+  const auto trace = [&](int x, int y, PathScratch& scratch) {
+    const PixelBlocks::Pixel place = pixels_.place(x, y);
+    luminance_[static_cast<size_t>(y * pixels_.width() + x)] =
+        seen(trace_pixel(world_.context, place.x, place.y, frame, scratch));
+  };
+  const bool done =
+      for_each_pixel<PathScratch>(pixels_.width(), pixels_.height(), stop, trace, [](const PathScratch&) {});
+  if (done) noise_.add_frame(PLAIN, luminance_);
+  return done;
+}
+
+bool SharingTrial::share(uint32_t frame, const StopCondition& stop) {
+  if (!shared_.render(pixels_, frame, stop)) return false;
+  for (uint32_t i = 0; i < pixels_.size(); ++i) {
+    const PathRecord record = shared_.record(i);
+    luminance_[i] = seen(record);
+    without_visible_[i] = luminance_[i] - luminance(record.shared);
   }
+  noise_.add_frame(AS_ASKED, luminance_);
+  noise_.add_frame(NEXT_VERTICES, without_visible_);
+  return true;
+}
+
+Settings SharingTrial::decide(const StopCondition& stop) {
+  for (uint32_t frame = 0; frame < kFrames; ++frame)
+    if (!(frame % 2 == 0 ? trace_plainly(frame, stop) : share(frame, stop))) return settings_;
+  const std::vector<double> noise = noise_.variances();
+  const double plain = noise[PLAIN];
+  const double of_next = shares_at_next(settings_) ? noise[NEXT_VERTICES] * kCostOfNextVertices : INFINITY;
+  const double as_asked = shares_at_visible(settings_) ? noise[AS_ASKED] * kCost : of_next;
+  Settings decided = settings_;
+  if (plain * kMargin <= std::min(of_next, as_asked)) {
+    decided.indirect = IndirectAnswer::PATH;
+  } else if (of_next < as_asked) {
+    decided.path_sharing.visible.groups.size = 1;
+  }
+  return decided;
 }
 
 }  // namespace cistern

@@ -1,34 +1,42 @@
 #pragma once
 
-#include <optional>
-
-#include "render/frame_trial.h"
+#include "render/noise_comparison.h"
+#include "render/render_world.h"
+#include "render/shared_pixels.h"
 
 namespace cistern {
 
-/// Whether sharing is worth its time in this scene: the first frames try. Where visible points share, the noise of
-/// boxes of 4 x 4 pixels decides, between what single pixels show and what a glance does; where next vertices alone
-/// share, the picture goes to a denoiser, and its scale decides.
+/// Whether CELL_SHARED is worth its time in this scene, and at which vertices. Before the first frame, blocks from all
+/// over the picture are rendered a few times with and without; the noise of either decides, and these samples go
+/// nowhere else. So whatever is decided, no sample of the picture depends on another, and no clock is asked: with a
+/// given number of samples pictures are the same for each seed.
+///
+/// Where visible points share, the noise of boxes of 4 x 4 pixels decides, between what single pixels show and what a
+/// glance does; where next vertices alone share, the picture goes to a denoiser, and its scale decides. Lights are
+/// chosen as if nothing had been learned.
 class SharingTrial {
  public:
-  explicit SharingTrial(const Settings& settings);
+  /// Whether these settings want a trial, and the picture is so large that it hardly adds to the time.
+  static bool is_for(const Settings& settings);
 
-  /// What a frame does. Asked of frames in order.
-  bool shares(uint32_t frame) const {
-    if (!trial_) return true;
-    return is_running(frame) ? trial_->tries(frame) : trial_->has_won();
-  }
-  bool is_running(uint32_t frame) const { return trial_ && trial_->is_running(frame); }
-  /// Whether a frame acts on what the trial found.
-  bool is_decided(uint32_t frame) const { return trial_ && frame >= trial_->end(); }
-  /// A pixel's luminance in the frame under way, while the trial runs; from any thread.
-  void add(int x, int y, float luminance) { trial_->add(x, y, luminance); }
-  void finish_frame(uint32_t frame) {
-    if (trial_) trial_->finish_frame(frame);
-  }
+  SharingTrial(const Settings& settings, std::shared_ptr<const Scene> scene, std::shared_ptr<const Accel> accel,
+               std::shared_ptr<const LightSet> lights);
+
+  /// The settings with what has won; as they were if stopped.
+  Settings decide(const StopCondition& stop);
 
  private:
-  std::optional<FrameTrial> trial_;
+  enum Way : size_t { PLAIN, NEXT_VERTICES, AS_ASKED };
+
+  bool trace_plainly(uint32_t frame, const StopCondition& stop);
+  bool share(uint32_t frame, const StopCondition& stop);
+
+  const Settings settings_;
+  const RenderWorld world_;
+  const PixelBlocks pixels_;
+  SharedPixels shared_;
+  std::vector<float> luminance_, without_visible_;  // by pixel; the second without what visible points were handed
+  NoiseComparison noise_;
 };
 
 }  // namespace cistern

@@ -2,66 +2,111 @@
 
 #include <gtest/gtest.h>
 
-#include "base/rng.h"
+#include "render/render_cache.h"
+#include "render/render_scenes.h"
 
-namespace cistern {
+namespace cistern::test {
 namespace {
 
-constexpr int kWidth = 204, kHeight = 133;  // boxes at the far edges are cut
-
-Settings for_a_denoiser(int samples) {
-  Settings s;
-  s.region = {0, 0, kWidth, kHeight};
-  s.samples = samples;
-  s.path_sharing.visible.groups.size = 1;
+Settings on_trial(int samples = 128) {
+  Settings s = small_settings(96, 96, samples);
+  s.region = {0, 0, 96, 96};
+  s.indirect = IndirectAnswer::CELL_SHARED;
+  s.path_sharing.temporal_reuse = false;
   s.path_sharing.on_trial = true;
   return s;
 }
 
-/// What is decided when pixels of frames that share have `shared` times the noise of the others.
-bool decision(float shared, float fireflies = 0.0f, const Settings& settings = for_a_denoiser(100)) {
-  SharingTrial trial(settings);
-  for (uint32_t frame = 0; trial.is_running(frame); ++frame) {
-    Rng rng(5, 0, frame, 0);
-    const float noise = trial.shares(frame) ? shared : 1.0f;
-    for (int y = 0; y < kHeight; ++y)
-      for (int x = 0; x < kWidth; ++x)
-        trial.add(x, y, 1.0f + noise * (rng.next_float() - 0.5f) + (rng.next_float() < fireflies ? 1e4f : 0.0f));
-    trial.finish_frame(frame);
+Settings for_a_denoiser(Settings s) {
+  s.path_sharing.visible.groups.size = 1;
+  return s;
+}
+
+/// A room whose lamp shines into a niche: what light there is elsewhere few paths find.
+std::shared_ptr<const Scene> lit_by_a_niche() {
+  PathScene scene;
+  const int paint = scene.diffuse(0.7f);
+  scene.floor(0.0f, 6.0f, paint);
+  scene.quad({0, 3, 1.5f}, {6, 0, 0}, {0, 0, 3}, paint);
+  scene.quad({-3, 0, 1.5f}, {0, 6, 0}, {0, 0, 3}, paint);
+  scene.quad({3, 0, 1.5f}, {0, 0, 3}, {0, 6, 0}, paint);
+  scene.quad({0, 0, 3}, {0, 6, 0}, {6, 0, 0}, paint);
+  scene.quad({2.6f, 0, 2.2f}, {0, 0.5f, 0}, {0.5f, 0, 0}, paint);
+  scene.point_lamp({2.8f, 0, 2.4f}, 5.0f);
+  Camera camera;
+  camera.camera_to_world = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, -3, 1.5f}};  // looks along +Y
+  camera.left = camera.bottom = -0.6f, camera.right = camera.top = 0.6f;
+  scene.builder.set_camera(camera, "camera");
+  return scene.builder.snapshot();
+}
+
+Settings decided(const std::shared_ptr<const Scene>& scene, const Settings& settings) {
+  RenderCache cache;
+  const std::atomic<bool> cancelled{false};
+  SharingTrial trial(settings, scene, cache.accel(scene, false), cache.lights(scene, LightSampling::TREE));
+  return trial.decide({cancelled, std::chrono::steady_clock::time_point::max()});
+}
+
+TEST(SharingTrial, SharesWhereLightIsRare) {
+  EXPECT_EQ(decided(lit_by_a_niche(), on_trial()), on_trial());
+  const Settings next_alone = for_a_denoiser(on_trial());
+  EXPECT_EQ(decided(lit_by_a_niche(), next_alone), next_alone);
+}
+
+TEST(SharingTrial, DoesNotShareWhereThereIsNothingToShare) {
+  for (const Settings& asked : {on_trial(), for_a_denoiser(on_trial())}) {
+    Settings plain = asked;
+    plain.indirect = IndirectAnswer::PATH;
+    EXPECT_EQ(decided(small_room(), asked), plain);
   }
-  return trial.shares(16);
 }
 
-TEST(SharingTrial, FramesTakeTurns) {
-  SharingTrial trial(for_a_denoiser(100));
-  EXPECT_TRUE(trial.shares(0));
-  EXPECT_FALSE(trial.shares(1));
-  EXPECT_TRUE(trial.shares(6));
-  EXPECT_FALSE(trial.shares(7));
+TEST(SharingTrial, StoppedItDecidesNothing) {
+  const std::shared_ptr<const Scene> scene = small_room();
+  RenderCache cache;
+  const std::atomic<bool> cancelled{true};
+  SharingTrial trial(on_trial(), scene, cache.accel(scene, false), cache.lights(scene, LightSampling::TREE));
+  EXPECT_EQ(trial.decide({cancelled, std::chrono::steady_clock::time_point::max()}), on_trial());
 }
 
-TEST(SharingTrial, SharesWhereNoiseFallsByMoreThanTheCost) {
-  EXPECT_TRUE(decision(0.8f));    // two thirds of the variance for a quarter more time
-  EXPECT_FALSE(decision(0.95f));  // hardly less
-  EXPECT_FALSE(decision(1.0f));
-  EXPECT_TRUE(decision(0.5f, 1e-5f)) << "a firefly must not decide";
+TEST(SharingTrial, IsLeftOutWhereNobodyAsksForItAndOfSmallPictures) {
+  EXPECT_TRUE(SharingTrial::is_for(on_trial()));
+  EXPECT_TRUE(SharingTrial::is_for(for_a_denoiser(on_trial())));
+  EXPECT_FALSE(SharingTrial::is_for(on_trial(16))) << "a tenth of the time";
+  Settings s = on_trial();
+  s.path_sharing.on_trial = false;
+  EXPECT_FALSE(SharingTrial::is_for(s));
+  s = for_a_denoiser(on_trial());
+  s.path_sharing.deep.groups.size = 1;
+  EXPECT_FALSE(SharingTrial::is_for(s)) << "nothing to decide";
+  s = on_trial();
+  s.path_sharing.temporal_reuse = true;
+  EXPECT_FALSE(SharingTrial::is_for(s));
+  s = on_trial();
+  s.indirect = IndirectAnswer::PATH;
+  EXPECT_FALSE(SharingTrial::is_for(s));
 }
 
-TEST(SharingTrial, VisiblePointsThatShareMustBringMore) {
-  Settings plain = for_a_denoiser(100);
-  plain.path_sharing.visible.groups.size = 16;
-  EXPECT_TRUE(decision(0.5f, 0.0f, plain));
-  EXPECT_FALSE(decision(0.8f, 0.0f, plain));
-}
-
-TEST(SharingTrial, IsLeftOutWhereNobodyAsksForItAndOfShortPictures) {
-  Settings plain = for_a_denoiser(100);
-  plain.path_sharing.on_trial = false;
-  for (const SharingTrial& trial : {SharingTrial(plain), SharingTrial(for_a_denoiser(16))}) {
-    EXPECT_FALSE(trial.is_running(0));
-    EXPECT_TRUE(trial.shares(1));
+TEST(SharingTrial, WorksInPicturesOfAnyShape) {
+  for (const auto [width, height] : {std::pair{8192, 3}, std::pair{5, 5000}, std::pair{33, 47}}) {
+    Settings s = on_trial(256);
+    s.width = width, s.height = height;
+    s.region = {0, 0, width, height};
+    ASSERT_TRUE(SharingTrial::is_for(s)) << width;
+    decided(small_room(), s);
   }
+}
+
+TEST(PixelBlocks, PlacesAreWithinTheirBlocks) {
+  const PixelBlocks blocks{4, 2, 2, {{10, 20}, {30, 20}, {10, 40}, {30, 40}}};
+  EXPECT_EQ(blocks.width(), 8);
+  EXPECT_EQ(blocks.height(), 4);
+  EXPECT_EQ(blocks.size(), 32u);
+  EXPECT_EQ(blocks.place(3, 1).x, 13);
+  EXPECT_EQ(blocks.place(4, 1).x, 30);
+  EXPECT_EQ(blocks.place(4, 2).y, 40);
+  EXPECT_EQ(PixelBlocks::band(7, 5, 9).place(6, 3).y, 8);
 }
 
 }  // namespace
-}  // namespace cistern
+}  // namespace cistern::test

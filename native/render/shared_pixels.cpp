@@ -1,0 +1,39 @@
+#include "render/shared_pixels.h"
+
+namespace cistern {
+
+bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopCondition& stop) {
+  struct Scratch {
+    PathScratch path;
+    PathCapture capture;
+  };
+  const Region& all = context_.settings.region;
+  const PixelBlocks::Pixel first = pixels.places.front();
+  sharing_.set_region({all.x + first.x, all.y + first.y, pixels.width(), pixels.height()});
+  records_.resize(pixels.size());
+  const auto trace = [&](int x, int y, Scratch& scratch) {
+    const auto pixel = static_cast<uint32_t>(y * pixels.width() + x);
+    const PixelBlocks::Pixel place = pixels.place(x, y);
+    sharing_.ask(scratch.capture, full_frame_pixel(context_.settings, place.x, place.y), frame);
+    records_[pixel] = trace_pixel(context_, place.x, place.y, frame, scratch.path, &scratch.capture);
+    sharing_.start_pixel(scratch.capture, pixel);
+  };
+  const auto finish_tile = [&](const Scratch& scratch) { collect_records(context_, scratch.path); };
+  return for_each_pixel<Scratch>(pixels.width(), pixels.height(), stop, trace, finish_tile) &&
+         sharing_.share(frame, stop);
+}
+
+PathRecord SharedPixels::record(uint32_t pixel) const {
+  PathRecord record = records_[pixel];
+  const VisiblePoint& visible = sharing_.visible_point(pixel);
+  if (visible.exists) sharing_.add_to(visible, pixel, context_.paths.limits.clamp_indirect, record);
+  return record;
+}
+
+uint32_t SharedPixels::reuse_count(uint32_t pixel) const {
+  return sharing_.visible_point(pixel).exists ? sharing_.reuse_count(pixel) : 0;
+}
+
+size_t SharedPixels::memory_bytes() const { return sharing_.memory_bytes() + records_.capacity() * sizeof(PathRecord); }
+
+}  // namespace cistern

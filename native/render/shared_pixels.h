@@ -1,0 +1,29 @@
+#pragma once
+
+#include "render/cell_shared_stage.h"
+#include "render/pixel_blocks.h"
+
+namespace cistern {
+
+/// Some pixels of a frame of CELL_SHARED without history: their paths, and the sharing between them.
+class SharedPixels {
+ public:
+  explicit SharedPixels(const FrameContext& context) : context_(context), sharing_(context) {}
+
+  /// Makes a sample of each. False if stopped.
+  bool render(const PixelBlocks& pixels, uint32_t frame, const StopCondition& stop);
+
+  /// Of the sample of a pixel, by its number in the small picture: what it found and was handed, and by how many
+  /// others.
+  PathRecord record(uint32_t pixel) const;
+  uint32_t reuse_count(uint32_t pixel) const;
+
+  size_t memory_bytes() const;
+
+ private:
+  const FrameContext& context_;
+  CellSharedStage sharing_;
+  LazyVector<PathRecord> records_;  // by pixel
+};
+
+}  // namespace cistern
