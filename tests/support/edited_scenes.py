@@ -96,18 +96,52 @@ def moved_tile(scene: EditableScene) -> None:
     scene.move(TILE, (-0.9, -0.2, 0.1), turn=0.6)
 
 
-def painted_wall(scene: EditableScene) -> None:
-    mesh, _, matrix = scene.instances[BACK]
-    green = scene.builder.add_material(principled((0.2, 0.8, 0.3)))
-    scene.instances[BACK] = (mesh, scene.builder.add_material_set([green], "back"), matrix)
-
-
 def new_ball(scene: EditableScene) -> None:
     points = np.array([(-0.4, -0.4, 0.0), (0.4, -0.4, 0.0), (0.4, 0.4, 0.0), (-0.4, 0.4, 0.0), (0, 0, 0.8)], np.float32)
     corners = np.array([0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4], np.int32)
     mesh, materials, _ = scene.instances[BALL]
     scene.builder.add_mesh("pyramid", points, corners, replace=mesh)
     scene.instances[BALL] = (mesh, materials, np.eye(4))
+
+
+def set_material(scene: EditableScene, index: int, program: core.MaterialProgram) -> None:
+    mesh, _, matrix = scene.instances[index]
+    name = f"material of {index}"
+    material = scene.builder.add_material_set([scene.builder.add_material(program)], name)
+    scene.instances[index] = (mesh, material, matrix)
+
+
+def painted_wall(scene: EditableScene) -> None:
+    set_material(scene, BACK, principled((0.2, 0.8, 0.3)))
+
+
+def metal_ball(scene: EditableScene) -> None:
+    """A smooth one, which takes no part in reuse of paths."""
+    set_material(scene, BALL, principled((0.9, 0.8, 0.6), metallic=1.0, roughness=0.0))
+
+
+def thin_wall(scene: EditableScene) -> None:
+    """Half of the light goes through."""
+    set_material(scene, BACK, principled((0.7, 0.7, 0.7), alpha=0.5))
+
+
+def glowing_wall(scene: EditableScene) -> None:
+    set_material(scene, LEFT, emission((0.4, 0.2, 0.6)))
+
+
+def dark_tile(scene: EditableScene) -> None:
+    set_material(scene, TILE, GRAY)
+
+
+def bent_floor(scene: EditableScene) -> None:
+    """As many points and polygons as before, elsewhere."""
+    points = np.array([(-1, -3, 0.35), (1, -3, 0), (1, 1, 0.3), (-1, 1, 0)], np.float32)
+    corners, ends = np.arange(4, dtype=np.int32), np.array([0, 4], np.int32)
+    scene.builder.add_mesh("floor", points, corners, ends, replace=scene.instances[FLOOR][0])
+
+
+def sky(scene: EditableScene) -> None:
+    scene.set_environment((0.3, 0.4, 0.6))
 
 
 def everything(scene: EditableScene) -> None:
@@ -118,7 +152,7 @@ def everything(scene: EditableScene) -> None:
 EDITS: dict[str, Callable[[EditableScene], None]] = {
     edit.__name__: edit
     for edit in (nothing, camera, brighter_lamp, moved_lamp, removed_lamp, new_lamp, moved_ball, moved_tile,
-                 painted_wall, new_ball, everything)
+                 painted_wall, metal_ball, thin_wall, glowing_wall, dark_tile, new_ball, bent_floor, sky, everything)
 }  # fmt: skip
 
 
