@@ -15,7 +15,14 @@ BOOKKEEPING = "sorting, bookkeeping"
 # In names of our functions: cells and groups of pixels, records of light and the tables made from them, the film.
 BOOKKEEPING_WORDS = (
     *("sort", "HashGrid", "CellGroups", "make_groups", "cell_key", "cell_level", "normal_bin", "group_class"),
-    *("ClusterStatistics", "LightTraining", "light_record", "collect_records", "sum_equal_pairs", "NestedCellIndex::b"),
+    *(
+        "ClusterStatistics",
+        "CellTraining",
+        "LearnedLightTable::add_row",
+        "light_record",
+        "collect_records",
+        "sum_equal_pairs",
+    ),
     *("start_pixel", "BandedFrame::finish", "Film::", "add_to_film"),
 )
 COLUMNS = (*LIBRARIES[:2], BOOKKEEPING, *LIBRARIES[2:])
