@@ -7,7 +7,6 @@ but a redraw that would show the scene as it was before an edit, for a moment.
 from __future__ import annotations
 
 import atexit
-import math
 import threading
 import time
 import weakref
@@ -27,8 +26,10 @@ from .viewport_camera import Rectangle, View
 POLL_SECONDS = 0.005
 # The first picture after a change is as coarse as it has to be to take no longer.
 FIRST_PICTURE_SECONDS = 0.035
-# A redraw waits so long after a change for its first picture, where the one before came as soon.
-REDRAW_SECONDS = 0.06
+# A redraw waits so long after a change for its first picture.
+REDRAW_SECONDS = 0.1
+# After waiting in vain so many changes at most are not waited for, before the next attempt.
+MOST_UNAWAITED = 15
 COARSEST_PIXEL = 16
 UNMEASURED_PIXEL = 8
 # A change waits so long for the first picture of the one before it: else nothing would be seen while things move.
@@ -120,7 +121,7 @@ class ViewportRender:
         self._job: Job | None = None  # waiting to be taken
         self._request_in_hand = 0
         self._submitted = self._submitted_in_hand = 0.0
-        self._first_picture_seconds = math.inf  # from the last change that has a picture to that
+        self._unawaited = self._to_leave_unawaited = 0  # changes since one was waited for
         self._is_awaited = False
         self.requests = 0
         self._is_wanted = True  # whether the job in hand is to be finished
@@ -138,20 +139,26 @@ class ViewportRender:
         with self._condition:
             self._job = job
             self.requests += 1
+            self._unawaited += 1
             self._submitted = time.perf_counter()
             self._is_wanted = True
             self._condition.notify_all()
 
     def await_picture(self) -> None:
-        """Return once there is a picture of the newest job, or it is not to be expected within REDRAW_SECONDS of its
-        submission: by the last one, or because they are over. Redraws are dear, and without waiting each change takes
-        two."""
+        """Return once there is a picture of the newest job, or REDRAW_SECONDS after its submission.
+
+        Redraws are dear, and without waiting each change takes two, of which the first delays the picture: one that
+        comes too late without waiting may come in time with it. So after waiting in vain a few changes are let go by,
+        ever more of them, then it is tried again."""
         with self._condition:
-            if self._first_picture_seconds > REDRAW_SECONDS:
+            seconds = self._submitted + REDRAW_SECONDS - time.perf_counter()
+            if self._unawaited <= self._to_leave_unawaited or seconds <= 0.0:
                 return
             self._is_awaited = True
-            self._condition.wait_for(self._is_answered, self._submitted + REDRAW_SECONDS - time.perf_counter())
+            is_in_time = self._condition.wait_for(self._is_answered, seconds)
             self._is_awaited = False
+            self._unawaited = 0
+            self._to_leave_unawaited = 0 if is_in_time else min(2 * self._to_leave_unawaited + 1, MOST_UNAWAITED)
 
     def _is_answered(self) -> bool:
         is_shown = self.picture is not None and self.picture.request == self.requests
@@ -228,7 +235,6 @@ class ViewportRender:
                 return progress.frames_done > 0
             if self._must_leave(stage.rendering_seconds >= patience):
                 if shown == 0 and patience > 0.0:  # so slow that nothing would be seen while things move
-                    self._first_picture_seconds = math.inf
                     self._seconds_per_pixel = 2.0 * max(self._seconds_per_pixel or 0.0, patience / stage.pixels)
                 return False
 
@@ -237,8 +243,9 @@ class ViewportRender:
         self._pictures += 1
         picture = Picture(self._pictures, self._request_in_hand, pixels, stage.place, status_text(progress))
         with self._condition:
-            if self.picture is None or self.picture.request != picture.request:
-                self._first_picture_seconds = time.perf_counter() - self._submitted_in_hand
+            is_first = self.picture is None or self.picture.request != picture.request
+            if is_first and time.perf_counter() - self._submitted_in_hand < REDRAW_SECONDS:
+                self._to_leave_unawaited = 0
             self.picture = picture
             is_about_to_be_drawn = self._is_awaited and self._is_answered()
             self._condition.notify_all()
