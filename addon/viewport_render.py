@@ -74,13 +74,18 @@ class Picture:
 
 
 class Stage:
-    """The session of one size of pixels."""
+    """The session of one size of pixels.
 
-    def __init__(self, core: ModuleType, job: Job, pixel: int, cache: Any) -> None:  # noqa: ANN401
+    The first and the finest pictures after a change go on with the history of the like of them before it: what few
+    large pixels remember would be a poor start for fine ones. Those in between are not worth the memory."""
+
+    def __init__(self, core: ModuleType, job: Job, pixel: int, is_first: bool, cache: Any) -> None:  # noqa: ANN401
         (width, height), region = job.view.frame(pixel)
         settings = dict(job.settings) | {"width": width, "height": height, "region": region, "samples": 1}
         if pixel == job.finest_pixel:
             settings |= {"samples": job.samples, "time_limit": job.time_limit}
+        else:
+            settings |= {"keep_history": is_first, "is_draft": True}
         has_relative_cells = settings.get("indirect") == "WORLD_REUSE" and not settings["cell_pixels"]
         if view_modes.shows_cells(job.mode) and not has_relative_cells:  # at their size on the screen
             cell_pixels = (settings["cell_pixels"] or DEFAULT_CELL_PIXELS) / pixel
@@ -209,7 +214,7 @@ class ViewportRender:
         pixel = first = self._first_pixel(job)
         is_complete = True
         while is_complete and pixel >= job.finest_pixel:
-            stage = Stage(self._core, job, pixel, self._cache)
+            stage = Stage(self._core, job, pixel, pixel == first, self._cache)
             try:
                 is_complete = self._watch(stage, 0.0 if pixel < first else PATIENCE_SECONDS)
             finally:

@@ -95,6 +95,7 @@ std::map<std::string, Setter> make_setters() {
                                            {"WORLD_REUSE", IndirectAnswer::WORLD_REUSE},
                                            {"CELL_SHARED", IndirectAnswer::CELL_SHARED}})},
       {"keep_history", member(&Settings::keep_history)},
+      {"is_draft", member(&Settings::is_draft)},
       {"keep_instances", member(&Settings::keep_instances)},
       {"light_sampling", member(&Settings::light_sampling)},
       {"guiding", choice<Guiding>("guiding", &Settings::guiding,

@@ -229,6 +229,7 @@ class Settings:
     # With a RenderCache and temporal reuse: go on with the history of the last session, if that had the same settings but
     # for samples, threads, time_limit, passes and the size of the picture; and leave the own history there.
     keep_history: bool
+    is_draft: bool  # the picture only bridges the time until a finer one: drafts have a history of their own
     keep_instances: bool  # each mesh keeps an Embree scene of its own: moves are cheap, rays cost a little more
     # Bounces to where light came from in earlier frames. AUTO: where a trial says that it pays; never with history, nor
     # where samples are too few to tell.

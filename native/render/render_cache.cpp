@@ -43,22 +43,31 @@ std::shared_ptr<const LightCacheCells> RenderCache::light_cache_cells(const Scen
 
 std::unique_ptr<ReuseFrame> RenderCache::take_history(const Settings& settings) {
   const std::lock_guard lock(mutex_);
-  if (!history_ || !shares_history(history_->world()->settings, settings)) return nullptr;
-  return std::move(history_);
+  std::unique_ptr<ReuseFrame>& history = settings.is_draft ? draft_history_ : history_;
+  if (!history || !shares_history(history->world()->settings, settings)) return nullptr;
+  return std::move(history);
 }
 
 void RenderCache::leave_history(std::unique_ptr<ReuseFrame> frame) {
   {
     const std::lock_guard lock(mutex_);
-    std::swap(history_, frame);
+    std::swap(frame->world()->settings.is_draft ? draft_history_ : history_, frame);
   }
   // What was kept before is freed here, when nobody waits for the lock.
+}
+
+void RenderCache::drop_history() {
+  std::unique_ptr<ReuseFrame> history, draft_history;
+  const std::lock_guard lock(mutex_);
+  std::swap(history, history_);
+  std::swap(draft_history, draft_history_);
 }
 
 size_t RenderCache::memory_bytes() const {
   const std::lock_guard lock(mutex_);
   return (accel_ ? accel_->memory_bytes() : 0) + (lights_.lights ? lights_.lights->memory_bytes() : 0) +
-         (cells_ ? cells_->memory_bytes() : 0) + (history_ ? history_->memory_bytes() : 0);
+         (cells_ ? cells_->memory_bytes() : 0) + (history_ ? history_->memory_bytes() : 0) +
+         (draft_history_ ? draft_history_->memory_bytes() : 0);
 }
 
 }  // namespace cistern

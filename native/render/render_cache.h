@@ -21,11 +21,12 @@ class RenderCache {
   std::shared_ptr<const LightCacheCells> light_cache_cells(const Scene& scene, uint32_t point_count, uint64_t seed,
                                                            const WorkMonitor& monitor);
 
-  /// The frame left last, if settings agree; it is gone from here. Otherwise null, and what was left is kept.
+  /// The frame left last, of drafts for a draft, if settings agree; it is gone from here. Otherwise null, and what was
+  /// left is kept.
   std::unique_ptr<ReuseFrame> take_history(const Settings& settings);
-  /// In place of what was left before.
+  /// In place of what was left before, by drafts if it is one.
   void leave_history(std::unique_ptr<ReuseFrame> frame);
-  void drop_history() { leave_history(nullptr); }
+  void drop_history();
 
   size_t memory_bytes() const;
 
@@ -38,7 +39,7 @@ class RenderCache {
     std::shared_ptr<const LightSet> lights;
   } lights_;
   std::shared_ptr<const LightCacheCells> cells_;
-  std::unique_ptr<ReuseFrame> history_;
+  std::unique_ptr<ReuseFrame> history_, draft_history_;
 };
 
 }  // namespace cistern

@@ -11,7 +11,7 @@ from addon.viewport_camera import WHOLE, View
 from addon.viewport_render import FIRST_PICTURE_SECONDS, PATIENCE_SECONDS, Job, ViewportRender
 from tests.blender.viewport_fakes import REGION, FakeViewportCore
 
-SETTINGS = (("cell_pixels", 0.0), ("passes", ()))
+SETTINGS = (("cell_pixels", 0.0), ("keep_history", True), ("passes", ()))
 
 
 def job(scene="scene", samples=3, finest=1, shown=WHOLE, mode="COMBINED", time_limit=0.0) -> Job:
@@ -56,6 +56,19 @@ def test_pixels_get_finer_until_they_are_those_of_the_screen(core, render):
         (48, 64, 4),
     ]
     assert all(session.is_cancelled for session in core.sessions)
+
+
+def test_the_first_and_the_finest_pictures_each_go_on_with_their_own_history(core, render):
+    render.submit(job())
+    wait_until(lambda: len(core.sessions) == 4)
+    drafts = [vars(session.settings) for session in core.sessions[:3]]
+    assert [(draft["is_draft"], draft["keep_history"]) for draft in drafts] == [
+        (True, True),
+        (True, False),
+        (True, False),
+    ]
+    finest = core.sessions[3].settings
+    assert finest.keep_history and not hasattr(finest, "is_draft")
 
 
 def test_the_finest_pixel_is_the_users(core, render):
