@@ -48,7 +48,8 @@ def read_changes(depsgraph: bpy.types.Depsgraph) -> Changes:
 
     A deleted object is on no list: then its scene or collection is. An empty list says nothing at all."""
     moved, objects, shading = set(), set(), set()
-    has_unlisted, has_images = not len(depsgraph.updates), False
+    has_unlisted = not len(depsgraph.updates)
+    has_images = depsgraph.id_type_updated("IMAGE")  # Blender 4.2 does not list them
     for update in depsgraph.updates:
         data_block = update.id
         if isinstance(data_block, bpy.types.Object):
