@@ -66,6 +66,7 @@ def parser(description: str, scenes: Sequence[str], bounces: int) -> argparse.Ar
     result.add_argument("--rounds", type=int, default=3, help="repetitions with other seeds")
     result.add_argument("--reference-samples", type=int, default=2048)
     result.add_argument("--diffuse", action="store_true", help="only light that diffuse lobes scatter; see the README")
+    result.add_argument("--usual-filter", action="store_true", help="pixels see a new point in each frame")
     result.add_argument("--output", type=Path, default=ROOT / "out" / "papers")
     return result
 
@@ -81,16 +82,18 @@ def run(
         if not scene.is_there:
             print(f"{scene.name} is not there: CISTERN_TEST_SCENES names no folder with it")
             continue
-        common = SAME_POINT | (DIFFUSE_ALONE if arguments.diffuse else {})
+        common = (DIFFUSE_ALONE if arguments.diffuse else {}) | ({} if arguments.usual_filter else SAME_POINT)
         sessions = Sessions(scene, arguments.pixels, arguments.bounces, light_sampling, **common)
         reference = sessions.reference(arguments.reference_samples)
         findings += measure(sessions, reference, arguments, scene.name)
-        write(arguments.output / (f"{name}-diffuse" if arguments.diffuse else name), title, arguments, findings)
+        suffix = ("-diffuse" if arguments.diffuse else "") + ("-filter" if arguments.usual_filter else "")
+        write(arguments.output / (name + suffix), title, arguments, findings)
     return findings
 
 
 def write(stem: Path, title: str, arguments: argparse.Namespace, findings: Sequence[Finding]) -> None:
     kind = "Diffuse indirect light" if arguments.diffuse else "Indirect light"
+    kind += ", the usual pixel filter," if arguments.usual_filter else ""
     lines = [
         f"# {title}",
         "",
