@@ -15,9 +15,11 @@ from pathlib import Path
 from tests.benchmark.plotting import load_pyplot, require_matplotlib
 from tests.benchmark.scoreboard.catalogue import LEARNED
 from tests.support.convergence import FRAMES, Reference, squared_errors
-from tests.support.path_scenes import SCENES
+from tests.support.direct_light_scenes import many_lights
+from tests.support.path_scenes import SCENES as PATH_SCENES
 from tests.support.statistics import convergence_slope
 
+SCENES = PATH_SCENES | {"many_lights": many_lights}  # in the others there is little to learn about lights
 LIMITS = dict(max_bounces=3, sequence="RANDOM")
 SYSTEMS: dict[str, dict] = {
     "path tracing": {},
