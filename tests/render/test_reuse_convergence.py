@@ -20,6 +20,7 @@ WITHOUT_HISTORY: dict[str, dict] = {
     "RESTIR": dict(direct="RESTIR", temporal_reuse=False),
     "CELL_RESERVOIRS": dict(secondary="CELL_RESERVOIRS", temporal_reuse=False),
     "SCREEN_REUSE": dict(indirect="SCREEN_REUSE", temporal_reuse=False),
+    "WORLD_REUSE": dict(indirect="WORLD_REUSE", temporal_reuse=False),
     "CELL_SHARED": dict(indirect="CELL_SHARED", temporal_reuse=False),
     "SCREEN_REUSE in every second tile": dict(indirect="SCREEN_REUSE", temporal_reuse=False, path_multi_bounce=0.5),
 }
