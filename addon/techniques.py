@@ -15,7 +15,7 @@ NEXT_EVENT_ITEM = ("NEE", "Next Event", "One light sample and one BSDF sample at
 LEARNED_ITEM = (
     "LEARNED",
     "Learned",
-    "As Next Event, and lights are chosen by what earlier samples saw of them around the point. Best with many lights",
+    "As Next Event, and lights are chosen by what earlier samples saw of them around the point. For many lights and walls",
 )
 DIRECT_ITEMS = (
     NEXT_EVENT_ITEM,
@@ -222,7 +222,7 @@ _PATHS = {
     "light_sampler": "TREE",
     "use_temporal_reuse": False,  # or the samples would not be independent
 }
-_FINAL = _PATHS | {"direct": "LEARNED", "secondary": "LEARNED", "indirect": "CELL_SHARED"}
+_FINAL = _PATHS | {"indirect": "CELL_SHARED"}
 _HISTORY = _PATHS | {"use_temporal_reuse": True}
 _INTERACTIVE = _HISTORY | {"direct": "RESTIR", "light_candidates": 4, "indirect": "CELL_SHARED"}
 _REUSING = _HISTORY | {"light_sampler": "POWER"}

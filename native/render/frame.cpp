@@ -1,5 +1,6 @@
 #include "render/frame.h"
 
+#include "base/hash.h"
 #include "transport/camera_ray.h"
 
 namespace cistern {
@@ -26,7 +27,9 @@ PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame
                        PathCapture* capture) {
   const Settings& s = context.settings;
   const uint32_t pixel = full_frame_pixel(s, x, y);
-  const SequencePoint point = context.guiding ? context.guiding->sequence_point(frame) : SequencePoint{0, frame};
+  SequencePoint point = context.guiding ? context.guiding->sequence_point(frame) : SequencePoint{0, frame};
+  if (context.learning && context.learning->learned_at() > 0)
+    point.sequence = static_cast<uint32_t>(hash_combine(point.sequence, context.learning->learned_at()));
   PathSampler sampler(s.seed, pixel, frame, s.sequence, point);
   const Ray ray = sample_camera_ray(context, x, y, sampler);
   scratch.trains_lights = context.learning && context.learning->trains(pixel, frame);

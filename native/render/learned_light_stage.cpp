@@ -51,6 +51,7 @@ uint32_t LearnedLightStage::frames_to_update(uint32_t frame) const { return fram
 void LearnedLightStage::finish_frames(uint32_t next) {
   if (!std::has_single_bit(next) || is_off() || training_.is_full()) return;
   lights_.set_table(training_.learn());
+  learned_at_ = next;
   if (next == kTrialFrames && gain(training_.statistics()) < kLeastGain)
     use_.at_visible_point = use_.at_later_vertices = false;
 }

@@ -25,6 +25,8 @@ class LearnedLightStage {
   bool trains(uint32_t pixel, uint32_t frame) const;
   /// From any thread, in any order.
   void add(std::span<const LightRecord> records) { training_.add(records); }
+  /// The first frame with the current table. Frames before taught it: those from it on start a new sequence.
+  uint32_t learned_at() const { return learned_at_; }
   /// How many frames from this one on have the same table.
   uint32_t frames_to_update(uint32_t frame) const;
   /// After all frames before `next` are finished.
@@ -40,6 +42,7 @@ class LearnedLightStage {
   LearnedLightUse use_;
   uint64_t seed_;
   double pixels_;
+  uint32_t learned_at_ = 0;
 };
 
 }  // namespace cistern

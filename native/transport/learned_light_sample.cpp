@@ -16,8 +16,8 @@ struct Candidate {
 
 /// Draws a candidate; returns its resampling weight, 0 for none.
 float draw(const PathContext& context, const LearnedLights::Chooser& chooser, const LearnedLightVertex& vertex,
-           double u_choice, float u_within, Vec2 u_light, Candidate& out) {
-  const auto choice = context.learned->lights->choose(chooser, u_choice, u_within, u_light);
+           double u_cluster, float u_within, Vec2 u_light, Candidate& out) {
+  const auto choice = context.learned->lights->choose(chooser, u_cluster, u_within, u_light);
   if (!choice) return 0.0f;
   const auto light = context.lights.evaluate(choice->sample, vertex.point.position, vertex.scattered);
   if (!light) return 0.0f;
@@ -38,14 +38,14 @@ float draw(const PathContext& context, const LearnedLights::Chooser& chooser, co
 
 std::optional<LearnedLightSample> sample_learned_light(const PathContext& context,
                                                        const LearnedLights::Chooser& chooser,
-                                                       const LearnedLightVertex& vertex, Vec2 u_light,
+                                                       const LearnedLightVertex& vertex, double u_choice, Vec2 u_light,
                                                        PathSampler& sampler) {
   Candidate candidate, chosen;
   float w_sum = 0.0f;
   for (int i = 0; i < chooser.candidates; ++i) {
-    const double u_choice = (i + sampler.next_double()) / chooser.candidates;
+    const double u_cluster = (i + u_choice) / chooser.candidates;
     const float w =
-        draw(context, chooser, vertex, u_choice, sampler.next_float(), kronecker_point(u_light, i), candidate);
+        draw(context, chooser, vertex, u_cluster, sampler.next_float(), kronecker_point(u_light, i), candidate);
     if (!(w > 0.0f)) continue;
     w_sum += w;
     if (w == w_sum || sampler.next_float() * w_sum < w) chosen = candidate;

@@ -32,7 +32,7 @@ struct LearnedLightSample {
 /// BSDF sample has the rest of the power heuristic, in which light samples count `candidates` times. Empty: no light.
 std::optional<LearnedLightSample> sample_learned_light(const PathContext& context,
                                                        const LearnedLights::Chooser& chooser,
-                                                       const LearnedLightVertex& vertex, Vec2 u_light,
+                                                       const LearnedLightVertex& vertex, double u_choice, Vec2 u_light,
                                                        PathSampler& sampler);
 
 /// What there is to learn from a sample of which `radiance` arrived; `throughput`: of the path up to the vertex.

@@ -34,12 +34,19 @@ class PathSampler {
   Vec2 lens() { return pair(LENS); }
   Vec2 bsdf_direction(int vertex) { return vertex == 0 ? pair(FIRST_BSDF) : rng_.next_vec2(); }
   Vec2 light_position(int vertex) { return vertex == 0 ? pair(FIRST_LIGHT) : rng_.next_vec2(); }
-  /// For decisions that gain little from stratification: lobes, lights, Russian roulette, passing through.
+  /// Which light, with all bits of a double: there may be millions.
+  double light_choice(int vertex) {
+    if (vertex > 0 || !is_sobol_) return rng_.next_double();
+    const uint64_t below = mix_bits((uint64_t{scramble_} << 32) | point_) >> 40;  // what a float has no bits for
+    return pair(FIRST_CHOICES).x + static_cast<double>(below) * 0x1p-48;
+  }
+  float lobe_choice(int vertex) { return vertex == 0 ? pair(FIRST_CHOICES).y : rng_.next_float(); }
+  /// For decisions that gain little from stratification: Russian roulette, passing through.
   float next_float() { return rng_.next_float(); }
   double next_double() { return rng_.next_double(); }
 
  private:
-  enum Pair : uint32_t { FILTER, LENS, FIRST_BSDF, FIRST_LIGHT };
+  enum Pair : uint32_t { FILTER, LENS, FIRST_BSDF, FIRST_LIGHT, FIRST_CHOICES };
 
   Vec2 pair(Pair which) { return is_sobol_ ? sobol_pair(point_, which, scramble_) : rng_.next_vec2(); }
 

@@ -187,7 +187,7 @@ class Walk {
   }
 
   bool scatter(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
-    const float u_lobe = sampler_.next_float();
+    const float u_lobe = sampler_.lobe_choice(state_.depth);
     const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u_lobe, sampler_.bsdf_direction(state_.depth));
     if (!sample) return false;
     if constexpr (Kind::learns) {

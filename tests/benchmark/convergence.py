@@ -29,9 +29,9 @@ SYSTEMS: dict[str, dict] = {
     "WORLD_REUSE": dict(indirect="WORLD_REUSE"),
     "CELL_SHARED": dict(indirect="CELL_SHARED"),
     "LEARNED": LEARNED,
-    "Final": LEARNED | dict(indirect="CELL_SHARED"),
+    "Final and learned lights": LEARNED | dict(indirect="CELL_SHARED"),
 }
-HAVE_HISTORY = frozenset(SYSTEMS) - {"path tracing", "LEARNED", "Final"}
+HAVE_HISTORY = frozenset(SYSTEMS) - {"path tracing", "LEARNED", "Final and learned lights"}
 
 
 def measure(arguments: argparse.Namespace) -> dict[str, dict[int, float]]:

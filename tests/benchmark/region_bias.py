@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.benchmark.papers.sessions import Sessions
-from tests.benchmark.scoreboard.catalogue import LEARNED, SCENES, scene_named
+from tests.benchmark.scoreboard.catalogue import SCENES, scene_named
 from tests.support.statistics import Comparison, block_means, compare_replicas, compare_to_value
 
 ROWS, COLUMNS = 3, 4
 SHARED = {"indirect": "CELL_SHARED", "temporal_reuse": False}
 PAIRED = {"sharing": SHARED, "sharing, FAST": SHARED | {"bias": "FAST"}}
-FINAL = SHARED | LEARNED
+FINAL = SHARED
 
 
 def region_means(sessions: Sessions, arguments: argparse.Namespace, first_seed: int, **settings: str) -> NDArray:

@@ -142,7 +142,7 @@ def test_final_does_without_history_and_the_papers_presets_do_not(core, tmp_path
 @pytest.mark.parametrize(
     ("preset", "direct", "bias", "sampler"),
     [
-        ("FINAL", "LEARNED", "UNBIASED", "TREE"),
+        ("FINAL", "NEE", "UNBIASED", "TREE"),
         ("INTERACTIVE", "RESTIR", "UNBIASED", "TREE"),
         ("PATH_TRACING", "NEE", "UNBIASED", "TREE"),
         ("RIS", "RIS", "UNBIASED", "POWER"),
@@ -183,7 +183,7 @@ def test_presets_by_papers_on_indirect_light(core, tmp_path, preset, secondary, 
 def test_own_presets(core, tmp_path):
     fresh_scene()
     for preset, answers, has_history in (
-        ("FINAL", ("LEARNED", "LEARNED", "CELL_SHARED"), False),
+        ("FINAL", ("NEE", "NEE", "CELL_SHARED"), False),
         ("INTERACTIVE", ("RESTIR", "NEE", "CELL_SHARED"), True),
     ):
         bpy.ops.cistern.choose_preset(preset=preset)

@@ -150,5 +150,5 @@ def test_a_pass_shows_where_bounces_are_guided() -> None:
     settings = dict(samples=64, seed=1, max_bounces=3, passes=["Guided"])
     guided, plain = (render(lit_through_a_gap(), 64, guiding=g, **settings)["Guided"] for g in ("ON", "OFF"))
     assert set(np.unique(guided)) <= {0.0, 1.0}
-    assert guided.mean() > 0.3
+    assert guided.mean() > 0.1
     assert np.all(plain == 0.0)

@@ -16,16 +16,16 @@ import sys
 import time
 from dataclasses import asdict, dataclass
 
-from tests.benchmark.scoreboard.catalogue import LEARNED, ROOT
+from tests.benchmark.scoreboard.catalogue import ROOT
 
 PROCESS_SECONDS = 1800
 MAX_BOUNCES = 4
 PATH_TRACER, FINAL = "path tracer", "Final"
-# Final as if sharing had won its trial, whose outcome would change with the size of a scene.
+# As if sharing had won its trial, whose outcome would change with the size of a scene.
 SYSTEMS: dict[str, dict] = {
     PATH_TRACER: {},
     "path tracer, lights by power": {"light_sampling": "POWER"},
-    FINAL: LEARNED | {"indirect": "CELL_SHARED", "temporal_reuse": False},
+    FINAL: {"indirect": "CELL_SHARED", "temporal_reuse": False},
 }
 
 

@@ -13,7 +13,10 @@ using Draw = std::function<Vec2(PathSampler&)>;
 
 const std::vector<Draw> kStratified{[](PathSampler& s) { return s.filter(); }, [](PathSampler& s) { return s.lens(); },
                                     [](PathSampler& s) { return s.bsdf_direction(0); },
-                                    [](PathSampler& s) { return s.light_position(0); }};
+                                    [](PathSampler& s) { return s.light_position(0); },
+                                    [](PathSampler& s) {
+                                      return Vec2{static_cast<float>(s.light_choice(0)), s.lobe_choice(0)};
+                                    }};
 const Draw kLater = [](PathSampler& s) { return s.bsdf_direction(1); };
 
 std::vector<float> numbers(uint64_t seed, uint32_t pixel, uint32_t frame, SampleSequence sequence) {
