@@ -15,7 +15,7 @@ NEXT_EVENT_ITEM = ("NEE", "Next Event", "One light sample and one BSDF sample at
 LEARNED_ITEM = (
     "LEARNED",
     "Learned",
-    "As Next Event, and lights are chosen by what earlier samples saw of them around the point. For many lights and walls",
+    "As Next Event, and lights are chosen by what earlier samples saw of them nearby. For many lights and walls",
 )
 DIRECT_ITEMS = (
     NEXT_EVENT_ITEM,
