@@ -15,6 +15,7 @@ from tests.benchmark.scoreboard.render import Picture
 
 SHARES = (1 / 4, 1.0)  # of the budget; the pilot is shorter
 PILOT_SAMPLES = 4
+FILLED = 0.75
 SLOWEST = 0.3
 SCALES = {"pixel": "1 px", "box4": "4 px", "box8": "8 px"}
 
@@ -43,6 +44,10 @@ class Shot:
     def seconds(self) -> float:
         """CPU time without export and building."""
         return self.picture.net_seconds
+
+    def samples_in(self, seconds: float) -> int:
+        """How many would take so long, by its time per sample."""
+        return max(round(seconds * self.samples / self.seconds), 1)
 
     def product(self, scale: str) -> float:
         """Error x time."""
@@ -131,7 +136,11 @@ def score(laboratory: Laboratory, scene: Scene, plan: Plan) -> SceneScore:
             for engine in plan.engines:
                 shots = found.shots[engine.name]
                 longest = max(shots, key=lambda shot: shot.samples)  # whose time per sample is known best
-                samples = round(share * budget * longest.samples / longest.seconds)
-                if samples > PILOT_SAMPLES or share == SHARES[-1]:
-                    shots.append(take(engine, max(samples, 1), seed))
+                samples = longest.samples_in(share * budget)
+                if samples <= PILOT_SAMPLES and share < SHARES[-1]:
+                    continue
+                shot = take(engine, samples, seed)
+                if shot.seconds < FILLED * share * budget:  # longer renders may do other things
+                    shot = take(engine, shot.samples_in(share * budget), seed)
+                shots.append(shot)
     return found
