@@ -139,7 +139,7 @@ def core_settings(
 def viewport_settings(core: ModuleType, scene: bpy.types.Scene) -> dict[str, Any]:
     """The same for a 3D viewport, save what depends on the size of its pixels."""
     technique = technique_arguments(viewport_settings_in_force(scene.cistern), core)
-    kept = {"keep_history": True, "keep_instances": True}
+    kept = {"keep_history": True, "keep_instances": True, "share_trial": False}  # a trial would delay each picture
     return scene_settings(core, scene, technique, pass_names([], scene.cistern.viewport_view)) | kept
 
 

@@ -216,7 +216,7 @@ class Settings:
     # Of CELL_SHARED: how many vertices share their paths, at the visible point and at the next one; 1: not there, 0: 16.
     share_visible: int
     share_deep: int
-    share_trial: bool  # whether the first of many samples try if sharing pays
+    share_trial: bool  # whether a trial before the first sample decides if sharing pays
     share_visible_pixels: float  # edge of the cells that bound groups, in pixels
     share_deep_pixels: float
     cache_merged: int  # reservoirs of its cell that a visible point takes

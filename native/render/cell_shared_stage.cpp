@@ -173,7 +173,8 @@ void CellSharedStage::prefetch_group(Vertex vertex, std::span<const uint32_t> pi
 CellSharedPaths::Group CellSharedStage::empty_group(Vertex vertex) const {
   CellSharedPaths::Group group;
   group.weights = context_.settings.path_sharing.weights;
-  if (is_resampled(vertex) && group.weights == PairWeights::BALANCE) group.weights = PairWeights::TARGETS;
+  group.is_fresh = !is_resampled(vertex);
+  if (!group.is_fresh && group.weights == PairWeights::BALANCE) group.weights = PairWeights::TARGETS;
   return group;
 }
 

@@ -62,7 +62,7 @@ std::vector<double> NoiseComparison::variances() const {
     for (const Way& way : ways_) boxes.back().noise += variance(way, i);
   }
   std::ranges::sort(boxes, {}, &Box::noise);
-  boxes.resize(boxes.size() - static_cast<size_t>(kLeftOut * static_cast<double>(boxes.size())));
+  boxes.resize(boxes.size() - static_cast<size_t>(std::ceil(kLeftOut * static_cast<double>(boxes.size()))));
   std::vector<double> sums;
   for (const Way& way : ways_) {
     double& sum = sums.emplace_back(0.0);

@@ -98,7 +98,10 @@ void Session::run() {
       film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes);
       const auto accel = cache_->accel(scene_, settings_.keep_instances);
       const auto lights = cache_->lights(scene_, settings_.light_sampling);
-      const auto world = std::make_shared<const RenderWorld>(decided_settings(accel, lights), scene_, accel, lights);
+      const Clock::time_point trial_start = Clock::now();
+      const Settings decided = decided_settings(accel, lights);
+      const Clock::duration trial_time = Clock::now() - trial_start;
+      const auto world = std::make_shared<const RenderWorld>(decided, scene_, accel, lights);
       std::shared_ptr<const LightCacheCells> cache_cells;
       if (settings_.direct == DirectAnswer::RESTIR_CACHE) {
         const WorkMonitor monitor{[this] { return cancelled_.load(); }, [this](float done) { report_caching(done); }};
@@ -114,7 +117,7 @@ void Session::run() {
         progress_.memory_bytes = memory_bytes(*scene_) + world->accel->memory_bytes() + world->lights->memory_bytes() +
                                  film_->memory_bytes();
         progress_.stage = "Rendering";
-        rendering_since_ = Clock::now();
+        rendering_since_ = Clock::now() - trial_time;  // of the samples' time a part
       }
       if (show_cells(world->context, cache_cells.get(), *film_, {cancelled_, Clock::time_point::max()}))
         render(world->context, reuse.get(), banded ? &*banded : nullptr);
@@ -133,7 +136,10 @@ void Session::run() {
 Settings Session::decided_settings(const std::shared_ptr<const Accel>& accel,
                                    const std::shared_ptr<const LightSet>& lights) const {
   if (!SharingTrial::is_for(settings_)) return settings_;
-  return SharingTrial(settings_, scene_, accel, lights).decide({cancelled_, Clock::time_point::max()});
+  const auto limit = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.time_limit));
+  const bool has_limit = settings_.time_limit > 0.0;
+  return SharingTrial(settings_, scene_, accel, lights)
+      .decide({cancelled_, has_limit ? Clock::now() + limit : Clock::time_point::max()});
 }
 
 bool Session::keeps_history() const { return settings_.keep_history && settings_.has_temporal_reuse(); }

@@ -40,7 +40,8 @@ PixelBlocks blocks_of(const Settings& s) {
   PixelBlocks blocks{block_side(width), block_side(height), 1, {}};
   const double count = pixel_budget(s) / (blocks.block_width * blocks.block_height);
   const auto clamped = [](double n, int most) { return std::clamp(static_cast<int>(std::lround(n)), 1, most); };
-  blocks.columns = clamped(std::sqrt(count * width / height), width / blocks.block_width);
+  const int most_columns = std::min(width / blocks.block_width, std::max(static_cast<int>(count), 1));
+  blocks.columns = clamped(std::sqrt(count * width / height), most_columns);
   const int rows = clamped(count / blocks.columns, height / blocks.block_height);
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < blocks.columns; ++column)
@@ -67,8 +68,9 @@ float seen(const PathRecord& r) { return luminance(r.direct + r.indirect + r.emi
 }  // namespace
 
 bool SharingTrial::is_for(const Settings& s) {
-  return s.path_sharing.on_trial && BandedFrame::is_for(s) && (shares_at_visible(s) || shares_at_next(s)) &&
-         pixel_budget(s) >= kLeastPixels;
+  const bool is_unbiased = s.path_sharing.weights == PairWeights::BALANCE;  // either way has the same expectation
+  return s.path_sharing.on_trial && is_unbiased && BandedFrame::is_for(s) &&
+         (shares_at_visible(s) || shares_at_next(s)) && pixel_budget(s) >= kLeastPixels;
 }
 
 SharingTrial::SharingTrial(const Settings& settings, std::shared_ptr<const Scene> scene,

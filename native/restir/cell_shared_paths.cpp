@@ -68,8 +68,8 @@ bool CellSharedPaths::keep_private(Group& group, Scratch& scratch) {
   for (uint32_t i = 0; i < group.size(); ++i) {
     const PathLink& link = *group.links[i];
     if (!sends_light(link)) continue;
-    const bool is_fresh = group.weights != PairWeights::TARGETS, picks_direction = group.rngs[i].has_value();
-    if (link.to.point.is_glossy && is_fresh && !picks_direction) {
+    const bool picks_direction = group.rngs[i].has_value();
+    if (link.to.point.is_glossy && group.is_fresh && !picks_direction) {
       keep(link, *group.reflected[i]);
     } else {
       scratch.shared.push_back(i);
@@ -114,7 +114,7 @@ void CellSharedPaths::trace_pairs(const Group& group, size_t finder, Scratch& sc
   scratch.rays.clear();
   scratch.ray_owners.clear();
   // The ray of a fresh sample found it; that is no question to ask again of a shadow ray, whose ends differ a little.
-  const bool own_is_seen = group.weights != PairWeights::TARGETS && !context_.accel.has_transparent_surfaces();
+  const bool own_is_seen = group.is_fresh && !context_.accel.has_transparent_surfaces();
   for (size_t k = 0; k < group.size(); ++k) {
     Scratch::Pair& pair = scratch.pairs[k];
     if (pair.density == 0.0f) continue;
@@ -134,7 +134,7 @@ void CellSharedPaths::trace_pairs(const Group& group, size_t finder, Scratch& sc
 
 /// MIS weight of the vertex that found the sample.
 float CellSharedPaths::finder_weight(PairWeights weights, size_t finder, const Scratch& scratch) {
-  if (weights == PairWeights::EQUAL) return 1.0f / static_cast<float>(scratch.pairs.size());
+  if (weights == PairWeights::EQUAL) return 1.0f / static_cast<float>(scratch.holders);
   float sum = 0.0f;
   for (const Scratch::Pair& pair : scratch.pairs)
     if (weights == PairWeights::UNSHADOWED || !is_black(pair.transmittance)) sum += pair.density;
@@ -144,11 +144,13 @@ float CellSharedPaths::finder_weight(PairWeights weights, size_t finder, const S
 void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch) const {
   const PathLink& found = *group.links[finder];
   scratch.pairs.clear();
+  scratch.holders = 0;
   for (size_t k = 0; k < group.size(); ++k) {
-    const bool may_have_it =
-        !found.to.point.is_glossy && (scratch.bounces_agree || has_same_bounces(group.links[k]->from, found.from));
-    scratch.pairs.push_back(may_have_it || k == finder ? connect_pair(group, k, scratch.bsdfs[k], found.to)
-                                                       : Scratch::Pair{});
+    const bool is_for_others = !found.to.point.is_glossy;
+    const bool agrees = scratch.bounces_agree || has_same_bounces(group.links[k]->from, found.from);
+    const bool may_have_it = k == finder || (is_for_others && agrees);
+    scratch.pairs.push_back(may_have_it ? connect_pair(group, k, scratch.bsdfs[k], found.to) : Scratch::Pair{});
+    scratch.holders += may_have_it;
   }
   trace_pairs(group, finder, scratch);
   // Of a fresh sample only by rounding, for the link was made; one from the history may be hidden: then it is for

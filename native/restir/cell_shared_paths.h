@@ -30,7 +30,7 @@ struct PathSharing {
   bool temporal_reuse = true;
   SharingCells visible{.pixels = 32.0f, .smallest = 1e-3f};      // visible points
   SharingCells deep{.pixels = 96.0f, .smallest = 1.0f / 64.0f};  // next vertices
-  /// Whether the first frames try if sharing is worth its time here, without history and where the samples are many.
+  /// Whether a trial before the first frame may find that sharing is not worth its time here; not with history.
   bool on_trial = false;
   friend bool operator==(const PathSharing&, const PathSharing&) = default;
 };
@@ -70,6 +70,7 @@ class CellSharedPaths {
   /// random numbers to pick a direction with; none where the sum is all that is wanted.
   struct Group {
     PairWeights weights = PairWeights::BALANCE;
+    bool is_fresh = true;  // each link is as its path left it, and no history is in it
     std::vector<const PathLink*> links;
     std::vector<float> confidences;
     std::vector<ReflectedPaths*> reflected;
@@ -92,6 +93,7 @@ class CellSharedPaths {
     std::vector<Pair> pairs;           // by vertex, of one sample
     std::vector<VertexRay> rays;       // of pairs
     std::vector<uint32_t> ray_owners;
+    size_t holders = 0;         // vertices that may have that sample
     bool bounces_agree = true;  // between all vertices of the group, as they nearly always do
   };
 

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.support.core_scenes import SceneDescription, render
+from tests.support.core_scenes import SceneDescription, principled, render
 from tests.support.path_scenes import GRAY, SCENES, harsh_room, lamp_to_ceiling, room
 from tests.support.statistics import Comparison, block_means, compare_replicas, sidak
 
@@ -242,6 +242,23 @@ def test_sharing_between_like_surfaces_moves_light_and_makes_none() -> None:
         sums[bias] = shared.sum() / alone.sum()
     assert abs(sums["UNBIASED"] - 1.0) < 1e-5
     assert abs(sums["FAST"] - 1.0) > 1e-3
+
+
+@pytest.mark.parametrize("members", [dict(share_visible=1, share_deep=1), dict(temporal_reuse=False)])
+def test_equal_weights_lose_nothing_that_is_handed_to_nobody(members: dict) -> None:
+    """Of points that reflect narrowly: what they send stays with its finder, also where that is history. Means of 8
+    pictures lie within 3 % of one another; light lost or counted twice has been a third."""
+    description, metal = SceneDescription(), principled((0.8, 0.8, 0.8), metallic=1.0, roughness=0.3)
+    room(description, metal, metal, metal, metal, metal)
+    lamp_to_ceiling(description)
+    scene = description.snapshot()
+
+    def mean(**settings) -> float:
+        pictures = [render(scene, 24, samples=8, max_bounces=3, seed=s, **settings)["Combined"] for s in range(8)]
+        return float(np.mean([picture[..., :3] for picture in pictures]))
+
+    expected = mean(**members_of(("NEE", "NEE", "PATH")))
+    assert abs(mean(**members_of(("NEE", "NEE", "CELL_SHARED")), bias="FAST", **members) / expected - 1.0) < 0.1
 
 
 @pytest.mark.parametrize("name", ["indirect_room", "open_scene"])

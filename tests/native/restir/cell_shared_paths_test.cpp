@@ -146,7 +146,8 @@ TEST(CellSharedPaths, AloneAPointKeepsItsOwn) {
     PathSampler sampler(7, 0, path, SampleSequence::RANDOM);
     trace_path(tracer.context(), kLit, sampler, path_scratch, &capture);
     ReflectedPaths reflected;
-    CellSharedPaths::Group group{PairWeights::BALANCE, {&capture.links[0]}, {1.0f}, {&reflected}, {Rng(1, 0, path, 0)}};
+    CellSharedPaths::Group group{PairWeights::BALANCE, true, {&capture.links[0]}, {1.0f}, {&reflected},
+                                 {Rng(1, 0, path, 0)}};
     paths.share(group, scratch);
     EXPECT_FLOAT_EQ(reflected.sum.g, reflected.own.g);
     found += reflected.own.g > 0.0f;
