@@ -184,6 +184,7 @@ def test_alpha_and_what_is_empty_stay(stand_in):
 def textured_scene(samples):
     """A checked floor and a glossy cube under a lamp, on a transparent film."""
     scene = fresh_scene(80, 64, samples)
+    scene.cistern.preset = "PATH_TRACING"
     scene.render.film_transparent = True
     bpy.ops.mesh.primitive_plane_add(size=7.0, location=(0.0, 0.0, -1.0))
     floor = bpy.data.materials.new("Checks")
@@ -209,9 +210,9 @@ def combined(scene, folder, is_denoised):
 
 @pytest.fixture(scope="module")
 def pictures(registered_addon, tmp_path_factory):
-    """Of 4 samples, plain and denoised, and of 512 with another seed."""
+    """Of 2 samples, plain and denoised, and of 512 with another seed."""
     folder = tmp_path_factory.mktemp("pictures")
-    scene = textured_scene(4)
+    scene = textured_scene(2)
     noisy, clean = (combined(scene, folder, is_denoised) for is_denoised in (False, True))
     scene.cistern.samples, scene.cistern.seed = 512, 1
     return noisy, clean, combined(scene, folder, False)
@@ -227,10 +228,12 @@ def test_a_denoised_render_is_nearer_to_a_long_one(pictures):
 @has_library
 def test_cell_sharing_is_denoised_from_what_is_not_shared(tmp_path, pictures):
     """Without its noise that neighbours have in common, the picture gets as near as the path tracer's."""
-    noisy, _, long = pictures
-    scene = textured_scene(4)
-    scene.cistern.indirect = "CELL_SHARED"
+    noisy, by_paths, long = pictures
+    scene = textured_scene(2)
+    scene.cistern.preset, scene.cistern.indirect = "CUSTOM", "CELL_SHARED"
+    scene.cistern.use_temporal_reuse = scene.cistern.use_share_trial = False
     clean = combined(scene, tmp_path, True)
+    assert not np.array_equal(clean, by_paths)
     assert error(clean[..., :3], long[..., :3]) < 0.4 * error(noisy[..., :3], long[..., :3])
 
 
@@ -247,5 +250,5 @@ def test_guides_of_the_core_in_the_wrong_order_are_worse(tmp_path, pictures, mon
     """Planted: albedo taken for the normal."""
     _, clean, long = pictures
     monkeypatch.setattr(denoising, "GUIDE_PASSES", denoising.GUIDE_PASSES[::-1])
-    swapped = combined(textured_scene(4), tmp_path, True)
+    swapped = combined(textured_scene(2), tmp_path, True)
     assert error(swapped[..., :3], long[..., :3]) > 1.3 * error(clean[..., :3], long[..., :3])
