@@ -176,8 +176,8 @@ PRESET_ITEMS = (
     (
         "FINAL",
         "Final",
-        "Independent samples that average to the true picture: lights chosen by what they brought, light paths shared "
-        "in the cells of the scene",
+        "Independent samples that average to the true picture, light paths shared in the cells of the scene where "
+        "that pays",
     ),
     (
         "INTERACTIVE",
