@@ -81,8 +81,9 @@ class Stage:
 
     def __init__(self, core: ModuleType, job: Job, pixel: int, is_first: bool, cache: Any) -> None:  # noqa: ANN401
         (width, height), region = job.view.frame(pixel)
+        self._pixel, self._is_finest = pixel, pixel == job.finest_pixel
         settings = dict(job.settings) | {"width": width, "height": height, "region": region, "samples": 1}
-        if pixel == job.finest_pixel:
+        if self._is_finest:
             settings |= {"samples": job.samples, "time_limit": job.time_limit}
         else:
             settings |= {"keep_history": is_first, "is_draft": True}
@@ -109,6 +110,10 @@ class Stage:
     def rendering_seconds(self) -> float:
         """Since the scene was built: that cannot be interrupted."""
         return 0.0 if self._rendering_since is None else time.perf_counter() - self._rendering_since
+
+    def status(self, progress: Any) -> str:  # noqa: ANN401
+        """The line in the corner of the viewport; the one sample of a coarse picture is not the end."""
+        return status_text(progress) if self._is_finest else f"{progress.stage} | Pixel Size {self._pixel}×"
 
     def seconds_per_pixel(self, progress: Any) -> float:  # noqa: ANN401
         """Of one sample."""
@@ -246,7 +251,7 @@ class ViewportRender:
     def _show(self, stage: Stage, progress: Any) -> None:  # noqa: ANN401
         pixels = np.ascontiguousarray(stage.read("Combined"), np.float32)
         self._pictures += 1
-        picture = Picture(self._pictures, self._request_in_hand, pixels, stage.place, status_text(progress))
+        picture = Picture(self._pictures, self._request_in_hand, pixels, stage.place, stage.status(progress))
         with self._condition:
             is_first = self.picture is None or self.picture.request != picture.request
             if is_first and time.perf_counter() - self._submitted_in_hand < REDRAW_SECONDS:

@@ -87,7 +87,7 @@ def test_an_update_exports_and_a_draw_draws(viewport, core, drawn, scene):
     assert len(viewport._sync.changes) == 1
     wait_until(lambda: viewport._render.picture is not None)
     viewport.draw(engine, context, depsgraph())
-    assert drawn[-1][1] == viewport_fakes.REGION and "Sample" in engine.stats
+    assert drawn[-1][1] == viewport_fakes.REGION and "Rendering" in engine.stats
     assert len(viewport._sync.changes) == 1
 
 

@@ -55,6 +55,8 @@ def test_pixels_get_finer_until_they_are_those_of_the_screen(core, render):
         (24, 32, 4),
         (48, 64, 4),
     ]
+    coarse = [picture.status for picture in render.pictures[:3]]
+    assert coarse == [f"Rendering | Pixel Size {pixel}×" for pixel in (8, 4, 2)]
     assert all(session.is_cancelled for session in core.sessions)
 
 
