@@ -1,4 +1,4 @@
-"""What the header of a 3D viewport shows while our engine renders in it: the menu of views, and the pause button."""
+"""What the header of a 3D viewport shows while our engine renders in it: the pause button, and the menu of views."""
 
 import bpy
 from bpy.types import Context, Header
@@ -11,8 +11,9 @@ def draw_header(header: Header, context: Context) -> None:
         return
     settings = context.scene.cistern
     row = header.layout.row(align=True)
-    row.prop(settings, "viewport_view", text="")
+    # In a narrow window the end of the header is cut off: the name of a view may be, the button may not.
     row.prop(settings, "viewport_pause", text="", icon="PLAY" if settings.viewport_pause else "PAUSE")
+    row.prop(settings, "viewport_view", text="")
 
 
 def register() -> None:

@@ -198,9 +198,9 @@ def test_material_world_and_object_panels_draw():
 @pytest.mark.parametrize(
     ("shading", "engine", "is_drawn"), [("RENDERED", ui.ENGINE, True), ("SOLID", ui.ENGINE, False)]
 )
-def test_the_header_of_a_viewport_has_views_and_pause_while_it_renders(shading, engine, is_drawn):
+def test_the_header_of_a_viewport_has_pause_and_views_while_it_renders(shading, engine, is_drawn):
     drawn = []
     space = SimpleNamespace(shading=SimpleNamespace(type=shading))
     header = SimpleNamespace(layout=RecordingLayout(drawn))
     ui_viewport.draw_header(header, SimpleNamespace(engine=engine, scene=fresh_scene(), space_data=space))
-    assert drawn == (["viewport_view", "viewport_pause"] if is_drawn else [])
+    assert drawn == (["viewport_pause", "viewport_view"] if is_drawn else [])
