@@ -48,7 +48,8 @@ class CISTERN_LIGHT_PT_light(CisternPanel, Panel):
         self.layout.row().prop(light, "type", expand=True)
         layout = split_layout(self)
         column = layout.column()
-        draw_existing(column, light, "use_temperature", "temperature", "color", "energy", "exposure", "normalize")
+        draw_temperature(column, light)
+        draw_existing(column, light, "color", "energy", "exposure", "normalize")
         draw_light_shape(layout.column(), light)
         layout.prop(shadow_owner(light), shadow_property(light), text="Cast Shadow")
 
@@ -133,6 +134,14 @@ def draw_existing(layout: UILayout, owner: bpy.types.ID, *names: str) -> None:
     for name in names:
         if name in owner.bl_rna.properties:
             layout.prop(owner, name)
+
+
+def draw_temperature(layout: UILayout, light: bpy.types.Light) -> None:
+    """From Blender 4.5 on; grey where it is not used."""
+    draw_existing(layout, light, "use_temperature")
+    row = layout.row()
+    row.active = getattr(light, "use_temperature", False)
+    draw_existing(row, light, "temperature")
 
 
 def draw_light_shape(layout: UILayout, light: bpy.types.Light) -> None:

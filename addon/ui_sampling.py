@@ -19,7 +19,9 @@ QUESTIONS = (
 )
 # Are followed by a sentence on the answer.
 SENTENCES = frozenset({"direct", "secondary", "indirect", "guiding", "bias"})
-LINE_CHARACTERS = 52  # of a sentence, in a properties editor of usual width
+# Of a sentence in a properties editor, in pixels at a resolution scale of 1.
+CHARACTER_WIDTH, MARGINS_WIDTH = 6.0, 30.0
+FEWEST_CHARACTERS = 20  # of a line
 
 
 def item_texts(items: tuple[tuple[str, str, str], ...], identifier: str) -> tuple[str, str]:
@@ -27,11 +29,17 @@ def item_texts(items: tuple[tuple[str, str, str], ...], identifier: str) -> tupl
     return next((name, description) for key, name, description in items if key == identifier)
 
 
-def draw_sentence(layout: UILayout, sentence: str) -> None:
+def line_characters(context: Context) -> int:
+    """How many characters of a sentence there is room for beside each other."""
+    width = context.region.width / context.preferences.system.ui_scale
+    return max(int((width - MARGINS_WIDTH) / CHARACTER_WIDTH), FEWEST_CHARACTERS)
+
+
+def draw_sentence(layout: UILayout, sentence: str, context: Context) -> None:
     """In grey, over as many lines as it takes: Blender does not break lines itself."""
     column = layout.column(align=True)
     column.active = False
-    for line in textwrap.wrap(sentence, LINE_CHARACTERS):
+    for line in textwrap.wrap(sentence, line_characters(context)):
         column.label(text=line)
 
 
@@ -50,12 +58,12 @@ class CISTERN_RENDER_PT_sampling(CisternPanel, Panel):
         settings = context.scene.cistern
         name, sentence = item_texts(techniques.PRESET_ITEMS, settings.preset)
         layout.operator_menu_enum("cistern.choose_preset", "preset", text=name, icon="PRESET")
-        draw_sentence(layout, sentence)
+        draw_sentence(layout, sentence, context)
         layout.prop(settings, "samples")
         layout.prop(settings, "time_limit")
         layout.prop(settings, "use_denoising")
         if settings.use_denoising:
-            draw_sentence(layout, denoise.state_sentence())
+            draw_sentence(layout, denoise.state_sentence(), context)
 
 
 class CISTERN_RENDER_PT_viewport(CisternPanel, Panel):
@@ -92,7 +100,7 @@ class CISTERN_RENDER_PT_techniques(CisternPanel, Panel):
             else:
                 layout.label(text=f"{title}: {answer}")
             if name in SENTENCES:
-                draw_sentence(layout, sentence)
+                draw_sentence(layout, sentence, context)
         if not is_custom:
             layout.operator("cistern.choose_preset", text="Choose These Myself").preset = "CUSTOM"
 
@@ -156,7 +164,7 @@ class CISTERN_RENDER_PT_view(CisternPanel, Panel):
         layout = split_layout(self)
         settings = context.scene.cistern
         layout.prop(settings, "view")
-        draw_sentence(layout, item_texts(view_modes.VIEW_ITEMS, settings.view)[1])
+        draw_sentence(layout, item_texts(view_modes.VIEW_ITEMS, settings.view)[1], context)
 
 
 CLASSES = (

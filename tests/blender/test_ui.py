@@ -92,8 +92,14 @@ class RecordingLayout:
 
 def draw(cls, **context):
     drawn = []
-    cls.draw(SimpleNamespace(layout=RecordingLayout(drawn)), SimpleNamespace(engine=ui.ENGINE, **context))
+    cls.draw(SimpleNamespace(layout=RecordingLayout(drawn)), editor(300, **context))
     return drawn
+
+
+def editor(width, ui_scale=1.0, **context):
+    """The context of a properties editor of this width in pixels."""
+    preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=ui_scale))
+    return SimpleNamespace(engine=ui.ENGINE, region=SimpleNamespace(width=width), preferences=preferences, **context)
 
 
 def test_render_and_view_layer_panels_draw_every_setting():
@@ -109,6 +115,13 @@ def test_render_and_view_layer_panels_draw_every_setting():
         names = {prop.identifier for prop in owner.bl_rna.properties} - {"name", "rna_type"}
         assert names - {"preset"} <= set(drawn)
     assert "cistern.choose_preset" in drawn
+
+
+@pytest.mark.parametrize(("width", "ui_scale", "lines"), [(300, 1.0, 3), (600, 2.0, 3), (600, 1.0, 2), (50, 1.0, 7)])
+def test_sentences_are_broken_to_the_width_of_the_editor(width, ui_scale, lines):
+    drawn = []
+    ui_sampling.draw_sentence(RecordingLayout(drawn), 20 * "light ", editor(width, ui_scale))
+    assert len(drawn) == lines
 
 
 @pytest.mark.parametrize("preset", [identifier for identifier, *_ in techniques.PRESET_ITEMS])
