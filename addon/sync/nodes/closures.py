@@ -30,6 +30,7 @@ def add_shader(node: NodeView, weight: Value) -> None:
 @closure_node("ShaderNodeBsdfPrincipled")
 def principled(node: NodeView, weight: Value) -> None:
     _warn_thin_film(node)
+    _warn_thin_wall(node)
     anisotropic = node.value("Anisotropic")
     value = node.value
     inputs = [
@@ -64,6 +65,11 @@ def _tangent(node: NodeView, anisotropy: Value) -> Value:
 def _warn_thin_film(node: NodeView) -> None:
     if node.value("Thin Film Thickness").constant != (0.0, 0.0, 0.0):
         node.warn("thin film is not supported and is ignored")
+
+
+def _warn_thin_wall(node: NodeView) -> None:
+    if node.value("Thin Wall").constant != (0.0, 0.0, 0.0):  # from Blender 5.2 on
+        node.warn("thin walls are not supported: light is refracted as by a solid")
 
 
 def _distribution(node: NodeView) -> tuple[int]:
