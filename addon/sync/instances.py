@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Set
 from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import TYPE_CHECKING
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import SyncReport
 from .changes import EVERYTHING, Changes, original_uid
-from .lamp_table import KeptLamps, LampTable
+from .lamp_table import KeptLamps, LampTable, edited_lamps
 from .lights import is_portal
 from .materials import MaterialTable
 from .mesh_table import KeptMeshes, MeshTable, PlacedMesh
@@ -77,12 +78,15 @@ class InstanceSync:
     def run(self) -> None:
         """Add all surfaces and lamps of the dependency graph to the builder."""
         kept = self._kept
-        placements = self._place()
         matrices, random_ids = read_places(self._depsgraph)
+        edited = self._place_edited_lamps(matrices, random_ids)
+        placements = edited if edited is not None else self._place()
         self._place_surfaces(instance_arrays(placements, matrices, random_ids))
         self.lamps.place(placements, matrices, self._lights)
-        kept.prototypes, kept.placements, kept.random_ids = self._prototypes, placements, random_ids
-        self.meshes.finish()
+        kept.placements, kept.random_ids = placements, random_ids
+        if edited is None:
+            kept.prototypes = self._prototypes
+            self.meshes.finish()
 
     def _place_surfaces(self, arrays: dict[str, NDArray]) -> None:
         if not replace_instances(self._builder, self._kept, arrays):
@@ -107,6 +111,21 @@ class InstanceSync:
                     prototypes.append(prototype)
             slot_of.append(slot)
         return Placements(prototypes, np.array(slot_of, np.int32))
+
+    def _place_edited_lamps(self, matrices: NDArray[np.float32], random_ids: NDArray[np.int32]) -> Placements | None:
+        """The placements of the last sync with the lamps that were edited since; None if that is not all there is."""
+        kept = self._kept
+        is_same_list = np.array_equal(random_ids, kept.random_ids)
+        if not is_same_list or not self.meshes.knows_attributes:
+            return None
+        edited = edited_lamps(self._depsgraph, kept.lamps, self._changes, matrices)
+        if edited is None or any(is_portal(obj.data) for obj in edited.values()):
+            return None
+        lamps = {key: self._prototype(obj, None, key) for key, obj in edited.items()}
+        self._lights = {key: obj.data for key, obj in edited.items()}
+        kept.prototypes |= lamps
+        prototypes = [lamps.get(prototype.key, prototype) for prototype in kept.placements.prototypes]
+        return Placements(prototypes, kept.placements.prototype_of)
 
     def _is_in_viewport(self, obj: bpy.types.Object) -> bool:
         return self._space is None or obj.original.visible_in_viewport_get(self._space)
@@ -212,8 +231,10 @@ def replace_instances(builder: SceneBuilder, kept: KeptInstances, arrays: dict[s
     return True
 
 
-def follow_moves(depsgraph: bpy.types.Depsgraph, builder: SceneBuilder, kept: KeptInstances) -> bool:
-    """Move surfaces. False, and nothing done, where the list is another one or a lamp moved: it takes a full pass."""
+def follow_moves(depsgraph: bpy.types.Depsgraph, builder: SceneBuilder, kept: KeptInstances, moved: Set[int]) -> bool:
+    """Move surfaces. False, and nothing done, where the list is another one or a lamp moved: it takes more."""
+    if kept.lamps.are_any(moved):
+        return False
     matrices, random_ids = read_places(depsgraph)
     if not np.array_equal(random_ids, kept.random_ids) or kept.lamps.have_moved(matrices):
         return False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Set
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import SyncReport
-from .changes import Changes
+from .changes import Changes, original_uid
 from .lights import light_call
 from .materials import MaterialTable
 from .placements import Lamp, Placements, PrototypeKey, identity_of
@@ -43,9 +44,38 @@ class KeptLamps:
     items: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
     matrices: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 4, 4), np.float32))
 
+    def are_any(self, objects: Set[int]) -> bool:
+        """Whether one of these objects is a lamp."""
+        return any(lamp.key[0] in objects for lamp in self.lamps)
+
     def have_moved(self, matrices: NDArray[np.float32]) -> bool:
         """Whether one of the lamps, at the same items of the same list, stands elsewhere now."""
         return not np.array_equal(matrices[self.items], self.matrices)
+
+    def touched(self, matrices: NDArray[np.float32], changes: Changes) -> set[PrototypeKey]:
+        """Those that stand elsewhere now, at the same items of the same list, or that are among the changes."""
+        is_still = (matrices[self.items] == self.matrices).all(axis=(1, 2))
+        pairs = zip(self.lamps, is_still, strict=True)
+        return {lamp.key for lamp, still in pairs if not still or changes.lists_any(lamp.key)}
+
+
+def edited_lamps(
+    depsgraph: bpy.types.Depsgraph, kept: KeptLamps, changes: Changes, matrices: NDArray[np.float32]
+) -> dict[PrototypeKey, bpy.types.Object] | None:
+    """The evaluated objects of the lamps that were moved or edited, at the same items of the same list.
+
+    None where something else was edited, or a lamp that is placed by another object: it takes a look at every item."""
+    own_keys = {lamp.key for lamp in kept.lamps if not lamp.key[1]}
+    objects = {key[0] for key in own_keys}
+    shading = {key[2] for key in own_keys} | {original_uid(depsgraph.scene.world)}
+    if changes.has_unlisted or changes.has_images or not (changes.objects <= objects and changes.shading <= shading):
+        return None
+    listed = {original_uid(update.id): update.id for update in depsgraph.updates}
+    touched = kept.touched(matrices, changes)
+    if not touched <= own_keys or not listed.keys() >= {key[0] for key in touched}:
+        return None
+    edited = {key: listed[key[0]] for key in touched}
+    return edited if all(original_uid(obj.data) == key[2] for key, obj in edited.items()) else None
 
 
 class LampTable:

@@ -83,7 +83,7 @@ class LiveSync:
             kept, changes = KeptScene(self._core.SceneBuilder(), scene, layer), EVERYTHING
         self._kept = None
         placed = kept.instances.arrays
-        if not (changes.are_moves_only and follow_moves(depsgraph, kept.builder, kept.instances)):
+        if not (changes.are_moves_only and follow_moves(depsgraph, kept.builder, kept.instances, changes.moved)):
             self._sync(depsgraph, kept, changes, space, report)
         self.exported.instances = kept.instances.arrays is not placed
         self._kept = kept

@@ -51,8 +51,10 @@ class MeshTable:
         self._wanted_attributes = frozenset(wanted_attributes)
         self._report = report
         self._kept = kept
-        is_known = self._wanted_attributes <= kept.attributes
-        self._by_version = {mesh.version: mesh for mesh in kept.by_owner.values() if mesh.version} if is_known else {}
+        self.knows_attributes = self._wanted_attributes <= kept.attributes
+        """Whether the meshes of the last sync have the attributes that are wanted now."""
+        known = kept.by_owner.values() if self.knows_attributes else ()
+        self._by_version = {mesh.version: mesh for mesh in known if mesh.version}
         self._by_address: dict[int, PlacedMesh | None] = {}
         self._by_owner: dict[tuple[int, int], PlacedMesh] = {}
         self._used: set[int] = set()

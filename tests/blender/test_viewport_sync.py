@@ -5,6 +5,7 @@ import pytest
 from small_objects import link, triangle
 from watched_scene import base_color
 
+from addon.sync.instances import InstanceSync
 from addon.sync.live import Exported
 
 
@@ -42,6 +43,50 @@ def test_a_moved_lamp_is_the_only_one_replaced(watched) -> None:
 @pytest.mark.parametrize("edit", [("energy", 77.0), ("type", "AREA")])
 def test_an_edited_lamp_is_the_only_one_replaced(watched, edit) -> None:
     assert watched.after(lambda: setattr(bpy.data.lights["POINT Lamp"], *edit)) == Exported(lamps=1)
+    watched.expect_truth()
+
+
+def edit_and_move(lamp: bpy.types.Object) -> None:
+    lamp.data.energy, lamp.location = 77.0, (7, 8, 9)
+
+
+LAMP_EDITS = {
+    "energy": lambda lamp: setattr(lamp.data, "energy", 77.0),
+    "type": lambda lamp: setattr(lamp.data, "type", "AREA"),
+    "place": lambda lamp: setattr(lamp, "location", (7, 8, 9)),
+    "both": edit_and_move,
+    "visibility": lambda lamp: setattr(lamp, "visible_camera", False),
+    "nothing left": lambda lamp: setattr(lamp, "scale", (0, 0, 0)),
+}
+
+
+@pytest.mark.parametrize("name", LAMP_EDITS)
+def test_an_edited_lamp_costs_no_look_at_every_item(watched, name, monkeypatch) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(InstanceSync, "_place", lambda _: pytest.fail("every item was looked at"))
+        watched.after(lambda: LAMP_EDITS[name](bpy.data.objects["POINT Lamp"]))
+        watched.after(lambda: setattr(bpy.data.objects["SUN Lamp"], "location", (0, 0, 1)))
+    watched.expect_truth()
+
+
+def become_portal() -> None:
+    bpy.data.lights["AREA Lamp"].cycles.is_portal = True
+
+
+LARGER_EDITS = {
+    "lamp inside an instance": lambda: setattr(bpy.data.lights["Inner Lamp"], "energy", 77.0),
+    "lamp hidden": lambda: bpy.data.objects["POINT Lamp"].hide_set(True),
+    "lamp out of viewports": lambda: setattr(bpy.data.objects["POINT Lamp"], "hide_viewport", True),
+    "lamp becomes a portal": become_portal,
+    "lamp gets other data": lambda: setattr(bpy.data.objects["POINT Lamp"], "data", bpy.data.lights["SUN Lamp"]),
+}
+
+
+@pytest.mark.parametrize("name", LARGER_EDITS)
+def test_what_is_more_than_an_edited_lamp_is_followed(watched, name) -> None:
+    watched.after(LARGER_EDITS[name])
+    watched.expect_truth()
+    watched.after(lambda: LAMP_EDITS["energy"](bpy.data.objects["SUN Lamp"]))
     watched.expect_truth()
 
 
