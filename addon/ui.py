@@ -8,7 +8,7 @@ from . import ui_data, ui_sampling, ui_viewport
 from .ui_base import ENGINE, CisternPanel, split_layout
 
 # Blender's general panels that would show settings of other engines, or of features that this engine does not have;
-# ours below take the place of those for lights and visibility.
+# ours below take the place of those for lights, visibility and simplification, which would be the topmost.
 EXCLUDED_PANELS = frozenset(
     {
         "DATA_PT_light",
@@ -20,6 +20,10 @@ EXCLUDED_PANELS = frozenset(
         "NODE_DATA_PT_light",
         "NODE_DATA_PT_spot",
         "OBJECT_PT_visibility",
+        "RENDER_PT_simplify",
+        "RENDER_PT_simplify_greasepencil",
+        "RENDER_PT_simplify_render",
+        "RENDER_PT_simplify_viewport",
     }
 )
 EXCLUDED_MODULES = frozenset({"bl_ui.properties_freestyle"})
@@ -97,6 +101,24 @@ class CISTERN_RENDER_PT_performance(CisternPanel, Panel):
         layout.prop(render, "use_persistent_data", text="Persistent Data")
 
 
+class CISTERN_RENDER_PT_simplify(CisternPanel, Panel):
+    bl_label = "Simplify"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw_header(self, context: Context) -> None:
+        self.layout.prop(context.scene.render, "use_simplify", text="")
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        render = context.scene.render
+        layout.active = render.use_simplify
+        for name, text in (("subdivision", "Max Subdivision"), ("child_particles", "Child Particles")):
+            column = layout.column(align=True)
+            column.prop(render, f"simplify_{name}", text=text)
+            column.prop(render, f"simplify_{name}_render", text="Render")
+
+
 class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
@@ -141,6 +163,7 @@ CLASSES = (
     CISTERN_RENDER_PT_light_paths,
     CISTERN_RENDER_PT_clamping,
     CISTERN_RENDER_PT_film,
+    CISTERN_RENDER_PT_simplify,
     CISTERN_RENDER_PT_performance,
     CISTERN_VIEWLAYER_PT_passes,
     *ui_data.CLASSES,
