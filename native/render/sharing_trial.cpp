@@ -19,12 +19,16 @@ constexpr int kBox = 4;
 /// and, where materials are glossy and light is everywhere, 3.1; with next vertices alone 1.4 to 2.0.
 constexpr double kCost = 2.1, kCostOfNextVertices = 1.6;
 
+/// Standard errors by which a way must be better to count as such. Ways that do less have to prove that it is enough:
+/// rare light is what few frames do not show, and then neither way is surely better.
+constexpr double kSure = 1.0;
+
 /// Of the time of the picture's samples, at most about.
 constexpr double kTimeShare = 0.05;
 /// Samples of long renders count no more than so many: a time limit may come first.
 constexpr int kMostSamples = 256;
 /// With fewer, chance decides; more know no better.
-constexpr double kLeastPixels = 1024, kMostPixels = 1 << 16;
+constexpr double kLeastPixels = 2048, kMostPixels = 1 << 16;
 
 int block_side(int pixels) { return std::min(pixels, 16); }
 
@@ -83,6 +87,18 @@ SharingTrial::SharingTrial(const Settings& settings, std::shared_ptr<const Scene
       without_visible_(pixels_.size()),
       noise_(pixels_.width(), pixels_.height(), shares_at_visible(settings) ? kBox : kBoxOfDenoisers, 3) {}
 
+double SharingTrial::cost(Way way) {
+  switch (way) {
+    case PLAIN:
+      return 1.0;
+    case NEXT_VERTICES:
+      return kCostOfNextVertices;
+    case AS_ASKED:
+      break;
+  }
+  return kCost;
+}
+
 bool SharingTrial::trace_plainly(uint32_t frame, const StopCondition& stop) {
   const auto trace = [&](int x, int y, PathScratch& scratch) {
     const PixelBlocks::Pixel place = pixels_.place(x, y);
@@ -110,14 +126,15 @@ bool SharingTrial::share(uint32_t frame, const StopCondition& stop) {
 Settings SharingTrial::decide(const StopCondition& stop) {
   for (uint32_t frame = 0; frame < kFrames; ++frame)
     if (!trace_plainly(frame, stop) || !share(frame, stop)) return settings_;
-  const std::vector<double> noise = noise_.variances();
-  const double plain = noise[PLAIN];
-  const double of_next = shares_at_next(settings_) ? noise[NEXT_VERTICES] * kCostOfNextVertices : INFINITY;
-  const double as_asked = shares_at_visible(settings_) ? noise[AS_ASKED] * kCost : of_next;
+  const auto surely_beats = [&](Way way, Way other) {
+    return noise_.significance(way, cost(way), other, cost(other)) < -kSure;
+  };
+  const bool next_alone =
+      !shares_at_visible(settings_) || (shares_at_next(settings_) && surely_beats(NEXT_VERTICES, AS_ASKED));
   Settings decided = settings_;
-  if (plain <= std::min(of_next, as_asked)) {
+  if (surely_beats(PLAIN, next_alone ? NEXT_VERTICES : AS_ASKED)) {
     decided.indirect = IndirectAnswer::PATH;
-  } else if (of_next < as_asked) {
+  } else if (next_alone) {
     decided.path_sharing.visible.groups.size = 1;
   }
   return decided;

@@ -7,9 +7,10 @@
 namespace cistern {
 
 /// Whether CELL_SHARED is worth its time in this scene, and at which vertices. Before the first frame, blocks from all
-/// over the picture are rendered a few times with and without, from the same random numbers; the noise of either
-/// decides, and these samples go nowhere else. So whatever is decided, no sample of the picture depends on another, and
-/// no clock is asked: with a given number of samples pictures are the same for each seed.
+/// over the picture are rendered a few times with and without, from the same random numbers. Where paths alone surely
+/// make less noise for their time, nothing is shared; these samples go nowhere else. So whatever is decided, no sample
+/// of the picture depends on another, and no clock is asked: with a given number of samples pictures are the same for
+/// each seed.
 ///
 /// Where visible points share, the noise of boxes of 4 x 4 pixels decides, between what single pixels show and what a
 /// glance does; where next vertices alone share, the picture goes to a denoiser, and its scale decides. Lights are
@@ -28,6 +29,7 @@ class SharingTrial {
  private:
   enum Way : size_t { PLAIN, NEXT_VERTICES, AS_ASKED };
 
+  static double cost(Way way);
   bool trace_plainly(uint32_t frame, const StopCondition& stop);
   bool share(uint32_t frame, const StopCondition& stop);
 

@@ -199,7 +199,7 @@ def test_sharing_on_trial_is_sharing_or_path_tracing(name: str, share_visible: i
     """A trial before the first frame decides; its own samples go nowhere. With any number of threads alike."""
     common = dict(samples=64, seed=3, max_bounces=3, temporal_reuse=False, share_visible=share_visible)
     asked = members_of(("NEE", "NEE", "CELL_SHARED")) | common
-    size = 64  # smaller pictures have no trial
+    size = 96  # smaller pictures have no trial
     tried = [render(scene(name), size, **asked, share_trial=True, threads=n)["Combined"] for n in (1, 2, 7)]
     assert all(np.array_equal(tried[0], picture) for picture in tried[1:])
     by_paths = render(scene(name), size, **members_of(("NEE", "NEE", "PATH")), samples=64, seed=3, max_bounces=3)

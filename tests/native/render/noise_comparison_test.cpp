@@ -40,6 +40,47 @@ TEST(NoiseComparison, FirefliesDecideNothing) {
   EXPECT_GT(ratio(1.0f, 8, 1e-2f), 1e3) << "light in every box is no firefly";
 }
 
+/// Of one path in `rarity` that finds what light there is, against pixels that have some of it each, with `noise`, and
+/// cost twice as much.
+double significance_against_rare_light(float noise, float rarity, uint64_t seed) {
+  NoiseComparison comparison(128, 128, 4, 2);
+  std::vector<float> pixels(size_t{128} * 128);
+  for (uint32_t frame = 0; frame < 8; ++frame) {
+    const Way way = frame % 2 == 0 ? PLAIN : OTHER;
+    Rng rng(seed, 0, frame, 0);
+    for (float& pixel : pixels) {
+      if (way == PLAIN) {
+        pixel = rng.next_float() * rarity < 1.0f ? rarity : 0.0f;
+      } else {
+        pixel = 1.0f + noise * (rng.next_float() - 0.5f);
+      }
+    }
+    comparison.add_frame(way, pixels);
+  }
+  return comparison.significance(PLAIN, 1.0, OTHER, 2.0);
+}
+
+/// 64 tiles whose differences are alike: a hundred seeds stay within 4.5 of what is expected, but for 1e-3.
+TEST(NoiseComparison, SignificanceTellsWhatIsSure) {
+  const auto significance = [](double cost, double cost_of_other) {
+    NoiseComparison comparison(128, 128, 8, 2);
+    std::vector<float> pixels(size_t{128} * 128);
+    for (uint32_t frame = 0; frame < 8; ++frame) {
+      Rng rng(7, 0, frame, 0);
+      for (float& pixel : pixels) pixel = rng.next_float();
+      comparison.add_frame(frame % 2 == 0 ? PLAIN : OTHER, pixels);
+    }
+    return comparison.significance(PLAIN, cost, OTHER, cost_of_other);
+  };
+  EXPECT_LT(std::abs(significance(1.0, 1.0)), 4.5) << "alike";
+  EXPECT_LT(significance(1.0, 3.0), -4.5);
+  EXPECT_GT(significance(3.0, 1.0), 4.5);
+}
+
+TEST(NoiseComparison, RareLightIsNotSurelyLessNoisy) {
+  for (uint64_t seed = 0; seed < 32; ++seed) EXPECT_GT(significance_against_rare_light(3.0f, 1e3f, seed), -1.0) << seed;
+}
+
 TEST(NoiseComparison, WhatIsNotFiniteDoesNotCount) {
   NoiseComparison comparison(4, 4, 4, 1);
   std::vector<float> pixels(16, 1.0f);
