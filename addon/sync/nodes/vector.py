@@ -93,6 +93,8 @@ def vector_math(node: NodeView, output: str) -> Value | None:
     if operation in VECTOR_MATH_VALUES:
         value = node.emit("VECTOR_MATH_VALUE", (a, b), (VECTOR_MATH_VALUES.index(operation),))
         return value if output == "Value" else node.emit("BROADCAST", (value,)).retyped(VECTOR)
+    if operation == "ROUND":  # from Blender 5.2 on
+        return node.vector_math("FLOOR", node.vector_math("ADD", a, vector_constant(0.5, 0.5, 0.5)))
     if operation not in VECTOR_MATH_OPERATIONS or output == "Value":
         return None
     return node.emit("VECTOR_MATH", (a, b, c, scale), (VECTOR_MATH_OPERATIONS.index(operation),))
