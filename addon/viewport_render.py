@@ -76,8 +76,8 @@ class Picture:
 class Stage:
     """The session of one size of pixels.
 
-    The first and the finest pictures after a change go on with the history of the like of them before it: what few
-    large pixels remember would be a poor start for fine ones. Those in between are not worth the memory."""
+    The finest pictures after a change go on with the history of the finest before it: what few large pixels remember
+    would be a poor start. Coarse ones look at that too, and of the first a history is kept for while things move."""
 
     def __init__(self, core: ModuleType, job: Job, pixel: int, is_first: bool, cache: Any) -> None:  # noqa: ANN401
         (width, height), region = job.view.frame(pixel)

@@ -47,8 +47,16 @@ void CellSharedStage::take_over(PathStage&& earlier, const HistorySource& source
   std::swap(current_, stage.current_);
   std::swap(previous_, stage.previous_);
   set_region(region_);
+  set_source(source);
+}
+
+void CellSharedStage::swap_history(PathStage& other) {
+  std::swap(previous_.temporal, static_cast<CellSharedStage&>(other).previous_.temporal);
+}
+
+void CellSharedStage::set_source(const HistorySource& source) {
   previous_.view = source.view();
-  if (source.earlier()) previous_.temporal.clear();
+  is_history_void_ = source.earlier() != nullptr;
 }
 
 void CellSharedStage::start_pixel(const PathCapture& capture, uint32_t pixel) {
@@ -85,7 +93,8 @@ bool CellSharedStage::share(uint32_t frame, const StopCondition& stop) {
 
 bool CellSharedStage::reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
                             std::span<const VisiblePoint> previous) {
-  previous_.visible_points = previous_.temporal.empty() ? std::span<const VisiblePoint>() : previous;
+  const bool has_history = !is_history_void_ && !previous_.temporal.empty();
+  previous_.visible_points = has_history ? previous : std::span<const VisiblePoint>();
   const bool done = keeps_history() ? share_at(DEEP, run.frame, run.stop) && add_to_samples(run.frame, run.stop) &&
                                           merge_with_history(run, visible) && share_at(VISIBLE, run.frame, run.stop)
                                     : share(run.frame, run.stop);
@@ -114,6 +123,7 @@ void CellSharedStage::keep_history() {
   if (!keeps_history()) return;
   current_.view = {context_.paths.scene.camera, image_region(context_.settings)};
   std::swap(current_, previous_);
+  is_history_void_ = false;
   current_.temporal.resize(pixel_count());
 }
 

@@ -22,6 +22,8 @@ class CellSharedStage final : public PathStage {
   uint32_t reuse_count(uint32_t pixel) const override { return reuse_counts_[pixel]; }
   void keep_history() override;
   void take_over(PathStage&& earlier, const HistorySource& source) override;
+  void swap_history(PathStage& other) override;
+  void set_source(const HistorySource& source) override;
   size_t memory_bytes() const override;
 
   /// Goes on with a part of the picture. Pixels are numbered within.
@@ -57,6 +59,7 @@ class CellSharedStage final : public PathStage {
   LazyVector<ReflectedPaths> reflected_;                   // by pixel, of the last vertex shared at
   LazyVector<uint32_t> reuse_counts_;                      // by pixel
   PathFrame current_, previous_;                           // temporal reservoirs, with history alone
+  bool is_history_void_ = false;                           // light has changed since
   LazyVector<CellKey> keys_;
   LazyVector<uint32_t> classes_;
   CellGroups groups_;

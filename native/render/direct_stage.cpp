@@ -23,9 +23,13 @@ void DirectStage::take_over(DirectStage&& earlier, const HistorySource& source) 
   std::swap(history_, earlier.history_);
   reservoirs_.resize(pixels);
   scratch_.resize(scratch_pixels);
+  set_source(source);
+  if (cached_ && !source.earlier()) cached_->take_over(std::move(*earlier.cached_));
+}
+
+void DirectStage::set_source(const HistorySource& source) {
   history_.view = source.view();
   history_.world = source.earlier();
-  if (cached_ && !source.earlier()) cached_->take_over(std::move(*earlier.cached_));
 }
 
 void DirectStage::start_pixel(const VisiblePoint& visible, uint32_t pixel, uint32_t frame, uint64_t& non_finite) {

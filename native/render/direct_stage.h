@@ -14,6 +14,10 @@ class DirectStage {
 
   /// Goes on with the history of another render, and with its memory. `source` stays until keep_history.
   void take_over(DirectStage&& earlier, const HistorySource& source);
+  /// Exchanges the reservoirs of the last frame, and nothing else.
+  void swap_history(DirectStage& other) { std::swap(history_.reservoirs, other.history_.reservoirs); }
+  /// Where these reservoirs come from; stays until keep_history.
+  void set_source(const HistorySource& source);
   /// A pixel's own light candidates, as soon as its visible point is known.
   void start_pixel(const VisiblePoint& visible, uint32_t pixel, uint32_t frame, uint64_t& non_finite);
   /// All reuse; by pixel, `previous` as `visible` of the frame before or empty. False if stopped.

@@ -33,6 +33,10 @@ class PathStage {
   /// Goes on with the history of a stage of the same kind, if light is as it was: the radiance that paths found is part
   /// of them. Else with its memory alone, or with what validation leaves of it.
   virtual void take_over(PathStage&& earlier, const HistorySource& source) = 0;
+  /// Exchanges the reservoirs of the last frame, where drafts can_borrow_history.
+  virtual void swap_history(PathStage&) {}
+  /// Where these reservoirs come from; stays until keep_history.
+  virtual void set_source(const HistorySource&) {}
   virtual size_t memory_bytes() const = 0;
 
   /// Adds `shade` to a record.

@@ -51,9 +51,23 @@ std::unique_ptr<ReuseFrame> RenderCache::take_history(const Settings& settings) 
 void RenderCache::leave_history(std::unique_ptr<ReuseFrame> frame) {
   {
     const std::lock_guard lock(mutex_);
-    std::swap(frame->world()->settings.is_draft ? draft_history_ : history_, frame);
+    const bool is_draft = frame->world()->settings.is_draft;
+    if (frame->has_finished_frame()) is_finer_newest_ = !is_draft;
+    std::swap(is_draft ? draft_history_ : history_, frame);
   }
   // What was kept before is freed here, when nobody waits for the lock.
+}
+
+std::unique_ptr<ReuseFrame> RenderCache::lend_history(const Settings& draft) {
+  const std::lock_guard lock(mutex_);
+  if (!history_ || !(is_finer_newest_ || !draft.keep_history)) return nullptr;
+  if (!can_borrow_history(draft, history_->world()->settings)) return nullptr;
+  return std::move(history_);
+}
+
+void RenderCache::return_history(std::unique_ptr<ReuseFrame> frame) {
+  const std::lock_guard lock(mutex_);
+  if (!history_) std::swap(history_, frame);
 }
 
 void RenderCache::drop_history() {

@@ -26,6 +26,10 @@ class RenderCache {
   std::unique_ptr<ReuseFrame> take_history(const Settings& settings);
   /// In place of what was left before, by drafts if it is one.
   void leave_history(std::unique_ptr<ReuseFrame> frame);
+  /// For a draft: the frame of a finer picture, if it was left after the last draft's or the draft keeps no history of
+  /// its own, and can_borrow_history; to be returned. Otherwise null.
+  std::unique_ptr<ReuseFrame> lend_history(const Settings& draft);
+  void return_history(std::unique_ptr<ReuseFrame> frame);
   void drop_history();
 
   size_t memory_bytes() const;
@@ -40,6 +44,7 @@ class RenderCache {
   } lights_;
   std::shared_ptr<const LightCacheCells> cells_;
   std::unique_ptr<ReuseFrame> history_, draft_history_;
+  bool is_finer_newest_ = false;  // of the two
 };
 
 }  // namespace cistern

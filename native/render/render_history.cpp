@@ -18,4 +18,15 @@ bool shares_history(const Settings& a, const Settings& b) {
   return without_what_may_differ(a) == without_what_may_differ(b);
 }
 
+bool can_borrow_history(const Settings& draft, const Settings& finer) {
+  if (!draft.is_draft || finer.is_draft || uses_reservoirs(draft.secondary)) return false;
+  const bool direct = draft.direct == DirectAnswer::RESTIR;
+  const bool paths = draft.indirect == IndirectAnswer::CELL_SHARED;
+  if (!(direct || !uses_reservoirs(draft.direct)) || !(paths || draft.indirect == IndirectAnswer::PATH)) return false;
+  Settings as_finer = draft;
+  as_finer.is_draft = false;
+  as_finer.keep_history = finer.keep_history;
+  return draft.has_temporal_reuse() && shares_history(as_finer, finer);
+}
+
 }  // namespace cistern

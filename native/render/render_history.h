@@ -40,4 +40,8 @@ class HistorySource {
 /// size of the picture and the part of it that is rendered may differ.
 bool shares_history(const Settings& a, const Settings& b);
 
+/// Whether a draft can look at the history of a finer picture for a frame: all that both decide is the same, and only
+/// the reservoirs of pixels are carried over.
+bool can_borrow_history(const Settings& draft, const Settings& finer);
+
 }  // namespace cistern

@@ -35,6 +35,28 @@ void ReuseFrame::take_over(ReuseFrame&& earlier, SceneChange change) {
   if (paths_) paths_->take_over(std::move(*earlier.paths_), *source_);
 }
 
+void ReuseFrame::borrow(std::unique_ptr<ReuseFrame> lender, SceneChange change) {
+  source_ = std::make_unique<HistorySource>(lender->history_world(), *world_, std::move(change));
+  next_frame_ = lender->next_frame_;
+  lender_ = std::move(lender);
+  is_borrowing_ = true;
+  swap_history(*lender_);
+  if (direct_) direct_->set_source(*source_);
+  if (paths_) paths_->set_source(*source_);
+}
+
+std::unique_ptr<ReuseFrame> ReuseFrame::give_back() {
+  if (is_borrowing_) swap_history(*lender_);
+  is_borrowing_ = false;
+  return std::move(lender_);
+}
+
+void ReuseFrame::swap_history(ReuseFrame& other) {
+  std::swap(previous_visible_points_, other.previous_visible_points_);
+  if (direct_) direct_->swap_history(*other.direct_);
+  if (paths_) paths_->swap_history(*other.paths_);
+}
+
 bool ReuseFrame::is_needed(const Settings& s) {
   return uses_reservoirs(s.direct) || uses_reservoirs(s.secondary) || s.indirect != IndirectAnswer::PATH;
 }
@@ -117,6 +139,9 @@ float ReuseFrame::reuse_count(uint32_t pixel) const {
 
 void ReuseFrame::keep_history() {
   ++next_frame_;
+  has_finished_frame_ = true;
+  if (is_borrowing_) swap_history(*lender_);
+  is_borrowing_ = false;
   source_.reset();
   if (direct_) direct_->keep_history();
   if (secondary_) secondary_->keep_history();

@@ -20,6 +20,10 @@ class ReuseFrame {
   /// since the one history is from (history_world). Both renders must share_history. Frame numbers go on as well: the
   /// random numbers of a frame that others remember must not come again.
   void take_over(ReuseFrame&& earlier, SceneChange change);
+  /// Looks at the history of a finer picture in the first frame (see can_borrow_history), and leaves it as it is.
+  void borrow(std::unique_ptr<ReuseFrame> lender, SceneChange change);
+  /// The frame that was borrowed from, whole again; null if none was. To be called after the last frame.
+  std::unique_ptr<ReuseFrame> give_back();
 
   /// Whether any answer of these settings takes more than paths by themselves.
   static bool is_needed(const Settings& settings);
@@ -31,6 +35,9 @@ class ReuseFrame {
   const std::shared_ptr<const RenderWorld>& world() const { return world_; }
   /// Where the history comes from: `world`, once a frame was finished.
   const std::shared_ptr<const RenderWorld>& history_world() const { return source_ ? source_->world() : world_; }
+
+  /// Of its own, not of one taken over.
+  bool has_finished_frame() const { return has_finished_frame_; }
 
   size_t memory_bytes() const;
   /// Weights that were not finite, so far; they counted as zero.
@@ -47,10 +54,14 @@ class ReuseFrame {
   /// Samples of other points that a pixel was handed in this frame, for all of its light.
   float reuse_count(uint32_t pixel) const;
   void keep_history();
+  void swap_history(ReuseFrame& other);
 
   std::shared_ptr<const RenderWorld> world_;
   const FrameContext& context_;
   std::unique_ptr<const HistorySource> source_;  // until a frame was finished, if history was taken over
+  std::unique_ptr<ReuseFrame> lender_;
+  bool is_borrowing_ = false;  // the lender has our empty history, and we have its own
+  bool has_finished_frame_ = false;
   uint32_t next_frame_ = 0;
   std::optional<DirectStage> direct_;  // each for its answer, unless that is the path tracer's
   std::optional<SecondaryStage> secondary_;

@@ -122,7 +122,7 @@ void Session::run() {
       if (show_cells(world->context, cache_cells.get(), *film_, {cancelled_, Clock::time_point::max()}))
         render(world->context, reuse.get(), banded ? &*banded : nullptr);
       show_learning(world->context, *film_, {cancelled_, Clock::time_point::max()});
-      if (reuse && keeps_history()) cache_->leave_history(std::move(reuse));
+      if (reuse) leave_history(std::move(reuse));
     });
     end(cancelled_ ? Status::CANCELLED : Status::DONE, "");
   } catch (const std::bad_alloc&) {
@@ -150,9 +150,22 @@ std::unique_ptr<ReuseFrame> Session::make_reuse_frame(const std::shared_ptr<cons
   if (!ReuseFrame::is_needed(settings_) || BandedFrame::is_for(settings_)) return nullptr;
   auto frame =
       std::make_unique<ReuseFrame>(world, std::move(cache_cells), [this](float done) { report_caching(done); });
+  if (std::unique_ptr<ReuseFrame> finer = cache_->lend_history(settings_)) {
+    SceneChange change = compare_scenes(*finer->history_world()->scene, *scene_);
+    frame->borrow(std::move(finer), std::move(change));
+    return frame;
+  }
   std::unique_ptr<ReuseFrame> earlier = keeps_history() ? cache_->take_history(settings_) : nullptr;
   if (earlier) frame->take_over(std::move(*earlier), compare_scenes(*earlier->history_world()->scene, *scene_));
   return frame;
+}
+
+/// To later renders, and gives back what was borrowed.
+void Session::leave_history(std::unique_ptr<ReuseFrame> frame) {
+  std::unique_ptr<ReuseFrame> lender = frame->give_back();
+  const bool has_history = frame->has_finished_frame() || !lender;
+  if (lender) cache_->return_history(std::move(lender));
+  if (keeps_history() && has_history) cache_->leave_history(std::move(frame));
 }
 
 /// Both null: by the reference path tracer, whose frames come in batches.

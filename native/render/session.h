@@ -56,6 +56,7 @@ class Session {
  private:
   void run();
   bool keeps_history() const;
+  void leave_history(std::unique_ptr<ReuseFrame> frame);
   Settings decided_settings(const std::shared_ptr<const Accel>& accel,
                             const std::shared_ptr<const LightSet>& lights) const;
   std::unique_ptr<ReuseFrame> make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,

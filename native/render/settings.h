@@ -89,7 +89,8 @@ struct Settings {
   /// Whether history is taken from the RenderCache and left there. It needs temporal reuse.
   bool keep_history = false;
   /// Whether the picture only bridges the time until a finer one: the cache keeps its history apart, since one of few
-  /// large pixels would be a poor substitute for that of the finer picture.
+  /// large pixels would be a poor substitute for that of the finer picture; at which a draft may look, see
+  /// RenderCache::lend_history.
   bool is_draft = false;
   /// Whether each mesh has an Embree scene of its own, which snapshots share: moves are cheap, rays cost a little more.
   bool keep_instances = false;

@@ -189,31 +189,6 @@ def test_nothing_is_kept_unless_it_is_wanted(system: str) -> None:
     assert np.array_equal(color(run(scene, cache, **SYSTEMS[system])), color(cold))
 
 
-def test_drafts_have_a_history_of_their_own() -> None:
-    """A coarse picture between two fine ones changes nothing in the second; nor the fine one in coarse ones."""
-    scene = scenes("nothing")[0]
-    settings = SYSTEMS["restir"] | dict(indirect="CELL_SHARED")
-    coarse = settings | dict(width=SIZE // 4, height=SIZE // 4)
-
-    def second(drafts: tuple[dict, ...], last: dict) -> NDArray:
-        cache = core.RenderCache()
-        for members in (settings, *drafts):
-            run(scene, cache, **members)
-        return color(run(scene, cache, **last))
-
-    undisturbed = second((), settings)
-    draft = coarse | dict(is_draft=True)
-    assert np.array_equal(second((draft,), settings), undisturbed)
-    assert not np.array_equal(second((coarse,), settings), undisturbed)  # what it would be without
-    once = second((), draft)
-    assert np.array_equal(once, color(run(scene, None, **draft)))
-    assert not np.array_equal(second((draft,), draft), once), "drafts go on with theirs"
-    cache = core.RenderCache()
-    run(scene, cache, **draft)
-    cache.drop_history()
-    assert np.array_equal(color(run(scene, cache, **draft)), once)
-
-
 def mean_confidence(session: core.Session) -> float:
     return float(session.read("Reservoir Confidence").mean())
 
