@@ -15,9 +15,9 @@ constexpr uint32_t kFrames = 4;
 constexpr uint64_t kTrialSeed = 0x747269616c;
 constexpr int kBox = 4;
 
-/// Samples that are shared take so many times as long as plain ones, about (seven scenes of the scoreboard): 1.6 to 2.4
-/// and, where materials are glossy and light is everywhere, 3.1; with next vertices alone 1.4 to 2.0.
-constexpr double kCost = 2.1, kCostOfNextVertices = 1.6;
+/// Samples that are shared take so many times as long as plain ones, about (seven scenes of the scoreboard): 1.7 to 2.4
+/// and, where materials are glossy and light is everywhere, 2.9; with next vertices alone 1.3 to 2.0.
+constexpr double kCost = 2.0, kCostOfNextVertices = 1.5;
 
 /// Standard errors by which a way must be better to count as such. Ways that do less have to prove that it is enough:
 /// rare light is what few frames do not show, and then neither way is surely better.
