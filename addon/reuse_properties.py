@@ -171,7 +171,7 @@ class ReuseSettings:
         name="Only Where It Pays",
         description=(
             "Before the first of independent samples, blocks of the picture are tried with and without: paths are "
-            "handed on where that lowers the noise by more than it costs"
+            "not handed on where they alone surely make less noise for their time"
         ),
         default=True,
     )

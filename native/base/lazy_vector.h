@@ -11,7 +11,7 @@ namespace cistern {
 template <class T>
 struct LazyAllocator : std::allocator<T> {
   template <class U>
-  struct rebind {
+  struct rebind {  // NOLINT(readability-identifier-naming): the standard's
     using other = LazyAllocator<U>;
   };
   template <class U>

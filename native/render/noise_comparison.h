@@ -35,7 +35,6 @@ class NoiseComparison {
 
   void sum_boxes(std::span<const float> luminance);
   std::vector<double> means() const;
-  std::vector<double> relative_to_tiles() const;
   double variance(size_t way, size_t box) const;
   size_t tile_of(size_t box) const;
 

@@ -22,7 +22,8 @@ struct PixelBlocks {
   /// Where in the region a pixel of the small picture lies.
   Pixel place(int x, int y) const {
     if (places.size() == 1) return {places.front().x + x, places.front().y + y};
-    const Pixel& block = places[static_cast<size_t>(y / block_height * columns + x / block_width)];
+    const auto row = static_cast<size_t>(y / block_height), column = static_cast<size_t>(x / block_width);
+    const Pixel& block = places[row * static_cast<size_t>(columns) + column];
     return {block.x + x % block_width, block.y + y % block_height};
   }
 

@@ -102,7 +102,7 @@ double SharingTrial::cost(Way way) {
 bool SharingTrial::trace_plainly(uint32_t frame, const StopCondition& stop) {
   const auto trace = [&](int x, int y, PathScratch& scratch) {
     const PixelBlocks::Pixel place = pixels_.place(x, y);
-    luminance_[static_cast<size_t>(y * pixels_.width() + x)] =
+    luminance_[static_cast<size_t>(y) * static_cast<size_t>(pixels_.width()) + static_cast<size_t>(x)] =
         seen(trace_pixel(world_.context, place.x, place.y, frame, scratch));
   };
   const bool done =

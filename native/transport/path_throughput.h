@@ -10,6 +10,8 @@ struct Throughput {
   Rgb smooth{1.0f}, direct, indirect;
 
   Rgb total() const { return smooth + direct + indirect; }
+  /// By which roulette decides; black: nobody needs the rest of the path.
+  Rgb worth() const { return total(); }
   void scale(Rgb s) { smooth *= s, direct *= s, indirect *= s; }
   void scatter(Rgb rough_weight, Rgb smooth_weight) {
     indirect = (direct + indirect) * (rough_weight + smooth_weight);
@@ -21,17 +23,24 @@ struct Throughput {
 /// The same where light is left to others: what rough lobes of a captured sample point reflect is left out of the sums
 /// and only counted in `captured`; instead `continuation` carries the throughput from each sample point on, zero before
 /// it is reached.
+///
+/// What a path hands to others may not depend on its own colour: a sample point that a red surface sees in green light
+/// is worth following for the white one beside it, and if it never were, all that count the red one among its finders
+/// would miss its share. So its worth is gray wherever a link begins or ends.
 struct CapturedThroughput : Throughput {
   Rgb captured;
   std::array<Rgb, kMaxPathLinks> continuation;
 
   Rgb total() const { return Throughput::total() + captured; }
+  Rgb worth() const { return worth_; }
+  void forget_color() { worth_ = Rgb(max_component(worth_)); }
   void scale(Rgb s) {
     Throughput::scale(s);
+    worth_ *= s;
     captured *= s;
     for (Rgb& c : continuation) c *= s;
   }
-  /// What ends here but for one link: `captured` then only says how likely the path goes on.
+  /// What ends here but for one link.
   void keep_only_link(size_t link) {
     captured = total();
     smooth = direct = indirect = Rgb();
@@ -46,7 +55,11 @@ struct CapturedThroughput : Throughput {
     if (captures_rough) indirect = reflected * smooth_weight;
     continuation[0] *= leaves_rough ? smooth_weight : weight;
     continuation[1] *= weight;
+    worth_ *= weight;
   }
+
+ private:
+  Rgb worth_{1.0f};
 };
 
 }  // namespace cistern

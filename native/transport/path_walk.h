@@ -202,7 +202,7 @@ class Walk {
     } else {
       throughput_.scatter(rough_weight, smooth_weight);
     }
-    if (is_black(throughput_.total())) return false;
+    if (is_black(throughput_.worth())) return false;
     if constexpr (Kind::captures) {
       leave_captured_vertex(*sample, p_scatter);
       if (capture_.vertex.sample_point_of == 0 && !goes_on_from_sample_point()) return false;
@@ -277,10 +277,10 @@ class Walk {
   /// few paths do. With the throughput itself samples are a quarter cheaper, and noisier by more.
   bool survives_roulette() {
     if (state_.depth <= context_.limits.min_bounces) return true;
-    float throughput = max_component(throughput_.total());
-    if constexpr (Kind::learns) throughput *= learning_.guide_gain;
-    if (throughput >= 1.0f) return true;
-    const float p = std::cbrt(throughput);
+    float worth = max_component(throughput_.worth());
+    if constexpr (Kind::learns) worth *= learning_.guide_gain;
+    if (worth >= 1.0f) return true;
+    const float p = std::cbrt(worth);
     if (sampler_.next_float() >= p) return false;
     scale_by_chance(Rgb(1.0f), p);
     return true;

@@ -51,6 +51,7 @@ template <class Kind>
 inline void Walk<Kind>::start_link(int link, const VisiblePoint& from) {
   capture_.out->links[static_cast<size_t>(link)].from = from;
   capture_.vertex.starts = link;
+  throughput_.forget_color();
 }
 
 template <class Kind>
@@ -67,6 +68,7 @@ inline void Walk<Kind>::capture_sample_point(int index, const VisiblePoint& capt
   link.to.kind = found_kind(state_.ray_kind);
   link.to.origin = {};
   capture_.vertex.sample_point_of = index;
+  throughput_.forget_color();
   if (index + 1 < capture_.out->link_count) start_link(index + 1, captured);
 }
 

@@ -174,6 +174,23 @@ def harsh_room(strength: float = 1.0) -> core.Scene:
     return scene.snapshot()
 
 
+def colored_stripes() -> core.Scene:
+    """A floor of red and white stripes between green walls under a white sky. Red light is all that the red ones
+    reflect, green all of the walls: a path from one to the other shows nothing, and yet white stripes may use it."""
+    scene = SceneDescription()
+    red, green, white = (principled(color) for color in ((0.9, 0.0, 0.0), (0.0, 0.9, 0.0), (0.9, 0.9, 0.9)))
+    stripes = 8
+    for i in range(stripes):
+        scene.add_quad((-1 + 2 * i / stripes, -1, 0), (2 / stripes, 0, 0), (0, 2, 0), red if i % 2 else white)
+    scene.add_quad((-1, 1, 0), (0, 0, 2), (2, 0, 0), green)
+    scene.add_quad((-1, -1, 0), (2, 0, 0), (0, 0, 2), green)
+    scene.add_quad((-1, -1, 0), (0, 0, 2), (0, 2, 0), green)
+    scene.add_quad((1, -1, 0), (0, 2, 0), (0, 0, 2), green)
+    scene.set_environment((1, 1, 1))
+    scene.set_camera((0, 0, 6), (0, 0, 0), 0.16)
+    return scene.snapshot()
+
+
 SCENES: dict[str, Callable[[], core.Scene]] = {
     make.__name__: make
     for make in (
@@ -185,5 +202,6 @@ SCENES: dict[str, Callable[[], core.Scene]] = {
         open_scene,
         counting_lamp,
         hidden_objects,
+        colored_stripes,
     )
 }
