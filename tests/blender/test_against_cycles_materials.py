@@ -33,7 +33,6 @@ PRINCIPLED = {
     "rough glass": {"Transmission_Weight": 1.0, "Roughness": 0.4, "Base_Color": (0.9, 1.0, 0.95, 1.0)},
     "half glass": {"Transmission_Weight": 0.5, "Roughness": 0.3},
     "coat": {"Coat_Weight": 1.0, "Coat_Roughness": 0.1, "Coat_Tint": (0.9, 0.6, 0.4, 1.0), "Roughness": 0.7},
-    "sheen": {"Sheen_Weight": 1.0, "Sheen_Roughness": 0.4, "Sheen_Tint": (0.5, 0.7, 1.0, 1.0)},
     "emission": {"Emission_Color": (0.3, 0.6, 1.0, 1.0), "Emission_Strength": 1.5},
     "alpha": {"Alpha": 0.4},
     "coated emission": {"Emission_Strength": 1.0, "Coat_Weight": 0.8, "Coat_Roughness": 0.0, "Alpha": 0.7},
@@ -129,6 +128,14 @@ def test_sheen_alone_differs_within_bounds(empty_scene: bpy.types.Scene) -> None
     build.stage(empty_scene, build.material("ball", sheen))
     result = compare_with_cycles(empty_scene)
     assert result.largest_difference < 0.012, result
+
+
+def test_sheen_over_a_base_differs_within_bounds(empty_scene: bpy.types.Scene) -> None:
+    """The same formulas: 0.35 % of the picture's mean was measured, of 24 replicas."""
+    sheen = dict(Sheen_Weight=1.0, Sheen_Roughness=0.4, Sheen_Tint=(0.5, 0.7, 1.0, 1.0))
+    build.stage(empty_scene, build.principled("ball", Base_Color=RED, **sheen))
+    result = compare_with_cycles(empty_scene)
+    assert result.largest_difference < 0.007, result
 
 
 def test_outline_of_a_coarse_smooth_mesh(empty_scene: bpy.types.Scene) -> None:
