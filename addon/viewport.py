@@ -7,6 +7,7 @@ data outlives a call.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -47,7 +48,10 @@ class Viewport:
         """Something was evaluated: export what changed."""
         from .sync.changes import read_changes
 
-        self._export(context, depsgraph, read_changes(depsgraph))
+        changes = read_changes(depsgraph)
+        if self._hiding != hiding(context.space_data):
+            changes = replace(changes, has_unlisted=True)
+        self._export(context, depsgraph, changes)
         self._request(engine, context, depsgraph)
 
     def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:

@@ -13,7 +13,7 @@ import addon.engine
 from addon import core as core_loader
 from addon import viewport as viewport_module
 from addon.layer_render import RenderFailedError
-from addon.sync import live
+from addon.sync import changes, live
 from addon.viewport import Viewport
 from addon.viewport_camera import WHOLE, viewport_view
 from addon.viewport_draw import Screen
@@ -131,6 +131,16 @@ def test_local_view_is_exported_although_nothing_was_evaluated(viewport, drawn, 
     viewport.update(engine, fake_context(scene), depsgraph())
     viewport.draw(engine, fake_context(scene, local_view=object()), depsgraph())
     assert len(viewport._sync.changes) == 2 and viewport._sync.changes[1].has_unlisted
+
+
+def test_local_view_is_exported_with_an_edit_at_the_same_moment(viewport, drawn, scene, monkeypatch):
+    """An edit that by itself needs no look at every object."""
+    engine = FakeEngine()
+    listed = changes.Changes(has_unlisted=False, is_everything=False, shading=frozenset({1}))
+    monkeypatch.setattr(changes, "read_changes", lambda depsgraph: listed)
+    viewport.update(engine, fake_context(scene), depsgraph())
+    viewport.update(engine, fake_context(scene, local_view=object()), depsgraph())
+    assert viewport._sync.changes[1].has_unlisted and viewport._sync.changes[1].shading == {1}
 
 
 @pytest.mark.parametrize(
