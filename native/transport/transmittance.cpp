@@ -34,28 +34,38 @@ Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLigh
   return ray_between(origin, target);
 }
 
-/// Of what is not opaque. `state` is that of the ray; it passes at most `most_surfaces`.
-Rgb transparency_along(const PathContext& context, Ray ray, PathState state, int most_surfaces) {
-  Rgb passed(1.0f);
-  if (!context.accel.has_transparent_surfaces()) return passed;
+/// What passes surfaces that are not opaque, and how many there are.
+struct Passage {
+  Rgb transmittance{1.0f};
+  int surfaces = 0;
+};
+/// `state` is that of the ray; it passes at most `most_surfaces`.
+Passage transparency_along(const PathContext& context, Ray ray, PathState state, int most_surfaces) {
+  Passage passage;
+  if (!context.accel.has_transparent_surfaces()) return passage;
   state.ray_length = 0.0f;
-  for (int i = 0; i <= most_surfaces; ++i) {
-    const std::optional<Hit> hit = context.accel.intersect_transparent(ray, state.ray_kind);
-    if (!hit) return passed;
+  const Vec3 end = ray.origin + ray.direction * ray.t_max;
+  while (const std::optional<Hit> hit = context.accel.intersect_transparent(ray, state.ray_kind)) {
+    if (++passage.surfaces > most_surfaces) return {Rgb(0.0f), passage.surfaces};
     const SurfacePoint point = make_surface_point(context.scene, ray, *hit);
     state.ray_length += hit->t;
-    passed *= evaluate_transparency(context.scene, point, state);
-    if (is_black(passed)) return passed;
+    passage.transmittance *= evaluate_transparency(context.scene, point, state);
+    if (is_black(passage.transmittance)) return passage;
     ++state.transparent_depth;
-    ray.t_max -= hit->t;
-    ray.origin = offset_origin(point.position, point.ng, ray.direction);
+    // Towards the same end, which steps off surfaces would otherwise push on.
+    const Vec3 beyond = offset_origin(point.position, point.ng, ray.direction);
+    if (std::isfinite(ray.t_max)) {
+      ray = ray_between(beyond, end);
+    } else {
+      ray.origin = beyond;
+    }
   }
-  return Rgb(0.0f);
+  return passage;
 }
 
 Rgb transmittance_of(const PathContext& context, const Ray& ray, const PathState& state, int most_surfaces) {
   if (context.accel.occluded(ray, state.ray_kind)) return Rgb(0.0f);
-  return transparency_along(context, ray, state, most_surfaces);
+  return transparency_along(context, ray, state, most_surfaces).transmittance;
 }
 
 /// Behind the last surface it passes, a path has no vertices; see PathLimits.
@@ -95,8 +105,10 @@ void trace_to_vertex(const PathContext& context, const SeenVertex& vertex, const
       PathState state = scattered;
       state.transparent_depth = static_cast<uint16_t>(batch[i].transparent_depth);
       const int most_surfaces = most_surfaces_to_vertex(context, batch[i].transparent_depth);
-      batch[i].transmittance =
-          is_occluded[i] ? Rgb() : transparency_along(context, shadow_rays[i], state, most_surfaces);
+      const Passage passage =
+          is_occluded[i] ? Passage{Rgb(), 0} : transparency_along(context, shadow_rays[i], state, most_surfaces);
+      batch[i].transmittance = passage.transmittance;
+      batch[i].surfaces = passage.surfaces;
     }
   }
 }

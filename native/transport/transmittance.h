@@ -18,7 +18,8 @@ struct VertexRay {
   const SurfacePoint* receiver;
   Vec3 wi;                // unit, towards the vertex
   int transparent_depth;  // surfaces passed before
-  Rgb transmittance;
+  Rgb transmittance{};
+  int surfaces = 0;  // transparent ones on the way
 };
 struct SeenVertex {
   Vec3 position, normal;
