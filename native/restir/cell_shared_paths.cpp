@@ -123,13 +123,18 @@ void CellSharedPaths::trace_pairs(const Group& group, size_t finder, Scratch& sc
       continue;
     }
     const int passed_before = group.links[k]->from.state.transparent_depth;
-    scratch.rays.push_back({&scratch.points[k], pair.way.wi, passed_before, {}});
+    scratch.rays.push_back({&scratch.points[k], pair.way.wi, passed_before});
     scratch.ray_owners.push_back(static_cast<uint32_t>(k));
   }
   const VisiblePoint& sample_point = group.links[finder]->to.point;
   trace_to_vertex(context_, {sample_point.receiver.position, sample_point.ng}, sample_point.state, scratch.rays);
-  for (size_t i = 0; i < scratch.rays.size(); ++i)
-    scratch.pairs[scratch.ray_owners[i]].transmittance = scratch.rays[i].transmittance;
+  for (size_t i = 0; i < scratch.rays.size(); ++i) {
+    // What the sample point received may have passed as many more surfaces as were left to its path: only for vertices
+    // whose paths would have as many left is it what they would have found.
+    const VertexRay& ray = scratch.rays[i];
+    const bool is_as_far = ray.transparent_depth + ray.surfaces == sample_point.state.transparent_depth;
+    scratch.pairs[scratch.ray_owners[i]].transmittance = is_as_far ? ray.transmittance : Rgb();
+  }
 }
 
 /// MIS weight of the vertex that found the sample.

@@ -58,6 +58,9 @@ struct ReflectedPaths {
 ///
 /// Glossy sample points stay with their finders: what they received was looked for from there, and seen from elsewhere
 /// nearly all of their light would come by rare samples. Whether a point is glossy does not depend on who found it.
+/// Points whose lobes depend on the view are no sample points: see MaterialProgram::lobes_depend_on_view. And vertices
+/// share a sample only if their paths would have passed as many transparent surfaces on reaching it, since what may
+/// still be passed beyond is part of what it received.
 ///
 /// For Lambertian vertices of equal albedo the sum over a group is what it would be without sharing: sharing moves
 /// light between pixels. So it pays at the visible point for a picture that nobody denoises, and at the next vertex
