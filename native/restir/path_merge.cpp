@@ -1,8 +1,22 @@
 #include "restir/path_merge.h"
 
 #include "resampling/resample.h"
+#include "shading/material.h"
 
 namespace cistern {
+namespace {
+
+/// Whether paths from the point may find the sample. Targets guess that by its Receiver: a sample that has a target and
+/// no density is taken from those who find it and given to nobody.
+bool can_find(const PathContext& context, const VisiblePoint& point, const PathSample& sample) {
+  const std::optional<PathConnection> way = connect(point, sample);
+  if (!way) return false;
+  if (point.is_lambertian) return dot(point.receiver.n, way->wi) > 0.0f && dot(point.ns, way->wi) > 0.0f;
+  const BsdfEvaluation f = evaluate_bsdf(evaluate_material(context.scene, point), way->wi);
+  return f.pdf > 0.0f && kind_share(f, sample.kind) > 0.0f && !is_black(f.rough_cos);
+}
+
+}  // namespace
 
 PathReservoir keep_one_direction(const VisiblePoint& finder, const PathReservoir& found, const PathMergeRules& rules,
                                  Rng& rng) {
@@ -26,6 +40,7 @@ PathReference PathCandidates::merge(const PathContext& context, const PathMergeR
   const auto p_hat = [&](size_t i, const PathSample* sample) {
     const float target = path_target(*points_[i], *sample, rules.target, rules.reflection);
     if (!(target > 0.0f) || !needs_visibility) return target;
+    if (!can_find(context, *points_[i], *sample)) return 0.0f;
     return is_black(path_transmittance(context, *points_[i], *sample)) ? 0.0f : target;
   };
   return resample<const PathSample*>({reservoirs_.data(), count_}, p_hat, weights, rng, non_finite);

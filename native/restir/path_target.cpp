@@ -71,8 +71,10 @@ float path_target(const VisiblePoint& visible, const PathSample& sample, PathTar
   const std::optional<PathConnection> way = connect(visible, sample);
   if (!way) return 0.0f;
   // Paths do not leave a smooth-shaded surface through its flat triangles.
-  const bool is_one_sided = visible.receiver.side != Vec3{};
+  const bool is_one_sided = visible.receiver.side != Vec3{}, is_below = dot(visible.ng, way->wi) < 0.0f;
   if (is_one_sided && !(dot(visible.ng, way->wi) > 0.0f)) return 0.0f;
+  const uint8_t kinds_there = is_below ? kVisibleToTransmission : kVisibleToDiffuse | kVisibleToGlossy;
+  if ((visible.scattered_kinds & kinds_there) == 0) return 0.0f;
   const Response response = respond(visible.receiver, way->wi);
   const float share = kind_share_guess(visible, response, way->wi, sample.kind);
   if (share == 0.0f || is_black(response.f_cos)) return 0.0f;

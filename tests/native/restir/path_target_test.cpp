@@ -21,6 +21,7 @@ VisiblePoint paint(Vec3 position, Vec3 n) {
   point.receiver = {position, n, n, n, Rgb(0.6f), Rgb(), 1.0f, 0.0f};
   point.ng = point.ns = n;
   point.exists = true;
+  point.scattered_kinds = kVisibleToDiffuse;
   point.throughput = Rgb(1.0f);
   return point;
 }
