@@ -67,26 +67,28 @@ class Walk {
     if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
     record_features(bsdf);
-    if constexpr (Kind::captures) {
-      if (std::exchange(capture_.only_deep_link_next, false)) throughput_.keep_only_link(1);
-      capture_.vertex = {};
-    }
+    if constexpr (Kind::captures) capture_.vertex = {};
     const bool is_vertex = !last_segment_ && bsdf.scatters();
     if constexpr (Kind::learns) {
       if (is_vertex) guide_bounce(context_, point, bsdf);
     }
     float p_scatter = scatter_probability(bsdf);
+    const float p_of_mis = p_scatter;  // whenever it is decided
     if constexpr (Kind::captures) {
-      if (is_vertex && capture_.open_link && p_scatter < 1.0f) {
-        // A sample point either reflects or is passed: decided before its light is gathered.
+      if (is_vertex && (capture_.open_link || capture_.only_deep_link_next) && p_scatter < 1.0f) {
+        // A sample point either reflects or is passed, and so does what only one link goes on from: decided before
+        // light is gathered.
         if (sampler_.next_float() >= p_scatter) return pass_through(point, bsdf, 1.0f - p_scatter);
         scale_by_chance(Rgb(1.0f), p_scatter);
         p_scatter = 1.0f;
       }
     }
     if (is_vertex) {
-      if constexpr (Kind::captures) capture_vertex(point, bsdf);
-      add_light_samples(point, bsdf, p_scatter);
+      if constexpr (Kind::captures) {
+        if (std::exchange(capture_.only_deep_link_next, false)) throughput_.keep_only_link(1);
+        capture_vertex(point, bsdf);
+      }
+      add_light_samples(point, bsdf, p_of_mis);
     }
     return continue_path(point, bsdf, p_scatter);
   }
@@ -204,6 +206,7 @@ class Walk {
     }
     if (is_black(throughput_.worth())) return false;
     if constexpr (Kind::captures) {
+      if (capture_.vertex.starts) throughput_.forget_color();  // that of the vertex where the link starts
       leave_captured_vertex(*sample, p_scatter);
       if (capture_.vertex.sample_point_of == 0 && !goes_on_from_sample_point()) return false;
     }
@@ -217,7 +220,7 @@ class Walk {
       MisReceiver& receiver = mis_receiver_.emplace();  // in place: a copy would wait for the stores it reads
       receiver.position = point.position;
       receiver.normal = light_side(point, bsdf);
-      scatter_pdf_ = sample->pdf * p_scatter;
+      scatter_pdf_ = sample->pdf * scatter_probability(bsdf);
       if constexpr (Kind::captures) capture_.mis_candidates = capture_.vertex.light_candidates;
     }
     ray_.origin = vertex_origin_ = offset_origin(point.position, point.ng, sample->wi);
