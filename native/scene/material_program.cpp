@@ -247,6 +247,7 @@ enum Principled : size_t {
   kPrincipledWeight = 0,
   kPrincipledAlpha = 5,
   kPrincipledNormal = 6,
+  kPrincipledTransmission = 14,
   kPrincipledCoatWeight = 15,
   kPrincipledSheenWeight = 20,
   kPrincipledEmissionColor = 23,
@@ -384,6 +385,12 @@ bool reads_view(Op op) {
   }
 }
 
+/// Refraction leaves in directions that depend on where from, and where it is total its lobe is not there.
+bool may_refract(const MaterialProgram& p, const Instruction& closure) {
+  if (closure.op == Op::CLOSURE_PRINCIPLED) return !is_zero_float(p, operands_of(p, closure)[kPrincipledTransmission]);
+  return closure.op == Op::CLOSURE_GLASS || closure.op == Op::CLOSURE_REFRACTION;
+}
+
 /// Whether what `op` returns depends on more of a hit than the object, the side that is seen, and its operands.
 bool varies_over_object(Op op) {
   switch (op) {
@@ -413,7 +420,8 @@ void finish_program(MaterialProgram& program, int image_count) {
   Validator(program, image_count).check();
 
   program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
-  program.reads_light_path = program.reads_camera = program.depends_on_view = false;
+  program.reads_light_path = program.reads_camera = false;
+  program.depends_on_view = program.lobes_depend_on_view = false;
   program.emission_is_constant = true;
   program.constant_emission = {};
   for (const Instruction& instruction : program.instructions) {
@@ -422,6 +430,7 @@ void finish_program(MaterialProgram& program, int image_count) {
     program.needs_footprint |= op == Op::BUMP;
     program.reads_light_path |= op == Op::LIGHT_PATH;
     program.depends_on_view |= reads_view(op);
+    program.lobes_depend_on_view |= (reads_view(op) && op != Op::BACKFACING) || may_refract(program, instruction);
     program.reads_camera |= depends_on_camera(instruction);
     if (!describe(op).is_closure) continue;
     program.may_be_transparent |= may_pass_light(program, instruction);

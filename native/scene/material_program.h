@@ -92,7 +92,10 @@ struct MaterialProgram {
   bool needs_footprint = false;  // has BUMP
   bool reads_light_path = false;
   bool depends_on_view = false;  // weights of lobes may depend on where the surface is seen from
-  bool reads_camera = false;     // shades by the camera's place, not just by where light goes
+  /// Which lobes there are, or which directions they scatter to, may depend on it too; on more than the side that is
+  /// seen.
+  bool lobes_depend_on_view = false;
+  bool reads_camera = false;  // shades by the camera's place, not just by where light goes
 
   friend bool operator==(const MaterialProgram&, const MaterialProgram&) = default;
 };
