@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "base/hash.h"
 #include "base/vec.h"
 
@@ -27,6 +29,29 @@ inline constexpr uint32_t reversed_sobol_second(uint32_t index) {
   return index ^ ((index >> 16) & 0x0000ffffu);
 }
 
+/// Third dimension, bits reversed, a byte of the index at a time: primitive polynomial x^2 + x + 1, first direction
+/// numbers 1 and 3. [Joe and Kuo 2008, new-joe-kuo-6.21201]
+class ReversedSobolThird {
+ public:
+  constexpr ReversedSobolThird() {
+    std::array<uint32_t, 32> directions{0x80000000u, 0xc0000000u};
+    for (size_t i = 2; i < directions.size(); ++i)
+      directions[i] = directions[i - 1] ^ directions[i - 2] ^ (directions[i - 2] >> 2);
+    for (size_t byte = 0; byte < tables_.size(); ++byte)
+      for (uint32_t value = 0; value < 256; ++value)
+        for (size_t bit = 0; bit < 8; ++bit)
+          if (value >> bit & 1) tables_[byte][value] ^= reverse_bits(directions[8 * byte + bit]);
+  }
+  constexpr uint32_t operator()(uint32_t index) const {
+    return tables_[0][index & 255] ^ tables_[1][index >> 8 & 255] ^ tables_[2][index >> 16 & 255] ^
+           tables_[3][index >> 24];
+  }
+
+ private:
+  std::array<std::array<uint32_t, 256>, 4> tables_{};
+};
+inline constexpr ReversedSobolThird kReversedSobolThird;
+
 /// Owen scrambling of a number whose bits are reversed.
 inline constexpr uint32_t scramble_reversed(uint32_t x, uint32_t seed) {
   x ^= x * 0x3d20adeau;
@@ -36,17 +61,26 @@ inline constexpr uint32_t scramble_reversed(uint32_t x, uint32_t seed) {
   return x ^ (x * 0x53a22864u);
 }
 
-/// Pair number `pair` of coordinates of point `index` of an Owen-scrambled Sobol sequence, in [0, 1)^2. The two of a
-/// pair fill every elementary interval; pairs are shuffled against one another, so any number of them may be used. Each
-/// `seed` gives another scrambling: points of one seed are stratified, points of different seeds independent, and the
-/// mean over seeds of an average over points is unbiased.
-inline Vec2 sobol_pair(uint32_t index, uint32_t pair, uint32_t seed) {
-  const uint64_t shuffle = mix_bits((uint64_t{seed} << 32) | (pair + 1));
+/// The first three coordinates of a point of the sequence, in [0, 1). Of a power of two of points, those of `pair` fill
+/// every elementary interval.
+struct SobolPoint {
+  Vec2 pair;
+  float third;
+};
+
+/// Point `index` of an Owen-scrambled Sobol sequence. Its coordinates are stratified together; sequences of different
+/// `set` are shuffled against one another, so any number of them may be used. Each `seed` gives another scrambling:
+/// points of one seed are stratified, points of different seeds independent, and the mean over seeds of an average over
+/// points is unbiased.
+inline SobolPoint sobol_point(uint32_t index, uint32_t set, uint32_t seed) {
+  const uint64_t shuffle = mix_bits((uint64_t{seed} << 32) | (set + 1));
   const uint64_t scramble = mix_bits(shuffle);
+  const auto scrambled = [](uint32_t reversed, uint64_t by) {
+    return to_unit_float(reverse_bits(scramble_reversed(reversed, static_cast<uint32_t>(by))));
+  };
   const uint32_t shuffled = reverse_bits(scramble_reversed(reverse_bits(index), static_cast<uint32_t>(shuffle)));
-  const uint32_t x = scramble_reversed(shuffled, static_cast<uint32_t>(scramble));
-  const uint32_t y = scramble_reversed(reversed_sobol_second(shuffled), static_cast<uint32_t>(scramble >> 32));
-  return {to_unit_float(reverse_bits(x)), to_unit_float(reverse_bits(y))};
+  return {{scrambled(shuffled, scramble), scrambled(reversed_sobol_second(shuffled), scramble >> 32)},
+          scrambled(kReversedSobolThird(shuffled), shuffle >> 32)};
 }
 
 /// The `index`-th of points that start at `start` and cover the unit square evenly: each by itself is uniform where

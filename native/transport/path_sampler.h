@@ -30,25 +30,56 @@ class PathSampler {
     if (point.sequence > 0) scramble_ = static_cast<uint32_t>(hash_combine(mix_bits(scramble_), point.sequence));
   }
 
-  Vec2 filter() { return pair(FILTER); }
-  Vec2 lens() { return pair(LENS); }
-  Vec2 bsdf_direction(int vertex) { return vertex == 0 ? pair(FIRST_BSDF) : rng_.next_vec2(); }
-  Vec2 light_position(int vertex) { return vertex == 0 ? pair(FIRST_LIGHT) : rng_.next_vec2(); }
-  /// Which light, with all bits of a double: there may be millions.
-  double light_choice(int vertex) {
-    if (vertex > 0 || !is_sobol_) return rng_.next_double();
-    const uint64_t below = mix_bits((uint64_t{scramble_} << 32) | point_) >> 40;  // what a float has no bits for
-    return pair(FIRST_CHOICES).x + static_cast<double>(below) * 0x1p-48;
+  Vec2 filter() { return point_of(FILTER).pair; }
+  Vec2 lens() { return point_of(LENS).pair; }
+
+  /// Which light, with all bits of a double, since there may be millions; and which point of it.
+  struct LightNumbers {
+    double choice;
+    Vec2 position;
+  };
+  LightNumbers light(int vertex) {
+    if (!is_stratified(vertex)) {
+      const double choice = rng_.next_double();
+      return {choice, rng_.next_vec2()};
+    }
+    const uint32_t set = set_of(LIGHT, vertex);
+    const SobolPoint point = point_of(set);
+    const uint64_t below = mix_bits(hash_combine(scramble_, (uint64_t{set} << 32) | point_)) >> 40;
+    return {point.third + static_cast<double>(below) * 0x1p-48, point.pair};  // a float has no bits for those
   }
-  float lobe_choice(int vertex) { return vertex == 0 ? pair(FIRST_CHOICES).y : rng_.next_float(); }
+
+  /// Which lobe, and which direction of it.
+  struct ScatteringNumbers {
+    float lobe;
+    Vec2 direction;
+  };
+  ScatteringNumbers scattering(int vertex) {
+    if (!is_stratified(vertex)) {
+      const float lobe = rng_.next_float();
+      return {lobe, rng_.next_vec2()};
+    }
+    const SobolPoint point = point_of(set_of(SCATTERING, vertex));
+    return {point.third, point.pair};
+  }
+
   /// For decisions that gain little from stratification: Russian roulette, passing through.
   float next_float() { return rng_.next_float(); }
   double next_double() { return rng_.next_double(); }
 
  private:
-  enum Pair : uint32_t { FILTER, LENS, FIRST_BSDF, FIRST_LIGHT, FIRST_CHOICES };
+  /// Dimensions that are stratified together; those of a vertex follow one another.
+  enum Set : uint32_t { FILTER, LENS, LIGHT, SCATTERING, PER_VERTEX = 2 };
+  /// What later vertices see depends on so many numbers before that little is gained there (two and four: 0 to 6 %).
+  static constexpr int kStratifiedVertices = 1;
 
-  Vec2 pair(Pair which) { return is_sobol_ ? sobol_pair(point_, which, scramble_) : rng_.next_vec2(); }
+  bool is_stratified(int vertex) const { return is_sobol_ && vertex < kStratifiedVertices; }
+  static uint32_t set_of(Set set, int vertex) { return set + PER_VERTEX * static_cast<uint32_t>(vertex); }
+  SobolPoint point_of(uint32_t set) {
+    if (is_sobol_) return sobol_point(point_, set, scramble_);
+    const Vec2 pair = rng_.next_vec2();
+    return {pair, 0.0f};
+  }
 
   Rng rng_;
   uint32_t scramble_;

@@ -190,8 +190,8 @@ class Walk {
   }
 
   bool scatter(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
-    const float u_lobe = sampler_.lobe_choice(state_.depth);
-    const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u_lobe, sampler_.bsdf_direction(state_.depth));
+    const auto [u_lobe, u_direction] = sampler_.scattering(state_.depth);
+    const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u_lobe, u_direction);
     if (!sample) return false;
     if constexpr (Kind::learns) {
       if (scratch_.trains_guide)

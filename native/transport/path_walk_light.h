@@ -96,8 +96,7 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
   const VertexUse use = vertex_use();
   const bool leaves_rough = use.light_candidates > 0.0f;
   if (leaves_rough && !has_smooth_lobe(bsdf) && !teaches_directions()) return;
-  const double u_choice = sampler_.light_choice(state_.depth);
-  const Vec2 u_light = sampler_.light_position(state_.depth);
+  const auto [u_choice, u_light] = sampler_.light(state_.depth);
   const auto choice = context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light);
   if (!choice) return;
   const auto light = context_.lights.evaluate(choice->sample, point.position, scattered_state(bsdf));
@@ -169,8 +168,7 @@ template <class Kind>
 inline void Walk<Kind>::add_learned_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
   const LearnedLightVertex vertex{point, bsdf, scattered_state(bsdf), p_scatter,
                                   vertex_use().sample_point_of.has_value()};
-  const double u_choice = sampler_.light_choice(state_.depth);
-  const Vec2 u_light = sampler_.light_position(state_.depth);
+  const auto [u_choice, u_light] = sampler_.light(state_.depth);
   const auto sample = sample_learned_light(context_, *learning_.at_vertex, vertex, u_choice, u_light, sampler_);
   if (!sample) return;
   Rgb radiance = sample->unshadowed;

@@ -45,7 +45,7 @@ int empty_cells(Sequence sequence, int dimension_x, int dimension_y, int log_cel
 float coordinate(Vec2 point, int dimension) { return dimension % 2 == 0 ? point.x : point.y; }
 
 float sobol_owen(uint32_t index, int dimension, uint32_t seed) {
-  return coordinate(sobol_pair(index, static_cast<uint32_t>(dimension) / 2, seed), dimension);
+  return coordinate(sobol_point(index, static_cast<uint32_t>(dimension) / 2, seed).pair, dimension);
 }
 
 /// Planted bug: neither the points are scrambled nor the index shuffled, so that pairs repeat one another.
@@ -68,12 +68,37 @@ TEST(Sobol, FirstPointsAreThePublishedOnes) {
   }
 }
 
+TEST(Sobol, ThirdDimensionIsThePublishedOne) {
+  const float expected[8] = {0.0f, 0.5f, 0.75f, 0.25f, 0.375f, 0.875f, 0.625f, 0.125f};
+  for (uint32_t i = 0; i < 8; ++i) EXPECT_EQ(to_unit_float(reverse_bits(kReversedSobolThird(i))), expected[i]) << i;
+}
+
+/// How many of 8 x 8 x 8 cells 512 points leave empty, `third` being the third coordinate.
+template <class Third>
+size_t empty_cubes(const Third& third) {
+  std::set<uint32_t> taken;
+  for (uint32_t i = 0; i < 512; ++i) {
+    const Vec2 pair = sobol_point(i, 2, 5).pair;
+    const auto column = static_cast<uint32_t>(pair.x * 8.0f), row = static_cast<uint32_t>(pair.y * 8.0f);
+    taken.insert((static_cast<uint32_t>(third(i) * 8.0f) * 8 + row) * 8 + column);
+  }
+  return 512 - taken.size();
+}
+
+TEST(Sobol, CoordinatesOfAPointAreStratifiedTogether) {
+  // Independent of one another they leave 512 / e = 188 empty.
+  EXPECT_LT(empty_cubes([](uint32_t i) { return sobol_point(i, 2, 5).third; }), 140u);
+  EXPECT_GT(empty_cubes([](uint32_t i) { return sobol_point(i, 3, 5).third; }), 150u);
+}
+
 TEST(Sobol, EveryDimensionIsStratified) {
   for (int dimension = 0; dimension < 12; ++dimension) {
     for (const int log_count : {1, 4, 10}) {
       EXPECT_TRUE(fills_intervals(sobol_owen, dimension, dimension + 1, log_count, log_count, 77)) << dimension;
     }
   }
+  const Sequence third = [](uint32_t index, int, uint32_t seed) { return sobol_point(index, 1, seed).third; };
+  for (uint32_t seed = 0; seed < 4; ++seed) EXPECT_TRUE(fills_intervals(third, 0, 0, 10, 10, seed));
 }
 
 TEST(Sobol, PairsFillAllElementaryIntervals) {

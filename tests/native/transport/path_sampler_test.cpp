@@ -12,12 +12,12 @@ namespace {
 using Draw = std::function<Vec2(PathSampler&)>;
 
 const std::vector<Draw> kStratified{[](PathSampler& s) { return s.filter(); }, [](PathSampler& s) { return s.lens(); },
-                                    [](PathSampler& s) { return s.bsdf_direction(0); },
-                                    [](PathSampler& s) { return s.light_position(0); },
+                                    [](PathSampler& s) { return s.scattering(0).direction; },
+                                    [](PathSampler& s) { return s.light(0).position; },
                                     [](PathSampler& s) {
-                                      return Vec2{static_cast<float>(s.light_choice(0)), s.lobe_choice(0)};
+                                      return Vec2{static_cast<float>(s.light(0).choice), s.scattering(0).lobe};
                                     }};
-const Draw kLater = [](PathSampler& s) { return s.bsdf_direction(1); };
+const Draw kLater = [](PathSampler& s) { return s.scattering(1).direction; };
 
 std::vector<float> numbers(uint64_t seed, uint32_t pixel, uint32_t frame, SampleSequence sequence) {
   PathSampler sampler(seed, pixel, frame, sequence);
@@ -25,8 +25,8 @@ std::vector<float> numbers(uint64_t seed, uint32_t pixel, uint32_t frame, Sample
   const auto keep = [&](Vec2 v) { values.insert(values.end(), {v.x, v.y}); };
   for (const Draw& draw : kStratified) keep(draw(sampler));
   for (int vertex = 1; vertex < 4; ++vertex) {
-    keep(sampler.light_position(vertex));
-    keep(sampler.bsdf_direction(vertex));
+    keep(sampler.light(vertex).position);
+    keep(sampler.scattering(vertex).direction);
   }
   values.push_back(sampler.next_float());
   return values;
@@ -69,7 +69,7 @@ size_t cells_hit(const Draw& draw, SampleSequence sequence) {
 }
 
 TEST(PathSampler, FramesOfAPixelAreStratified) {
-  for (const Draw& draw : kStratified) EXPECT_EQ(cells_hit(draw, SampleSequence::SOBOL), 64u);
+  for (size_t i = 0; i < 4; ++i) EXPECT_EQ(cells_hit(kStratified[i], SampleSequence::SOBOL), 64u);
   // What not being stratified looks like: 64 (1 - 1/e) = 40 on average.
   EXPECT_LT(cells_hit(kStratified[0], SampleSequence::RANDOM), 55u);
   EXPECT_LT(cells_hit(kLater, SampleSequence::SOBOL), 55u);
