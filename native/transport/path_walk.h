@@ -50,6 +50,7 @@ class Walk {
       add_environment();
       return false;
     }
+    if (!survives_roulette()) return false;  // what is met without a surface costs no more than this ray
     path_length_ += hit->t;
     state_.ray_length = travelled_ + hit->t;
     SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
@@ -186,7 +187,7 @@ class Walk {
     ray_.t_min = 0.0f;
     travelled_ = state_.ray_length;
     ray_.origin = offset_origin(point.position, point.ng, ray_.direction);
-    return survives_roulette();
+    return true;
   }
 
   bool scatter(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
@@ -228,7 +229,7 @@ class Walk {
     ray_.t_min = 0.0f;
     ray_.t_max = INFINITY;
     travelled_ = 0.0f;
-    return survives_roulette();
+    return true;
   }
 
   void leave_captured_vertex(const BsdfSample& sample, float p_scatter) {

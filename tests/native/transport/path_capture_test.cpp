@@ -72,7 +72,7 @@ PathCapture asking_for(int links, float direct = 0.0f, float secondary = 0.0f) {
 
 constexpr double kRounding = 2e-3;  // of positions and the distance between them
 constexpr float kShortest = 0.05f;  // closer points, in corners, round more
-constexpr float kFlattest = 0.01f;  // so do links that leave or arrive at a smaller angle
+constexpr float kFlattest = 0.02f;  // so do links that leave or arrive at a smaller angle
 constexpr double kGrazing = 1e-2;   // the same between walls that see each other from the side
 
 /// Whether evaluating a link anew rounds so little that it must agree with the path.
