@@ -17,13 +17,16 @@ import tempfile
 import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tests.benchmark.scoreboard.catalogue import EXAMPLES, PATH, Engine
 from tests.support.blender_folder import use_own_folder
+
+if TYPE_CHECKING:
+    import bpy
 
 BOUNCES = 12
 GUIDES = {"albedo": "Denoising Albedo", "normal": "Denoising Normal"}  # pass names of Cycles
@@ -84,18 +87,24 @@ def open_scene(job: Job) -> None:
     bpy.ops.wm.open_mainfile(filepath=job.blend, load_ui=False)
 
 
+def prepare_picture(scene: bpy.types.Scene, pixels: int) -> None:
+    """Settings that mean the same in both engines, and about so many pixels in the scene's shape."""
+    from tests.support.engines import prepare
+
+    share = scene.render.resolution_percentage / 100.0
+    width, height = scene.render.resolution_x * share, scene.render.resolution_y * share
+    scale = (pixels / (width * height)) ** 0.5
+    prepare(scene, round(width * scale), round(height * scale), BOUNCES)
+    scene.render.film_transparent = False
+
+
 def set_up(job: Job) -> None:
     import bpy
 
     from addon.techniques import settings_in_force
-    from tests.support.engines import prepare
 
     scene = bpy.context.scene
-    share = scene.render.resolution_percentage / 100.0
-    width, height = scene.render.resolution_x * share, scene.render.resolution_y * share
-    scale = (job.pixels / (width * height)) ** 0.5
-    prepare(scene, round(width * scale), round(height * scale), BOUNCES)
-    scene.render.film_transparent = False
+    prepare_picture(scene, job.pixels)
     scene.render.engine = job.engine_id
     settings = scene.cycles if job.engine_id == "CYCLES" else scene.cistern
     for name, value in job.settings.items():

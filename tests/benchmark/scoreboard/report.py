@@ -25,10 +25,16 @@ def commit() -> str:
 
 def append_history(file: Path, score: SceneScore) -> None:
     """One line for each picture."""
+    shots = [score.target, *(shot for shots in score.shots.values() for shot in shots)]
+    append_lines(file, [history_of(score, shot) for shot in shots])
+
+
+def append_lines(file: Path, entries: Sequence[dict[str, object]]) -> None:
+    """Lines of JSON that also say when, and by which commit."""
     about = {"date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), "commit": commit()}
     with file.open("a") as lines:
-        for shot in [score.target, *(shot for shots in score.shots.values() for shot in shots)]:
-            lines.write(json.dumps(about | history_of(score, shot)) + "\n")
+        for entry in entries:
+            lines.write(json.dumps(about | entry) + "\n")
 
 
 def history_of(score: SceneScore, shot: Shot) -> dict[str, object]:
