@@ -8,7 +8,7 @@ import pytest
 from tests.benchmark.interactive import __main__ as interactive
 from tests.benchmark.interactive import report
 from tests.benchmark.interactive.catalogue import DIMMED, ELSEWHERE, FRAMES, OURS, REST, engine_named, pan
-from tests.benchmark.interactive.measure import Experiment, Score, samples_in
+from tests.benchmark.interactive.measure import Experiment, Score, deviation, samples_in
 from tests.benchmark.interactive.stage import Stage
 from tests.benchmark.scoreboard.catalogue import CYCLES, PATH_TRACER, scene_named
 
@@ -56,8 +56,14 @@ def test_samples_fit_into_the_time_of_frames():
     assert [samples_in(frames, 0.3) for frames in (1, 4)] == [1, 1]
 
 
+def test_the_error_of_a_mean():
+    """Of two values it is half of what they differ by."""
+    assert deviation([1.0, 3.0]) == pytest.approx(0.5)
+    assert deviation([2.0]) == 0.0
+
+
 def score(name, frame, pixel, box8):
-    return Score("cold start", engine_named(name), frame, 3 * frame, 0.1, pixel, box8, 1.0)
+    return Score("cold start", engine_named(name), frame, 3 * frame, 0.1, pixel, box8, 1.0, 0.1, 0.2)
 
 
 def test_the_least_error_of_a_frame_is_bold():

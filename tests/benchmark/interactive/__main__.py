@@ -81,7 +81,7 @@ def main() -> None:
         experiment = Experiment(Stage(scene, arguments.pixels), engines, arguments.reference_samples)
         scores = [score for event in arguments.events for score in experiment.play(event, arguments.replicas)]
         found = ["", *report.table(scene.name, scores), "", report.costs(experiment.frame_seconds, scores)]
-        found.append(report.noise(experiment.reference(catalogue.REST)))
+        found += [report.noise(experiment.reference(catalogue.REST)), report.deviations(scores)]
         print("\n".join(found), flush=True)
         lines += found
         (output / "interactive.md").write_text("\n".join(lines) + "\n")

@@ -47,6 +47,8 @@ class Score:
     pixel: float  # relMSE
     box8: float
     ratio: float  # mean of the picture over that of the reference
+    pixel_deviation: float  # standard errors of both between replicas, as shares of them; 0 of a single one
+    box8_deviation: float
 
 
 @dataclass(frozen=True)
@@ -148,8 +150,16 @@ class Experiment:
         reference = self.reference(pan(frame) if event == PAN else REST)
         errors = [reference.errors(shot.picture) for shot in shots]
         samples = self.pan_samples(engine) if event == PAN else self.samples(engine, frame)
-        seconds = float(np.mean([shot.seconds for shot in shots]))
+        seconds = statistics.fmean(shot.seconds for shot in shots)
         if is_cycles(engine):  # without building
             seconds = samples * self.frame_seconds[engine.name]
-        pixel, box8, ratio = (float(np.mean([getattr(e, n) for e in errors])) for n in ("pixel", "box8", "ratio"))
-        return Score(event, engine, frame, samples, seconds, pixel, box8, ratio)
+        pixel, box8, ratio = ([getattr(error, name) for error in errors] for name in ("pixel", "box8", "ratio"))
+        means = [statistics.fmean(values) for values in (pixel, box8, ratio)]
+        return Score(event, engine, frame, samples, seconds, *means, deviation(pixel), deviation(box8))
+
+
+def deviation(values: Sequence[float]) -> float:
+    """Standard error of the mean, as a share of it."""
+    if len(values) < 2:
+        return 0.0
+    return statistics.stdev(values) / (statistics.fmean(values) * len(values) ** 0.5)

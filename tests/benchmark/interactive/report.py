@@ -55,6 +55,14 @@ def noise(reference: Reference) -> str:
     )
 
 
+def deviations(scores: Sequence[Score]) -> str:
+    parts = []
+    for scale, title in SCALES.items():
+        values = sorted(getattr(score, f"{scale}_deviation") for score in scores)
+        parts.append(f"{100 * values[len(values) // 2]:.0f} % ({title}; at most {100 * values[-1]:.0f} %)")
+    return f"Standard errors of these numbers between replicas: in the median {' and '.join(parts)}."
+
+
 def entries(scene: str, scores: Sequence[Score]) -> list[dict[str, object]]:
     return [asdict(score) | {"scene": scene, "engine": score.engine.name} for score in scores]
 
