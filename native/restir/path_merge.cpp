@@ -41,7 +41,7 @@ PathReference PathCandidates::merge(const PathContext& context, const PathMergeR
     const float target = path_target(*points_[i], *sample, rules.target, rules.reflection);
     if (!(target > 0.0f) || !needs_visibility) return target;
     if (!can_find(context, *points_[i], *sample)) return 0.0f;
-    return is_black(path_transmittance(context, *points_[i], *sample)) ? 0.0f : target;
+    return reaches_as_found(context, *points_[i], *sample) ? target : 0.0f;
   };
   return resample<const PathSample*>({reservoirs_.data(), count_}, p_hat, weights, rng, non_finite);
 }

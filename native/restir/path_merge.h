@@ -24,7 +24,8 @@ PathReservoir keep_one_direction(const VisiblePoint& finder, const PathReservoir
                                  Rng& rng);
 
 /// Path reservoirs to merge, each with the point it was made for; the receiver is the first. A sample point is only
-/// found where it is seen, so unless weights are 1/M each target asks for a ray to the sample.
+/// found where it is seen, and as it is only past as many transparent surfaces: so unless weights are 1/M each target
+/// asks for a ray to the sample.
 class PathCandidates {
  public:
   static constexpr size_t kMost = 32;

@@ -95,6 +95,16 @@ Rgb path_transmittance(const PathContext& context, const VisiblePoint& visible, 
   return transmittance_to_vertex(context, surface_point(visible), end, scattered);
 }
 
+bool reaches_as_found(const PathContext& context, const VisiblePoint& visible, const PathSample& sample) {
+  const std::optional<PathConnection> way = connect(visible, sample);
+  if (!way) return false;
+  const SurfacePoint receiver = surface_point(visible);
+  const VisiblePoint& vertex = sample.point;
+  VertexRay ray{&receiver, way->wi, visible.state.transparent_depth};
+  trace_to_vertex(context, {vertex.receiver.position, vertex.ng}, vertex.state, {&ray, 1});
+  return !is_black(ray.transmittance) && ray.transparent_depth + ray.surfaces == vertex.state.transparent_depth;
+}
+
 Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, const PathSample& sample,
                    Reflection reflection) {
   const std::optional<PathConnection> way = connect(visible, sample);

@@ -43,6 +43,11 @@ float path_target(const VisiblePoint& visible, const PathSample& sample, PathTar
 /// Transmittance between a point and a sample point.
 Rgb path_transmittance(const PathContext& context, const VisiblePoint& visible, const PathSample& sample);
 
+/// Whether a ray from a point reaches a sample point past as many transparent surfaces as the path that found it. What
+/// the sample point received may have passed all that were left to that path: with more or fewer left, others would
+/// have found something else.
+bool reaches_as_found(const PathContext& context, const VisiblePoint& visible, const PathSample& sample);
+
 /// F_r with the true BSDFs, times the throughput to the camera.
 Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, const PathSample& sample,
                    Reflection reflection);

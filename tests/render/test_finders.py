@@ -31,7 +31,7 @@ REPLICAS = 64
 FRAMES = 16
 REFERENCE_SAMPLES = 32
 SIZE = 16  # two columns of pixels to a strip
-CASES = 29  # of all tests below
+CASES = 32  # of all tests below
 CASE_RATE = sidak(FALSE_ALARM_RATE, CASES)
 
 PATHS = dict(direct="NEE", secondary="NEE", indirect="PATH")
@@ -61,6 +61,7 @@ SCENES: dict[str, Callable[[], core.Scene]] = {
     "half transparent, sky": functools.partial(scenes.half_transparent_ceiling, 0.3, False),
     "3 panes over strips": functools.partial(scenes.panes_over_every_second_strip, 3, 3),
     "4 panes over strips": functools.partial(scenes.panes_over_every_second_strip, 4, 3),
+    "pane over thin strips": functools.partial(scenes.panes_over_every_second_strip, 1, 0, 6 * STRIPS),
 }
 
 
@@ -183,6 +184,22 @@ def test_panes_before_the_finder_count_against_what_its_light_may_pass(panes: in
     """Points on bare strips and those behind panes reach a sample point with different numbers of surfaces left to
     pass, and were counted as its finders alike: ratios 0.944 and 0.925 (|t| 100 and 99)."""
     result = compare(f"{panes} panes over strips", REUSE["cells"], max_bounces=1, max_transparent_bounces=8)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize(
+    ("name", "mode"),
+    [
+        ("pane over thin strips", "cells with history"),
+        ("4 panes over strips", "screen"),
+        ("4 panes over strips", "world"),
+    ],
+)
+def test_merges_count_surfaces_passed_before_the_sample_point(name: str, mode: str) -> None:
+    """Merges took points behind few panes and behind many for finders alike, and cells dropped what a history had found
+    through another number: ratios 0.61, 0.95 by reuse of the screen and 0.96 by that of world cells (|t| 78, 76 and
+    84)."""
+    result = compare(name, REUSE[mode], max_bounces=1, max_transparent_bounces=8)
     assert result.agrees, result
 
 

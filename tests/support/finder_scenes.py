@@ -205,15 +205,15 @@ def half_transparent_ceiling(alpha: float, lit_by_panel: bool) -> core.Scene:
     return scene.snapshot()
 
 
-def panes_over_every_second_strip(over_strips: int, before_lamp: int) -> core.Scene:
+def panes_over_every_second_strip(over_strips: int, before_lamp: int, strips: int = STRIPS) -> core.Scene:
     """The light of a panel returns to the floor from a ceiling, through few panes or many: a limit on how many surfaces
-    a path may pass stops it on some strips and not on others."""
+    a path may pass stops it on some strips and not on others. Many strips: pixels have both."""
     scene = SceneDescription()
     add_floor(scene)
     add_ceiling(scene, 2.0, WHITE)
-    pane, width = transparent((0.95, 0.95, 0.95)), 2 / STRIPS
+    pane, width = transparent((0.95, 0.95, 0.95)), 2 / strips
     for k in range(over_strips):
-        for strip in range(1, STRIPS, 2):
+        for strip in range(1, strips, 2):
             corner = (-1 + strip * width, -1, 0.01 + 0.01 * k)
             scene.add_quad(corner, (width, 0, 0), (0, 2, 0), pane, visibility=HIDDEN)
     for k in range(before_lamp):
