@@ -17,9 +17,26 @@ float kind_share_guess(const VisiblePoint& point, const Response& response, Vec3
   return std::max(kind == kVisibleToGlossy ? glossy : 1.0f - glossy, kSmallestShare);
 }
 
-/// By the sample point's Receiver.
+/// What targets know of a sample point. MIS weights are shares of targets, and those of all who may find the point only
+/// sum to one if they describe it alike: so of what depends on the finder's view there is but a common factor, the
+/// albedo. How that is divided, and towards where microfacets' normals were bent, is left out.
+Receiver describe_alike(const VisiblePoint& point) {
+  Receiver description = point.receiver;
+  if (point.is_lambertian) return description;
+  const Receiver& seen = point.receiver;
+  const float albedo = luminance(seen.diffuse + seen.glossy) + seen.transmission;
+  const auto share = [&](bool exists) { return exists ? albedo : 0.0f; };
+  description.n = point.ns;
+  description.diffuse = Rgb(share(!is_black(seen.diffuse)));
+  description.glossy = Rgb(share(!is_black(seen.glossy)));
+  description.transmission = share(seen.transmission > 0.0f);
+  description.alpha = point.mean_alpha;
+  return description;
+}
+
+/// By that description.
 Rgb sent_radiance_guess(const PathSample& sample, Vec3 wo) {
-  Receiver point = sample.point.receiver;
+  Receiver point = describe_alike(sample.point);
   point.wo = wo;
   const IncidentRadiance &light = sample.light, &continuation = sample.continuation;
   Rgb sent;

@@ -37,7 +37,8 @@ Rgb sent_radiance(const PathContext& context, const PathSample& sample, const Pa
 /// Share of a kind of scattering in the density of a direction, which links found with that kind must be weighed by.
 float kind_share(const BsdfEvaluation& evaluation, FoundKind kind);
 
-/// Target of a path sample at a visible point, by the Receivers of both ends; zero across a surface.
+/// Target of a path sample at a visible point, by the Receivers of both ends; zero across a surface. Up to a factor
+/// that all points have in common it does not depend on who found the sample.
 float path_target(const VisiblePoint& visible, const PathSample& sample, PathTarget target, Reflection reflection);
 
 /// Transmittance between a point and a sample point.

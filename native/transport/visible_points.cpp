@@ -50,6 +50,19 @@ Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
   return receiver;
 }
 
+/// By lobes and not by their albedos, which depend on the view.
+float mean_alpha(const Bsdf& bsdf) {
+  float sum = 0.0f, count = 0.0f;
+  for (int i = 0; i < bsdf.count; ++i) {
+    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    const auto* model = std::get_if<MicrofacetLobe>(&lobe.model);
+    if (!model || is_smooth(lobe)) continue;
+    sum += std::sqrt(model->alpha_x * model->alpha_y);
+    count += 1.0f;
+  }
+  return count > 0.0f ? sum / count : 1.0f;
+}
+
 /// By lobes and not by their albedos: whoever looks at the point must agree.
 bool is_glossy(const Bsdf& bsdf) {
   bool has_narrow_lobe = false;
@@ -86,6 +99,7 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
                           !scene.materials[static_cast<size_t>(point.material)]->depends_on_view;
   if (visible.is_lambertian) visible.receiver.n = std::get<LambertLobe>(bsdf.lobes[0].model).n;  // without roundings
   visible.is_glossy = is_glossy(bsdf);
+  visible.mean_alpha = mean_alpha(bsdf);
   visible.rough_sampling = bsdf.rough_sampling;
   visible.scattered_kinds = scattered_kinds(bsdf);
   return visible;

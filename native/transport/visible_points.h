@@ -22,6 +22,7 @@ struct VisiblePoint {
   RoughSampling rough_sampling = RoughSampling::BSDF;  // of its BSDF
   bool is_lambertian = false;                          // sends the same radiance in all directions
   bool is_glossy = false;                              // all rough lobes are microfacets, and some of them narrow
+  float mean_alpha = 1.0f;                             // GGX, of rough microfacet lobes; each counts the same
   PathState state;                                     // of the ray that arrived
   PathState scattered;                                 // of a ray scattered towards a light
   Rgb throughput;                                      // of the smooth surfaces on the way

@@ -61,12 +61,16 @@ class SceneDescription:
         smooth: bool = False,
         name: str = "mesh",
         visibility: int = VISIBLE_TO_ALL,
+        normals: Sequence[Sequence[float]] | None = None,
     ) -> None:
+        """Normals are by point; of a smooth mesh they lead away from the origin. Without either it is flat."""
         points = np.array(positions, np.float32)
         corners = np.concatenate([np.asarray(p, np.int32) for p in polygons])
         offsets = np.concatenate([[0], np.cumsum([len(p) for p in polygons])]).astype(np.int32)
-        shading = {"normals": points / np.linalg.norm(points, axis=1, keepdims=True), "normals_domain": "POINT"}
-        mesh = self.builder.add_mesh(name, points, corners, offsets, **(shading if smooth else {}))
+        if smooth:
+            normals = points / np.linalg.norm(points, axis=1, keepdims=True)
+        shading = {} if normals is None else dict(normals=np.array(normals, np.float32), normals_domain="POINT")
+        mesh = self.builder.add_mesh(name, points, corners, offsets, **shading)
         materials = self.builder.add_material_set([self.builder.add_material(material)], name)
         self.instances.append((mesh, materials, np.eye(4) if matrix is None else matrix))
         self.visibility.append(visibility)

@@ -223,3 +223,17 @@ def panes_over_every_second_strip(over_strips: int, before_lamp: int, strips: in
     )
     look_down(scene)
     return scene.snapshot()
+
+
+def leaning_metal() -> core.Scene:
+    """A ceiling of rough metal, low over the floor, whose shading normals lean far to one side and to the other: seen
+    from nearly everywhere below, lobes are bent back towards the view."""
+    scene = SceneDescription()
+    add_floor(scene)
+    metal, lean = principled((0.9, 0.9, 0.9), metallic=1.0, roughness=0.7), np.radians(75.0)
+    for k in range(4):
+        left, sign = -1.0 + 0.5 * k, 1.0 if k % 2 else -1.0
+        corners = [(left, -1, 0.2), (left, 1, 0.2), (left + 0.5, 1, 0.2), (left + 0.5, -1, 0.2)]
+        normal = (sign * np.sin(lean), 0.0, -np.cos(lean))
+        scene.add_mesh(corners, [(0, 1, 2, 3)], metal, name="leaning", visibility=HIDDEN, normals=[normal] * 4)
+    return under_sky(scene)
