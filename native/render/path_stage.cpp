@@ -16,11 +16,15 @@ size_t pixel_count(const FrameContext& context) {
   return static_cast<size_t>(region.width) * static_cast<size_t>(region.height);
 }
 
-/// Whether some lamp stops shining before paths end.
-bool has_lamps_that_count_bounces(const PathContext& context) {
-  return std::ranges::any_of(context.scene.lights, [&](const Light& light) {
+/// Whether what paths find depends on how often they have bounced: some lamp stops shining before they end, or some
+/// material asks.
+bool bounces_are_counted(const PathContext& context) {
+  const auto is_counting_lamp = [&](const Light& light) {
     return !light.removed && light.max_bounces <= std::min(context.limits.max_bounces, Light().max_bounces - 1);
-  });
+  };
+  return std::ranges::any_of(context.scene.lights, is_counting_lamp) ||
+         std::ranges::any_of(context.scene.materials,
+                             [](const auto& material) { return material && material->counts_bounces; });
 }
 
 class ScreenPathStage final : public PathStage {
@@ -177,14 +181,14 @@ class WorldPathStage final : public PathStage {
   explicit WorldPathStage(const FrameContext& context)
       : context_(context),
         paths_(context.paths, context.settings.world_paths, image_region(context.settings), context.settings.seed),
-        link_count_(has_lamps_that_count_bounces(context.paths) ? 1 : 2) {
+        link_count_(bounces_are_counted(context.paths) ? 1 : 2) {
     resize(current_);
     spatial_.resize(pixel_count(context));
     reuse_counts_.resize(pixel_count(context));
     keys_.resize(current_.reservoirs.size());
   }
 
-  /// Second links lie a bounce deeper than those of visible points: lamps that count would give them less.
+  /// Second links lie a bounce deeper than those of visible points: what counts bounces would give them other light.
   int link_count() const override { return link_count_; }
   void start_pixel(const PathCapture& capture, uint32_t pixel) override {
     reuse_counts_[pixel] = 0;

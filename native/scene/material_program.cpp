@@ -391,6 +391,14 @@ bool may_refract(const MaterialProgram& p, const Instruction& closure) {
   return closure.op == Op::CLOSURE_GLASS || closure.op == Op::CLOSURE_REFRACTION;
 }
 
+/// Whether a node returns how often a path has bounced.
+bool counts_bounces(const Instruction& node) {
+  if (node.op != Op::LIGHT_PATH) return false;
+  constexpr int kRayDepth = 8, kDiffuseDepth = 9, kGlossyDepth = 10, kTransmissionDepth = 12;  // outputs, op_table.cpp
+  const int output = node.parameters[0];
+  return output == kRayDepth || output == kDiffuseDepth || output == kGlossyDepth || output == kTransmissionDepth;
+}
+
 /// Whether what `op` returns depends on more of a hit than the object, the side that is seen, and its operands.
 bool varies_over_object(Op op) {
   switch (op) {
@@ -420,7 +428,7 @@ void finish_program(MaterialProgram& program, int image_count) {
   Validator(program, image_count).check();
 
   program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
-  program.reads_light_path = program.reads_camera = false;
+  program.reads_light_path = program.counts_bounces = program.reads_camera = false;
   program.depends_on_view = program.lobes_depend_on_view = false;
   program.emission_is_constant = true;
   program.constant_emission = {};
@@ -429,6 +437,7 @@ void finish_program(MaterialProgram& program, int image_count) {
     program.needs_tangent |= op == Op::TANGENT || (op == Op::NORMAL_MAP && instruction.parameters[0] == 0);
     program.needs_footprint |= op == Op::BUMP;
     program.reads_light_path |= op == Op::LIGHT_PATH;
+    program.counts_bounces |= counts_bounces(instruction);
     program.depends_on_view |= reads_view(op);
     program.lobes_depend_on_view |= (reads_view(op) && op != Op::BACKFACING) || may_refract(program, instruction);
     program.reads_camera |= depends_on_camera(instruction);

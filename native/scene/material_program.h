@@ -91,6 +91,7 @@ struct MaterialProgram {
   bool needs_tangent = false;
   bool needs_footprint = false;  // has BUMP
   bool reads_light_path = false;
+  bool counts_bounces = false;   // reads from it how often the path has bounced
   bool depends_on_view = false;  // weights of lobes may depend on where the surface is seen from
   /// Which lobes there are, or which directions they scatter to, may depend on it too; on more than the side that is
   /// seen.

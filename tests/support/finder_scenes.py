@@ -13,6 +13,7 @@ import numpy as np
 
 from tests.support.core_scenes import CAMERA, VISIBLE_TO_ALL, Color, SceneDescription, principled
 from tests.support.direct_light_scenes import NOT_TO_CAMERA, point_on, transparent
+from tests.support.path_scenes import room
 
 STRIPS = 8
 WHITE = principled((0.8, 0.8, 0.8))
@@ -237,3 +238,18 @@ def leaning_metal() -> core.Scene:
         normal = (sign * np.sin(lean), 0.0, -np.cos(lean))
         scene.add_mesh(corners, [(0, 1, 2, 3)], metal, name="leaning", visibility=HIDDEN, normals=[normal] * 4)
     return under_sky(scene)
+
+
+def lamp_that_counts_bounces() -> core.Scene:
+    """A panel in a closed room shines for none but paths that have bounced twice before. The camera looks along the
+    room: the next vertices of paths lie among the points it sees."""
+    multiply, greater_than, ray_depth = 2, 14, 8
+    p = core.MaterialProgram("counts bounces")
+    depth, zero = p.emit("LIGHT_PATH", [], [ray_depth]), p.constant(0.0)
+    is_deep = p.emit("MATH", [depth, p.constant(2.5), zero], [greater_than, 0])
+    strength = p.emit("MATH", [is_deep, p.constant(4.0), zero], [multiply, 0])
+    p.closure("CLOSURE_EMISSION", [p.constant(1.0), p.constant(1.0, 1.0, 1.0), strength])
+    scene = SceneDescription()
+    room(scene)
+    scene.add_quad((-0.6, -0.6, 1.9), (0, 1.2, 0), (1.2, 0, 0), p)
+    return scene.snapshot()

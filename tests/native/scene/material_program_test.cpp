@@ -229,6 +229,9 @@ TEST(MaterialProgram, NeedsAreDerived) {
   b.add(Op::BUMP, {h, h, h, h, h, n}, {0});
   const MaterialProgram all = finished(b);
   EXPECT_TRUE(all.needs_tangent && all.needs_footprint && all.reads_light_path);
+  EXPECT_FALSE(all.counts_bounces);  // output 0: whether it is a camera ray
+  b.add(Op::LIGHT_PATH, {}, {8});    // Ray Depth
+  EXPECT_TRUE(finished(b).counts_bounces);
 }
 
 }  // namespace
