@@ -201,7 +201,7 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
     min_bounces: IntProperty(
         name="Min Bounces",
         description="Number of bounces before a dim light path may be ended at random (without bias)",
-        default=0,
+        default=1,
         min=0,
         soft_max=64,
         max=MAX_BOUNCES,

@@ -15,7 +15,7 @@ struct PathLimits {
   int max_glossy_bounces = 12;
   int max_transmission_bounces = 12;
   int max_transparent_bounces = 8;
-  int min_bounces = 0;        // Russian roulette starts after these
+  int min_bounces = 1;        // Russian roulette starts after these
   float clamp_direct = 0.0f;  // largest mean radiance of one contribution, 0: off
   float clamp_indirect = 0.0f;
   bool film_transparent = false;  // the camera sees through to nothing instead of the environment

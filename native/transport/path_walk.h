@@ -278,7 +278,8 @@ class Walk {
   bool continues_deep_link() const { return capture_.open_link == 1 || !is_black(throughput_.continuation[1]); }
 
   /// With the cube root of the throughput: survivors of dark paths are light in weight and many, and may yet find what
-  /// few paths do. With the throughput itself samples are a quarter cheaper, and noisier by more.
+  /// few paths do. With the throughput itself samples are a quarter cheaper, and noisier by more. Nothing is gained by it
+  /// before the second bounce, up to which the numbers of a pixel's samples are stratified: it would break that.
   bool survives_roulette() {
     if (state_.depth <= context_.limits.min_bounces) return true;
     float worth = max_component(throughput_.worth());

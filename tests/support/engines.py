@@ -40,7 +40,7 @@ CISTERN = {
     "filter_width": 1.0,
     "clamp_direct": 0.0,
     "clamp_indirect": 0.0,
-    "min_bounces": 0,
+    "min_bounces": 1,
     "max_transparent_bounces": BOUNCES,
 }
 
