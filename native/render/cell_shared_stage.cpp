@@ -6,7 +6,6 @@ namespace cistern {
 namespace {
 
 constexpr size_t kGroupBlock = 64, kPixelBlock = 1024;
-enum Stream : uint32_t { SHARING = 0x300 };
 
 template <class T>
 void prefetch(const T& object) {
@@ -67,6 +66,7 @@ void CellSharedStage::start_pixel(const PathCapture& capture, uint32_t pixel) {
     if (!(link.W > 0.0f)) continue;
     link.to = capture.links[i].to;
     link.response = capture.links[i].response;
+    link.even_response = capture.links[i].even_response;
   }
   reuse_counts_[pixel] = 0;
 }
@@ -80,24 +80,19 @@ const SharingCells& CellSharedStage::cells(Vertex vertex) const {
   return vertex == VISIBLE ? sharing.visible : sharing.deep;
 }
 
-Rng CellSharedStage::random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const {
-  const Settings& s = context_.settings;
-  const ImageRegion image{region_.x, region_.y, region_.width, region_.height, s.width, s.height};
-  return pixel_random_numbers(image, s.seed, pixel, frame, stream);
-}
-
 /// At the deeper vertex first: what it reflects is part of what visible points share.
 bool CellSharedStage::share(uint32_t frame, const StopCondition& stop) {
-  return share_at(DEEP, frame, stop) && add_to_samples(frame, stop) && share_at(VISIBLE, frame, stop);
+  return divide_samples(DEEP, stop) && share_at(DEEP, frame, stop) && divide_samples(VISIBLE, stop) &&
+         share_at(VISIBLE, frame, stop);
 }
 
 bool CellSharedStage::reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
                             std::span<const VisiblePoint> previous) {
   const bool has_history = !is_history_void_ && !previous_.temporal.empty();
   previous_.visible_points = has_history ? previous : std::span<const VisiblePoint>();
-  const bool done = keeps_history() ? share_at(DEEP, run.frame, run.stop) && add_to_samples(run.frame, run.stop) &&
-                                          merge_with_history(run, visible) && share_at(VISIBLE, run.frame, run.stop)
-                                    : share(run.frame, run.stop);
+  const bool done = divide_samples(DEEP, run.stop) && share_at(DEEP, run.frame, run.stop) &&
+                    divide_samples(VISIBLE, run.stop) && (!keeps_history() || merge_with_history(run, visible)) &&
+                    share_at(VISIBLE, run.frame, run.stop);
   run.stage_times.lap("Paths: sharing");
   return done;
 }
@@ -110,8 +105,7 @@ bool CellSharedStage::merge_with_history(const FrameRun& run, std::span<const Vi
     temporal.W = 0.0f;
     if (!visible[pixel].exists) return;
     PathLink& link = links_[VISIBLE][pixel];
-    const PathReservoir found =
-        temporal_paths_.keep_one_direction(visible[pixel], ScreenSpacePaths::initial_sample(link), pixel, run.frame);
+    const PathReservoir found = ScreenSpacePaths::initial_sample(link);
     temporal = temporal_paths_.reuse_in_time(visible[pixel], found, previous_, pixel, run.frame, non_finite,
                                              reuse_counts_[pixel]);
     link.to = temporal.sample;
@@ -127,26 +121,35 @@ void CellSharedStage::keep_history() {
   current_.temporal.resize(pixel_count());
 }
 
-/// What visible points found alone.
-bool CellSharedStage::keep_own(const StopCondition& stop) {
+/// What is left of samples is then for all. Visible points go second: their samples end where deep vertices have
+/// shared.
+bool CellSharedStage::divide_samples(Vertex vertex, const StopCondition& stop) {
+  const bool is_shared = shares_at(vertex);
   return for_each_block(pixel_count(), kPixelBlock, stop, [&](size_t begin, size_t end) {
     for (size_t pixel = begin; pixel < end; ++pixel) {
+      const ReflectedPaths deep = vertex == VISIBLE ? reflected_[pixel] : ReflectedPaths();
       reflected_[pixel] = {};
-      const PathLink& link = links_[VISIBLE][pixel];
-      if (link.from.exists && link.W > 0.0f) CellSharedPaths::keep(link, reflected_[pixel]);
+      PathLink& link = links_[vertex][pixel];
+      if (!link.from.exists || !(link.W > 0.0f)) continue;
+      if (is_shared) {
+        CellSharedPaths::divide(link, deep, reflected_[pixel]);
+        if (keeps_history()) reflected_[pixel].even = {};  // may be negative, and history picks by light
+      } else {
+        CellSharedPaths::keep(link, deep, reflected_[pixel]);
+      }
     }
   });
 }
 
 bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopCondition& stop) {
-  if (vertex == VISIBLE && !is_resampled(VISIBLE) && cells(VISIBLE).groups.size == 1) return keep_own(stop);
+  if (!shares_at(vertex)) return true;
   if (!make_groups(vertex, frame, stop)) return false;
   return for_each_block(groups_.count(), kGroupBlock, stop, [&](size_t begin, size_t end) {
     CellSharedPaths::Group group = empty_group(vertex);
     CellSharedPaths::Scratch scratch;
     for (size_t g = begin; g < end; ++g) {
       if (g + 1 < end) prefetch_group(vertex, groups_.members(g + 1));
-      share_group(vertex, frame, groups_.members(g), group, scratch);
+      share_group(vertex, groups_.members(g), group, scratch);
     }
   });
 }
@@ -162,7 +165,6 @@ bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondi
   const bool done = for_each_block(pixel_count(), kPixelBlock, stop, [&](size_t begin, size_t end) {
     for (size_t pixel = begin; pixel < end; ++pixel) {
       if (pixel + kAhead < end) prefetch(links_[vertex][pixel + kAhead].from);
-      reflected_[pixel] = {};
       const VisiblePoint& point = links_[vertex][pixel].from;
       keys_[pixel] = point.exists ? cell_key(layout, point.receiver.position, point.receiver.n) : kNoCell;
       classes_[pixel] = point.exists ? CellSharedPaths::group_class(point) : 0;
@@ -188,34 +190,18 @@ CellSharedPaths::Group CellSharedStage::empty_group(Vertex vertex) const {
   return group;
 }
 
-void CellSharedStage::share_group(Vertex vertex, uint32_t frame, std::span<const uint32_t> pixels,
-                                  CellSharedPaths::Group& group, CellSharedPaths::Scratch& scratch) {
+void CellSharedStage::share_group(Vertex vertex, std::span<const uint32_t> pixels, CellSharedPaths::Group& group,
+                                  CellSharedPaths::Scratch& scratch) {
   group.links.clear();
   group.confidences.clear();
   group.reflected.clear();
-  group.rngs.clear();
   for (const uint32_t pixel : pixels) {
     group.links.push_back(&links_[vertex][pixel]);
     group.confidences.push_back(is_resampled(vertex) ? current_.temporal[pixel].c : 1.0f);
     group.reflected.push_back(&reflected_[pixel]);
     reuse_counts_[pixel] += static_cast<uint32_t>(pixels.size()) - 1;
-    const bool keeps_direction = vertex == DEEP && !links_[vertex][pixel].from.is_lambertian;  // see add_to_sample
-    group.rngs.emplace_back();
-    if (keeps_direction) group.rngs.back() = random_numbers(pixel, frame, SHARING + static_cast<uint32_t>(vertex));
   }
   paths_.share(group, scratch);
-}
-
-bool CellSharedStage::add_to_samples(uint32_t frame, const StopCondition& stop) {
-  return for_each_block(pixel_count(), kPixelBlock, stop, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const auto pixel = static_cast<uint32_t>(i);
-      PathLink& link = links_[VISIBLE][pixel];
-      if (!(link.W > 0.0f) || !links_[DEEP][pixel].from.exists) continue;
-      Rng rng = random_numbers(pixel, frame, SHARING + kMaxPathLinks);
-      CellSharedPaths::add_to_sample(link.to, reflected_[pixel], rng.next_float());
-    }
-  });
 }
 
 Rgb CellSharedStage::shade(const VisiblePoint& visible, uint32_t pixel) const {

@@ -39,17 +39,19 @@ class CellSharedStage final : public PathStage {
   const SharingCells& cells(Vertex vertex) const;
   /// Whether what vertices found went through the history of their pixels.
   bool is_resampled(Vertex vertex) const { return vertex == VISIBLE && keeps_history(); }
-  Rng random_numbers(uint32_t pixel, uint32_t frame, uint32_t stream) const;
+  /// Next vertices may be groups of one: what they reflect of samples that are for all is for all.
+  bool shares_at(Vertex vertex) const {
+    return vertex == DEEP || is_resampled(vertex) || cells(vertex).groups.size > 1;
+  }
+  bool divide_samples(Vertex vertex, const StopCondition& stop);
   bool share_at(Vertex vertex, uint32_t frame, const StopCondition& stop);
-  bool keep_own(const StopCondition& stop);
   bool make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop);
   void prefetch_group(Vertex vertex, std::span<const uint32_t> pixels) const;
   CellSharedPaths::Group empty_group(Vertex vertex) const;
-  void share_group(Vertex vertex, uint32_t frame, std::span<const uint32_t> pixels, CellSharedPaths::Group& group,
+  void share_group(Vertex vertex, std::span<const uint32_t> pixels, CellSharedPaths::Group& group,
                    CellSharedPaths::Scratch& scratch);
   bool keeps_history() const { return context_.settings.path_sharing.temporal_reuse; }
   bool merge_with_history(const FrameRun& run, std::span<const VisiblePoint> visible);
-  bool add_to_samples(uint32_t frame, const StopCondition& stop);
 
   const FrameContext& context_;
   Region region_;

@@ -144,7 +144,7 @@ void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSam
     record.indirect += clamp_contribution(vertex.to_indirect * reflected, limits.clamp_indirect);
     for (size_t link = 0; link < samples.size(); ++link) {
       if (static_cast<int>(link) == vertex.sample_point_of) {
-        samples[link]->light = {light->wi, light->radiance, light->f_cos};
+        samples[link]->light = {light->wi, light->radiance, light->f_cos, light->even_cos};
         samples[link]->light_visibility = light->visibility;
       } else {
         samples[link]->continuation.radiance += vertex.to_continuation[link] * reflected;

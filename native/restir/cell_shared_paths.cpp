@@ -7,20 +7,15 @@
 namespace cistern {
 namespace {
 
-/// Directions whose light this vertex does not reflect to whoever found it may still be reflected to others.
-constexpr float kLeastResponse = 0.02f;
-
-bool sends_light(const PathLink& link) {
-  return link.W > 0.0f && !(is_black(link.to.light.radiance) && is_black(link.to.continuation.radiance));
-}
+bool sends_light(const PathLink& link) { return link.W > 0.0f && !is_black(link.to.continuation.radiance); }
 
 /// Nearly all vertices: unless guided they need no material evaluated. No bump map bends their normal.
 bool is_plain(const VisiblePoint& vertex) { return vertex.is_lambertian && vertex.receiver.n == vertex.ns; }
 
-/// f cos by the rough lobes, and the density of BSDF sampling per solid angle; of both the share of the kind of
-/// scattering that finds a sample point. No density: no path leaves this way.
+/// f cos by the rough lobes and by the even part, and the density of BSDF sampling per solid angle; of all the share of
+/// the kind of scattering that finds a sample point. No density: no path leaves this way.
 struct PairResponse {
-  Rgb f_cos;
+  Rgb f_cos, even_cos;
   float pdf = 0.0f;
 };
 
@@ -29,24 +24,35 @@ PairResponse respond_plainly(const VisiblePoint& vertex, Vec3 wi, FoundKind kind
   const bool can_leave = cosine > 0.0f && dot(vertex.ng, wi) > 0.0f;
   if (!can_leave || (kind != 0 && kind != kVisibleToDiffuse)) return {};
   const float pdf = cosine * kInvPi;
-  return {vertex.receiver.diffuse * pdf, pdf};
+  const Rgb f_cos = vertex.receiver.diffuse * pdf;
+  return {f_cos, f_cos, pdf};
 }
 
 PairResponse respond(const Bsdf& bsdf, Vec3 wi, FoundKind kind) {
   const BsdfEvaluation f = evaluate_bsdf(bsdf, wi);
   const float share = kind_share(f, kind);
-  return {f.rough_cos * share, f.pdf * share};
+  return {f.rough_cos * share, even_part(f.even_cos, kind), f.pdf * share};
+}
+
+/// Radiance that a divided sample sends along a connection.
+Rgb sent_evenly(const PathSample& sample, const PathConnection& way) {
+  const VisiblePoint& point = sample.point;
+  return sample.continuation.radiance * even_transmittance(point.even_shade, -dot(point.even_normal, way.wi));
+}
+
+/// Makes it send that radiance, head-on, and the same in all directions but for layers.
+void send_evenly(PathSample& sample, Rgb radiance) {
+  VisiblePoint& point = sample.point;
+  point.is_lambertian = true;
+  point.receiver.n = point.ns;
+  point.receiver.diffuse = Rgb(1.0f);
+  point.receiver.glossy = Rgb();
+  point.receiver.transmission = 0.0f;
+  sample.light.radiance = Rgb();
+  sample.continuation = {point.ns, radiance, Rgb(1.0f), Rgb(1.0f)};  // it matters to nobody where it came from
 }
 
 }  // namespace
-
-void ReflectedPaths::pick(const IncidentRadiance& found, float u) {
-  const float weight = luminance(found.f_cos * found.radiance) + kLeastResponse * luminance(found.radiance);
-  incident_weight += weight;
-  if (!(u * incident_weight < weight)) return;
-  incident = found;
-  incident.radiance *= 1.0f / weight;
-}
 
 uint32_t CellSharedPaths::group_class(const VisiblePoint& vertex) {
   const PathState& s = vertex.state;
@@ -56,30 +62,30 @@ uint32_t CellSharedPaths::group_class(const VisiblePoint& vertex) {
   return bounces;
 }
 
-void CellSharedPaths::keep(const PathLink& link, ReflectedPaths& reflected) {
-  const Rgb own = link.response * link.to.radiance_as_found();
+void CellSharedPaths::keep(const PathLink& link, const ReflectedPaths& deep, ReflectedPaths& reflected) {
+  const Rgb own = link.response * (link.to.radiance_as_found() + deep.sum);
   reflected.sum += own;
   reflected.own += own;
 }
 
-/// Samples that stay with their finders, which need no material evaluated; true if others are left.
-bool CellSharedPaths::keep_private(Group& group, Scratch& scratch) {
-  scratch.shared.clear();
-  for (uint32_t i = 0; i < group.size(); ++i) {
-    const PathLink& link = *group.links[i];
-    if (!sends_light(link)) continue;
-    const bool picks_direction = group.rngs[i].has_value();
-    if (link.to.point.is_glossy && group.is_fresh && !picks_direction) {
-      keep(link, *group.reflected[i]);
-    } else {
-      scratch.shared.push_back(i);
-    }
-  }
-  return !scratch.shared.empty();
+void CellSharedPaths::divide(PathLink& link, const ReflectedPaths& deep, ReflectedPaths& reflected) {
+  const VisiblePoint& point = link.to.point;
+  const Rgb found = link.to.radiance_as_found() + deep.sum, even = link.to.even_radiance() + deep.even;
+  const Rgb rest = found - even * even_transmittance(point.even_shade, dot(point.even_normal, point.receiver.wo));
+  reflected.sum += link.response * rest;
+  reflected.even += link.even_response * rest;
+  reflected.own += link.response * rest;
+  send_evenly(link.to, even);
 }
 
 void CellSharedPaths::share(Group& group, Scratch& scratch) const {
-  if (!keep_private(group, scratch)) return;
+  if (std::ranges::none_of(group.links, [](const PathLink* link) { return sends_light(*link); })) return;
+  prepare_vertices(group, scratch);
+  for (size_t i = 0; i < group.size(); ++i)
+    if (sends_light(*group.links[i])) share_sample(group, i, scratch);
+}
+
+void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) const {
   const VisiblePoint& first = group.links.front()->from;
   scratch.bounces_agree =
       std::ranges::all_of(group.links, [&](const PathLink* link) { return has_same_bounces(link->from, first); });
@@ -93,7 +99,6 @@ void CellSharedPaths::share(Group& group, Scratch& scratch) const {
     scratch.bsdfs.back() = evaluate_material(context_.scene, scratch.points.back(), link->from.state);
     guide_bounce(context_, scratch.points.back(), scratch.bsdfs.back());
   }
-  for (const uint32_t i : scratch.shared) share_sample(group, i, scratch);
 }
 
 CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf,
@@ -107,7 +112,7 @@ CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const Group& group,
   float density = f.pdf * way->geometry;
   if (group.weights == PairWeights::TARGETS)
     density = group.confidences[receiver] * path_target(from, sample, PathTarget::REFLECTED, Reflection::EVALUATED);
-  return {*way, f.f_cos, density, {}};
+  return {*way, f.f_cos, f.even_cos, density, {}};
 }
 
 void CellSharedPaths::trace_pairs(const Group& group, size_t finder, Scratch& scratch) const {
@@ -151,9 +156,8 @@ void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch
   scratch.pairs.clear();
   scratch.holders = 0;
   for (size_t k = 0; k < group.size(); ++k) {
-    const bool is_for_others = !found.to.point.is_glossy;
     const bool agrees = scratch.bounces_agree || has_same_bounces(group.links[k]->from, found.from);
-    const bool may_have_it = k == finder || (is_for_others && agrees);
+    const bool may_have_it = k == finder || agrees;
     scratch.pairs.push_back(may_have_it ? connect_pair(group, k, scratch.bsdfs[k], found.to) : Scratch::Pair{});
     scratch.holders += may_have_it;
   }
@@ -165,32 +169,11 @@ void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch
   for (size_t k = 0; k < group.size(); ++k) {
     const Scratch::Pair& pair = scratch.pairs[k];
     if (is_black(pair.transmittance)) continue;
-    const Rgb radiance = sent_radiance(context_, found.to, pair.way) * pair.transmittance * pair.way.geometry;
+    const Rgb radiance = sent_evenly(found.to, pair.way) * pair.transmittance * pair.way.geometry;
     ReflectedPaths& reflected = *group.reflected[k];
     reflected.sum += pair.f_cos * radiance * weight;
+    reflected.even += pair.even_cos * radiance * weight;
     if (k == finder) reflected.own += pair.f_cos * radiance * found.W;
-    if (group.rngs[k])
-      reflected.pick({pair.way.wi, radiance * weight, pair.f_cos, found.to.kind}, group.rngs[k]->next_float());
-  }
-}
-
-void CellSharedPaths::add_to_sample(PathSample& sample, const ReflectedPaths& reflected, float u) {
-  IncidentRadiance& continuation = sample.continuation;
-  const Rgb found = continuation.f_cos * continuation.radiance;
-  if (sample.point.is_lambertian) {             // it matters to nobody where the light came from
-    continuation.wi = sample.point.receiver.n;  // from where targets expect light
-    continuation.f_cos = Rgb(1.0f);
-    continuation.radiance = found + reflected.sum;
-    return;
-  }
-  const float weight = luminance(found) + kLeastResponse * luminance(continuation.radiance);
-  const float total = weight + reflected.incident_weight;
-  if (!(total > 0.0f)) return;
-  if (u * total < weight) {
-    continuation.radiance *= total / weight;
-  } else {
-    continuation = reflected.incident;
-    continuation.radiance *= total;
   }
 }
 

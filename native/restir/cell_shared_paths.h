@@ -3,7 +3,6 @@
 #include <span>
 #include <vector>
 
-#include "base/rng.h"
 #include "grid/cell_groups.h"
 #include "restir/path_target.h"
 
@@ -38,14 +37,8 @@ struct PathSharing {
 /// Light that the rough lobes of a vertex reflect of path samples.
 struct ReflectedPaths {
   Rgb sum;
-  /// The same from one direction, picked in proportion to what it adds: f_cos times its radiance is `sum` in the mean.
-  /// Only for vertices that ask for it.
-  IncidentRadiance incident;
-  float incident_weight = 0.0f;  // the sum of what directions were picked by
-  Rgb own;                       // what the vertex's own sample would give it alone
-
-  /// Makes `found`, which is part of the sum, the direction with the probability it is due.
-  void pick(const IncidentRadiance& found, float u);
+  Rgb even;  // what the even part of its BSDF reflects
+  Rgb own;   // what the vertex's own sample would give it alone
 };
 
 /// All-pairs sharing of path samples in the groups of cells: our own estimator.
@@ -56,8 +49,10 @@ struct ReflectedPaths {
 /// exact weights cost nothing more. Groups are made without looking at the samples, and nothing carries over from frame
 /// to frame: every frame is unbiased and independent of all others.
 ///
-/// Glossy sample points stay with their finders: what they received was looked for from there, and seen from elsewhere
-/// nearly all of their light would come by rare samples. Whether a point is glossy does not depend on who found it.
+/// Only the even part of a sample point is handed on (see BsdfEvaluation), as light that anybody at y would have found
+/// in the mean, and so would have sent. What y sent to its finder beyond that, as highlights, stays with the finder: it
+/// was looked for from there, and seen from elsewhere nearly all of it would come by rare samples. So no material is
+/// evaluated again at sample points, and both parts add up to all light whatever the even part is taken to be.
 /// Points whose lobes depend on the view are no sample points: see MaterialProgram::lobes_depend_on_view. And vertices
 /// share a sample only if their paths would have passed as many transparent surfaces on reaching it, since what may
 /// still be passed beyond is part of what it received.
@@ -69,15 +64,13 @@ class CellSharedPaths {
  public:
   explicit CellSharedPaths(const PathContext& context) : context_(context) {}
 
-  /// Vertices that share, beside each other: what each found and with which confidence, what it reflects, and the
-  /// random numbers to pick a direction with; none where the sum is all that is wanted.
+  /// Vertices that share, beside each other: what each found, divided, and with which confidence; what it reflects.
   struct Group {
     PairWeights weights = PairWeights::BALANCE;
     bool is_fresh = true;  // each link is as its path left it, and no history is in it
     std::vector<const PathLink*> links;
     std::vector<float> confidences;
     std::vector<ReflectedPaths*> reflected;
-    std::vector<std::optional<Rng>> rngs;
 
     size_t size() const { return links.size(); }
   };
@@ -86,11 +79,10 @@ class CellSharedPaths {
   struct Scratch {
     struct Pair {
       PathConnection way;
-      Rgb f_cos;             // times the share of the kind of scattering
+      Rgb f_cos, even_cos;   // of the kind of scattering that found the sample
       float density = 0.0f;  // of finding the sample point from the vertex, per area there; or what stands for it
       Rgb transmittance;
     };
-    std::vector<uint32_t> shared;      // vertices whose samples are handed to others
     std::vector<SurfacePoint> points;  // by vertex of the group
     std::vector<Bsdf> bsdfs;           // beside them; empty where the vertex alone says how it reflects
     std::vector<Pair> pairs;           // by vertex, of one sample
@@ -100,20 +92,21 @@ class CellSharedPaths {
     bool bounces_agree = true;  // between all vertices of the group, as they nearly always do
   };
 
-  /// What a vertex reflects of a fresh sample of its own that is handed to nobody.
-  static void keep(const PathLink& link, ReflectedPaths& reflected);
+  /// Adds what a vertex reflects of a fresh sample of its own that is handed to nobody. `deep`: what the sample point
+  /// reflects of other samples.
+  static void keep(const PathLink& link, const ReflectedPaths& deep, ReflectedPaths& reflected);
 
-  /// Adds what each vertex of a group reflects.
+  /// Keeps of a fresh sample only what is for all, and adds the rest to what its finder reflects.
+  static void divide(PathLink& link, const ReflectedPaths& deep, ReflectedPaths& reflected);
+
+  /// Adds what each vertex of a group reflects of divided samples.
   void share(Group& group, Scratch& scratch) const;
 
   /// What keeps vertices of paths apart that have not as many bounces left; for CellGroups.
   static uint32_t group_class(const VisiblePoint& vertex);
 
-  /// Puts light that a sample point reflects into its continuation.
-  static void add_to_sample(PathSample& sample, const ReflectedPaths& reflected, float u);
-
  private:
-  static bool keep_private(Group& group, Scratch& scratch);
+  void prepare_vertices(const Group& group, Scratch& scratch) const;
   void share_sample(Group& group, size_t finder, Scratch& scratch) const;
   static Scratch::Pair connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf, const PathSample& sample);
   void trace_pairs(const Group& group, size_t finder, Scratch& scratch) const;

@@ -43,7 +43,7 @@ std::optional<ArrivingLight> arriving_light(const PathContext& context, float ca
   Rgb radiance = light->radiance * (share / light->pdf);
   if (light->casts_shadow) radiance *= transmittance(context, surface_point(visible), *light, visible.state);
   if (is_black(radiance)) return std::nullopt;
-  return ArrivingLight{light->wi, f.rough_cos, radiance, light->visibility};
+  return ArrivingLight{light->wi, f.rough_cos, f.even_cos, radiance, light->visibility};
 }
 
 Rgb reflected_light(const PathContext& context, float candidates, const VisiblePoint& visible,

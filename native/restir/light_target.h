@@ -25,10 +25,10 @@ float light_target(const PathContext& context, float candidates, const VisiblePo
 bool is_visible(const PathContext& context, const VisiblePoint& visible, const LightSample& sample);
 
 /// The sample's light as it arrives: F is `f_cos` (rough lobes, true BSDF) times `radiance`, which holds the share of
-/// light samples, the density and the shadow ray. Empty where nothing arrives.
+/// light samples, the density and the shadow ray; `even_cos` as BsdfEvaluation has it. Empty where nothing arrives.
 struct ArrivingLight {
   Vec3 wi;
-  Rgb f_cos, radiance;
+  Rgb f_cos, even_cos, radiance;
   uint8_t visibility = kVisibleToAll;  // RayVisibility bits
 };
 std::optional<ArrivingLight> arriving_light(const PathContext& context, float candidates, const VisiblePoint& visible,

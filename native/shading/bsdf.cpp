@@ -52,6 +52,7 @@ LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, 
           const float shadowing = bump_shadowing(bsdf.ns, model.n, wi);
           if (shadowing == 0.0f) return {};
           evaluation.f_cos *= shadowing;
+          evaluation.even_cos = evaluation.pdf * shadowing;
         }
         return evaluation;
       },
@@ -117,6 +118,7 @@ BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibili
     if (is_guided) guided_weight += lobe.sample_weight;
     if (!(evaluation.pdf > 0.0f) || (visibility & ray_kind(kind)) == 0) continue;
     (is_smooth(lobe) ? result.smooth_cos : result.rough_cos) += lobe.weight * evaluation.f_cos;
+    if (can_leave) result.even_cos += lobe.even * evaluation.even_cos;
   }
   for (const float pdf : densities.of_guided) guided_pdf += pdf;
   const float factor =
@@ -154,6 +156,7 @@ std::optional<BsdfSample> sample_lambert(const Bsdf& bsdf, Vec3 n, Vec2 u) {
   sample.wi = Frame(n).to_world(local);
   sample.pdf = sample.kind_pdf = local.z * kInvPi;
   sample.rough_weight = bsdf.lobes[0].weight;
+  sample.even_cos = bsdf.lobes[0].even * sample.pdf;
   sample.kind = ScatterKind::DIFFUSE;
   if (!(sample.pdf > 0.0f) || dot(bsdf.ng, sample.wi) <= 0.0f) result.reset();
   return result;
@@ -165,6 +168,7 @@ BsdfSample sample_of(const Vec3& wi, const BsdfEvaluation& evaluation, ScatterKi
   sample.pdf = evaluation.pdf;
   sample.rough_weight = evaluation.rough_cos / evaluation.pdf;
   sample.smooth_weight = evaluation.smooth_cos / evaluation.pdf;
+  sample.even_cos = evaluation.even_cos;
   sample.kind = kind;
   sample.kind_pdf = evaluation.pdf_by_kind[static_cast<size_t>(kind)];
   sample.guide_gain = evaluation.pdf / evaluation.unguided_pdf;
@@ -199,6 +203,8 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   wo = other.wo;
   ns = other.ns;
   total_sample_weight = other.total_sample_weight;
+  even_shade = other.even_shade;
+  even_normal = other.even_normal;
   rough_sampling = other.rough_sampling;
   guide = other.guide;
   return *this;

@@ -63,6 +63,7 @@ struct MicrofacetLobe {
 struct Lobe {
   std::variant<LambertLobe, OrenNayarLobe, TranslucentLobe, SheenLobe, MicrofacetLobe> model;
   Rgb weight;                  // multiplies f
+  Rgb even;                    // its part of the even part, below; black unless diffuse
   float sample_weight = 0.0f;  // unnormalised probability of choosing this lobe
 };
 
@@ -87,6 +88,8 @@ struct Bsdf {
   Vec3 ng, wo;                       // of the surface point: unit, same side
   Vec3 ns;                           // interpolated normal, before bump mapping; zero: ng, without bump shadowing
   float total_sample_weight = 0.0f;  // of the lobes, transparency not included
+  float even_shade = 0.0f;           // of the layers above diffuse lobes, see even_transmittance
+  Vec3 even_normal;                  // of those layers
   RoughSampling rough_sampling = RoughSampling::BSDF;
   /// Where light is thought to come from, or null. Lobes that are not narrow then take kGuideShare of their directions
   /// from it, as far as they could have been their own: elsewhere its density counts as 0. Lives longer than the Bsdf.
@@ -102,9 +105,9 @@ struct Bsdf {
 /// Appends a lobe, built in place. Nothing happens, and false is returned, without a finite sample weight above 0 or
 /// once there are kMaxLobes.
 template <class Model>
-bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight) {
+bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight, Rgb even = {}) {
   if (bsdf.count >= Bsdf::kMaxLobes || !(sample_weight > 0.0f) || !std::isfinite(sample_weight)) return false;
-  new (&bsdf.lobes[static_cast<size_t>(bsdf.count++)]) Lobe{model, weight, sample_weight};
+  new (&bsdf.lobes[static_cast<size_t>(bsdf.count++)]) Lobe{model, weight, even, sample_weight};
   bsdf.total_sample_weight += sample_weight;
   return true;
 }
@@ -120,8 +123,12 @@ bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight) {
 /// Terminator Problem]
 /// `pdf_by_kind` has its parts by the kind of the lobe that is chosen, indexed by ScatterKind; a guide has no kind of
 /// its own, and its part is divided like that of the lobes which it stands in for.
+///
+/// The even part is what all viewers of the point agree about: a sum of Lambert lobes f_even(wi) which does not know
+/// wo. Towards wo it sends `even_transmittance` times what f_even reflects; that is close to what diffuse lobes send,
+/// and seldom more. Its `even_cos` is 0 wherever `pdf` is.
 struct BsdfEvaluation {
-  Rgb rough_cos, smooth_cos;
+  Rgb rough_cos, smooth_cos, even_cos;
   float pdf = 0.0f, unguided_pdf = 0.0f;  // the second as if there were no guide
   std::array<float, kScatterKinds> pdf_by_kind{};
   Rgb total_cos() const { return rough_cos + smooth_cos; }
@@ -130,12 +137,20 @@ struct BsdfEvaluation {
 /// f but stay in the pdf: so lights can be hidden from a kind of scattering.
 BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility = kVisibleToAll);
 
+/// What the layers above an even part let out towards a direction at that cosine, over what they let out head-on: by
+/// Schlick's curve, `shade` of it.
+inline float even_transmittance(float shade, float cos_o) {
+  const float m = 1.0f - clamp01(cos_o);
+  return 1.0f - shade * (sqr(sqr(m)) * m);
+}
+
 /// One direction. Weights are f cos / pdf over all lobes (for a delta lobe: its own weight / probability).
 /// `pdf` is per solid angle, or for `is_delta` the discrete probability of the lobe; `kind_pdf` is its part by lobes of
 /// the same kind; `guide_gain` is `pdf` over what it would be without a guide.
 struct BsdfSample {
   Vec3 wi;
   Rgb rough_weight, smooth_weight;
+  Rgb even_cos;  // as BsdfEvaluation has it
   float pdf = 0.0f, kind_pdf = 0.0f, guide_gain = 1.0f;
   ScatterKind kind = ScatterKind::DIFFUSE;
   bool is_delta = false;

@@ -58,11 +58,23 @@ Rgb mean_schlick_reflectance(const MicrofacetLobe& lobe);
 /// the weight is negligible. With a `mean_reflectance`, light lost between facets is added back.
 Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe& lobe, Rgb weight, const std::optional<Rgb>& mean_reflectance);
 
-/// Appends a lobe whose albedo is its weight, unless that is negligible.
+/// What a Lambert lobe in place of a diffuse one may weigh, so as to seldom exceed it.
+template <class Model>
+float even_share(const Model&) {
+  return 1.0f;
+}
+inline float even_share(const OrenNayarLobe& lobe) { return kPi * lobe.a; }
+
+/// Appends a lobe whose albedo is its weight, unless that is negligible; `even` is what the weight would be whatever
+/// the view.
+template <class Model>
+void add_diffuse(Bsdf& bsdf, const Model& model, Rgb weight, Rgb even) {
+  const Rgb w = non_negative(weight);
+  if (!is_negligible(w)) add_lobe(bsdf, model, w, average(w), even_share(model) * non_negative(even));
+}
 template <class Model>
 void add_diffuse(Bsdf& bsdf, const Model& model, Rgb weight) {
-  const Rgb w = non_negative(weight);
-  if (!is_negligible(w)) add_lobe(bsdf, model, w, average(w));
+  add_diffuse(bsdf, model, weight, weight);
 }
 /// Appends sheen and returns its albedo, weight included.
 Rgb add_sheen(Bsdf& bsdf, Vec3 n, float roughness, Rgb weight);

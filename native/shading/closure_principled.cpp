@@ -40,43 +40,66 @@ struct Principled {
   Rgb emission() const { return to_rgb(in[23]) * scalar(24); }
 };
 
-/// What a layer of that albedo (its weight included) leaves of `weight` for those below.
-Rgb below_layer(Rgb layer_albedo, Rgb weight) {
-  const auto ratio = [](float a, float w) { return w != 0.0f ? a / w : 0.0f; };
-  const float strongest =
-      std::max({ratio(layer_albedo.r, weight.r), ratio(layer_albedo.g, weight.g), ratio(layer_albedo.b, weight.b)});
-  return weight * clamp01(1.0f - strongest);
+/// What layers have left for those below them.
+struct Remainder {
+  Rgb weight;
+  Rgb even;               // seen head-on, so that it is the same for all who look: the even part of a BSDF
+  float unshaded = 1.0f;  // of what leaves head-on, what leaves at grazing angles
+
+  /// Takes a layer off: of that albedo, its weight included, which reflects `head_on` of what meets it there and
+  /// `shade` of the rest at grazing angles.
+  void put_below(Rgb layer_albedo, float head_on, float shade) {
+    const auto ratio = [](float a, float w) { return w != 0.0f ? a / w : 0.0f; };
+    const float strongest =
+        std::max({ratio(layer_albedo.r, weight.r), ratio(layer_albedo.g, weight.g), ratio(layer_albedo.b, weight.b)});
+    weight *= clamp01(1.0f - strongest);
+    even *= clamp01(1.0f - head_on);
+    unshaded *= 1.0f - clamp01(shade);
+  }
+  void scale(float s) { weight *= s, even *= s; }
+};
+
+/// For put_below, of a microfacet layer: the rougher, the less it differs. Fitted to albedos with an index of 1.5.
+float grazing_shade(float alpha) {
+  const float smooth = 1.0f - clamp01(alpha);
+  return smooth * smooth * smooth;
 }
 
 /// Beer's law for the refracted ray: the tint is that of the ray head-on.
-Rgb coat_transmittance(const Principled& p, Vec3 n, Vec3 wo) {
+Rgb coat_transmittance(const Principled& p, float cos_o) {
   const Rgb tint = p.coat_tint();
   if (tint == Rgb(1.0f)) return Rgb(1.0f);
-  const float cos_t = std::sqrt(1.0f - (1.0f - sqr(dot(wo, n))) / sqr(p.coat_ior()));
+  const float cos_t = std::sqrt(1.0f - (1.0f - sqr(cos_o)) / sqr(p.coat_ior()));
   const float depth = 1.0f / cos_t;
   const Rgb absorbed{std::pow(tint.r, depth), std::pow(tint.g, depth), std::pow(tint.b, depth)};
   return lerp(Rgb(1.0f), absorbed, p.coat());
 }
 
-/// Sheen and coat; returns the weight left for what is below them.
-Rgb add_top_layers(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const SurfacePoint& point) {
+/// Sheen and coat; returns what is left for those below them.
+Remainder add_top_layers(Bsdf& bsdf, const Principled& p, Vec3 n, const SurfacePoint& point) {
+  const Rgb whole(p.weight() * p.alpha());
+  Remainder rest{whole, whole};
   const bool has_sheen = p.sheen() > kNegligibleWeight, has_coat = p.coat() > kNegligibleWeight;
-  if (!has_sheen && !has_coat) return weight;
+  if (!has_sheen && !has_coat) return rest;
   const Vec3 coat_normal = closure_normal(p.coat_normal(), point);
   if (has_sheen) {
     const Vec3 sheen_normal = normalize_or(lerp(n, coat_normal, clamp01(p.coat())), n);
-    weight =
-        below_layer(add_sheen(bsdf, sheen_normal, p.sheen_roughness(), p.sheen() * p.sheen_tint() * weight), weight);
+    constexpr float kSheenHeadOn = 0.1f;
+    const Rgb color = p.sheen() * p.sheen_tint() * rest.weight;
+    rest.put_below(add_sheen(bsdf, sheen_normal, p.sheen_roughness(), color), kSheenHeadOn * p.sheen(), p.sheen());
   }
   if (has_coat) {
     MicrofacetLobe coat = make_microfacet(specular_normal(coat_normal, point), sqr(p.coat_roughness()));
     coat.fresnel = FresnelModel::DIELECTRIC;
     coat.ior = p.coat_ior();
     const Rgb mean(fresnel_dielectric_average(coat.ior));
-    weight = below_layer(add_microfacet(bsdf, coat, p.coat() * weight, mean), weight);
-    weight *= coat_transmittance(p, coat.n, point.wo);
+    rest.put_below(add_microfacet(bsdf, coat, p.coat() * rest.weight, mean), p.coat() * f0_from_ior(coat.ior),
+                   p.coat() * grazing_shade(coat.alpha_x));
+    constexpr float kEvenCosine = 0.5f;
+    rest.weight *= coat_transmittance(p, dot(point.wo, coat.n));
+    rest.even *= coat_transmittance(p, kEvenCosine);
   }
-  return weight;
+  return rest;
 }
 
 void add_metal(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisotropy, Rgb weight, bool compensate) {
@@ -102,16 +125,16 @@ void add_glass(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const Surfac
   add_microfacet(bsdf, lobe, weight, mean);
 }
 
-/// The dielectric interface above the diffuse base; returns the weight left for the base.
-Rgb add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisotropy, Rgb weight, bool compensate,
-                 const SurfacePoint& point) {
+/// The dielectric interface above the diffuse base; `rest` is then what is left for the base.
+void add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisotropy, Remainder& rest,
+                  bool compensate, const SurfacePoint& point) {
   float ior = p.ior();
   float f0 = f0_from_ior(ior);
   if (p.specular_level() != kDefaultSpecularLevel) {
     f0 *= 2.0f * p.specular_level();
     ior = p.ior() < 1.0f ? 1.0f / ior_from_f0(f0) : ior_from_f0(f0);
   }
-  if (ior == 1.0f) return weight;
+  if (ior == 1.0f) return;
   MicrofacetLobe lobe = make_microfacet(specular_normal(n, point), 0.0f);
   set_anisotropy(lobe, anisotropy);
   lobe.fresnel = FresnelModel::GENERALIZED_SCHLICK;
@@ -120,16 +143,21 @@ Rgb add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anis
   lobe.f90_or_b = Rgb(1.0f);
   std::optional<Rgb> mean;
   if (compensate) mean = mean_schlick_reflectance(lobe);
-  return below_layer(add_microfacet(bsdf, lobe, weight, mean), weight);
+  rest.put_below(add_microfacet(bsdf, lobe, rest.weight, mean), max_component(lobe.f0),
+                 grazing_shade(std::sqrt(lobe.alpha_x * lobe.alpha_y)));
 }
 
-void add_base(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight) {
+void add_base(Bsdf& bsdf, const Principled& p, Vec3 n, const Remainder& rest) {
   const Rgb base = p.base_color();
   const Rgb color = lerp(base, saturate(base), p.subsurface());
   if (p.diffuse_roughness() < kNegligibleWeight)
-    add_diffuse(bsdf, LambertLobe{n}, color * weight);
+    add_diffuse(bsdf, LambertLobe{n}, color * rest.weight, color * rest.even);
   else
-    add_diffuse(bsdf, make_oren_nayar(n, bsdf.wo, p.diffuse_roughness(), base), color * weight);
+    add_diffuse(bsdf, make_oren_nayar(n, bsdf.wo, p.diffuse_roughness(), base), color * rest.weight, color * rest.even);
+  if (1.0f - rest.unshaded > bsdf.even_shade) {
+    bsdf.even_shade = 1.0f - rest.unshaded;
+    bsdf.even_normal = n;
+  }
 }
 
 }  // namespace
@@ -139,21 +167,21 @@ void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* par
   const Vec3 n = closure_normal(p.normal(), point);
   const bool compensate = parameters[0] != 0;
   bsdf.transparency += principled_transparency(inputs);
-  Rgb weight = add_top_layers(bsdf, p, n, Rgb(p.weight()) * p.alpha(), point);
-  if (const Rgb emission = p.emission(); !is_black(emission)) bsdf.emission += emission * weight;
+  Remainder rest = add_top_layers(bsdf, p, n, point);
+  if (const Rgb emission = p.emission(); !is_black(emission)) bsdf.emission += emission * rest.weight;
 
   const Anisotropy anisotropy = disney_anisotropy(p.roughness(), p.anisotropic(), p.tangent(), p.rotation(), n);
   if (const float metallic = p.metallic(); metallic > kNegligibleWeight) {
-    add_metal(bsdf, p, specular_normal(n, point), anisotropy, metallic * weight, compensate);
-    weight *= 1.0f - metallic;
+    add_metal(bsdf, p, specular_normal(n, point), anisotropy, metallic * rest.weight, compensate);
+    rest.scale(1.0f - metallic);
   }
   if (const float transmission = p.transmission(); transmission > kNegligibleWeight) {
-    add_glass(bsdf, p, specular_normal(n, point), transmission * weight, point, compensate);
-    weight *= 1.0f - transmission;
+    add_glass(bsdf, p, specular_normal(n, point), transmission * rest.weight, point, compensate);
+    rest.scale(1.0f - transmission);
   }
-  if (is_negligible(weight)) return;
-  weight = add_specular(bsdf, p, n, anisotropy, weight, compensate, point);
-  add_base(bsdf, p, n, weight);
+  if (is_negligible(rest.weight)) return;
+  add_specular(bsdf, p, n, anisotropy, rest, compensate, point);
+  add_base(bsdf, p, n, rest);
 }
 
 Rgb principled_emission(std::span<const Vec3> inputs, const SurfacePoint& point) {
@@ -163,7 +191,7 @@ Rgb principled_emission(std::span<const Vec3> inputs, const SurfacePoint& point)
   Bsdf layers;
   layers.ng = point.ng;
   layers.wo = point.wo;
-  return emission * add_top_layers(layers, p, closure_normal(p.normal(), point), Rgb(p.weight()) * p.alpha(), point);
+  return emission * add_top_layers(layers, p, closure_normal(p.normal(), point), point).weight;
 }
 
 Rgb principled_transparency(std::span<const Vec3> inputs) {

@@ -9,6 +9,7 @@ namespace cistern {
 struct LobeEvaluation {
   Rgb f_cos;
   float pdf = 0.0f;
+  float even_cos = 0.0f;  // of a Lambert lobe in its place, where the lobe is diffuse
 };
 
 // Lambert: f = 1 / pi on the side of n. Density: cosine.

@@ -10,13 +10,16 @@ namespace cistern {
 /// A kind of scattering, where PathContext::tells_kinds: one RayVisibility bit. Densities of what was found are then
 /// those of lobes of this kind, and what others make of it is their share of the kind in BSDF sampling. 0: any kind.
 using FoundKind = uint8_t;
+/// What rays of that kind find of an even part: its lobes scatter diffusely.
+inline Rgb even_part(Rgb even_cos, FoundKind kind) { return kind == kVisibleToGlossy ? Rgb() : even_cos; }
 
 /// Light that arrives from one direction, over the density with which it was found: what a surface makes of it is
 /// f cos(theta) times `radiance`. Black: nothing.
 struct IncidentRadiance {
   Vec3 wi;
   Rgb radiance;
-  Rgb f_cos;  // of the sample point's rough lobes, towards the vertex that found it; times the share of the kind
+  Rgb f_cos;     // of the sample point's rough lobes, towards the vertex that found it; times the share of the kind
+  Rgb even_cos;  // of its even part, see BsdfEvaluation; of what that kind finds of it
   FoundKind kind = 0;
 };
 
@@ -37,6 +40,8 @@ struct PathSample {
 
   /// Radiance sent to the vertex that found the sample point.
   Rgb radiance_as_found() const { return light.f_cos * light.radiance + continuation.f_cos * continuation.radiance; }
+  /// Of that, what any vertex would have found in the mean; `even_transmittance` towards it is to be multiplied in.
+  Rgb even_radiance() const { return light.even_cos * light.radiance + continuation.even_cos * continuation.radiance; }
 };
 
 /// A rough vertex of a path and the sample point that its BSDF sample found. `W` is one over the density of the
@@ -49,6 +54,7 @@ struct PathLink {
   /// What `from` makes of the radiance that `to` sends to it, transmittance counted in: their product is what this path
   /// found, as long as `to` is what it left.
   Rgb response;
+  Rgb even_response;  // the same of the even part of `from`
 };
 
 inline constexpr int kMaxPathLinks = 2;

@@ -147,7 +147,7 @@ class Walk {
   PathState scattered_state(const Bsdf& bsdf) const;
   void add_light_samples(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter);
   void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter);
-  void keep_incident_light(const IncidentLight& light, Rgb radiance, Rgb f_cos);
+  void keep_incident_light(const IncidentLight& light, Rgb radiance, const BsdfEvaluation& f);
   /// Adds what the current vertex reflects of a light sample.
   void add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, SourceKind source);
 
@@ -175,6 +175,7 @@ class Walk {
     if constexpr (Kind::captures) {
       capture_.link_probability *= probability;
       capture_.response *= weight * (1.0f / probability);
+      capture_.even_response *= weight * (1.0f / probability);
     }
   }
 
@@ -235,15 +236,17 @@ class Walk {
   void leave_captured_vertex(const BsdfSample& sample, float p_scatter) {
     const float pdf = context_.tells_kinds ? sample.kind_pdf : sample.pdf;
     const bool by_rough_lobes = !is_black(sample.rough_weight);
+    const FoundKind kind = found_kind(ray_kind(sample.kind));
+    const Rgb even_cos = even_part(sample.even_cos, kind);
     if (capture_.vertex.sample_point_of && by_rough_lobes) {
       const auto link = static_cast<size_t>(*capture_.vertex.sample_point_of);
-      const FoundKind kind = found_kind(ray_kind(sample.kind));
-      capture_.out->links[link].to.continuation = {sample.wi, {}, sample.rough_weight * pdf, kind};
+      capture_.out->links[link].to.continuation = {sample.wi, {}, sample.rough_weight * pdf, even_cos, kind};
       throughput_.continuation[link] = Rgb(1.0f / (pdf * p_scatter));
     }
     capture_.open_link = by_rough_lobes ? capture_.vertex.starts : std::nullopt;
     capture_.link_probability = pdf * p_scatter;
     capture_.response = sample.rough_weight * (1.0f / p_scatter);
+    capture_.even_response = even_cos * (1.0f / (pdf * p_scatter));
   }
 
   bool goes_on_from_sample_point() {
@@ -278,8 +281,8 @@ class Walk {
   bool continues_deep_link() const { return capture_.open_link == 1 || !is_black(throughput_.continuation[1]); }
 
   /// With the cube root of the throughput: survivors of dark paths are light in weight and many, and may yet find what
-  /// few paths do. With the throughput itself samples are a quarter cheaper, and noisier by more. Nothing is gained by it
-  /// before the second bounce, up to which the numbers of a pixel's samples are stratified: it would break that.
+  /// few paths do. With the throughput itself samples are a quarter cheaper, and noisier by more. Nothing is gained by
+  /// it before the second bounce, up to which the numbers of a pixel's samples are stratified: it would break that.
   bool survives_roulette() {
     if (state_.depth <= context_.limits.min_bounces) return true;
     float worth = max_component(throughput_.worth());

@@ -64,6 +64,7 @@ inline void Walk<Kind>::capture_sample_point(int index, const VisiblePoint& capt
   if (!(pdf_area > 0.0f)) return;
   link.W = 1.0f / pdf_area;
   link.response = capture_.response;
+  link.even_response = capture_.even_response;
   link.to.point = captured;
   link.to.light = link.to.continuation = {};
   link.to.light_visibility = kVisibleToAll;

@@ -116,7 +116,7 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
   if (light->casts_shadow) radiance *= transmittance(context_, point, *light, state_);
   if (is_black(radiance)) return;
   if constexpr (Kind::captures) {
-    if (keeps_light) keep_incident_light(*light, radiance, f.rough_cos);
+    if (keeps_light) keep_incident_light(*light, radiance, f);
   }
   if constexpr (Kind::learns) gather(f.total_cos() * radiance);
   const bool is_environment = choice->sample.emitter == context_.lights.environment_emitter();
@@ -125,9 +125,9 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
 }
 
 template <class Kind>
-inline void Walk<Kind>::keep_incident_light(const IncidentLight& light, Rgb radiance, Rgb f_cos) {
+inline void Walk<Kind>::keep_incident_light(const IncidentLight& light, Rgb radiance, const BsdfEvaluation& f) {
   PathSample& sample = capture_.out->links[static_cast<size_t>(*capture_.vertex.sample_point_of)].to;
-  sample.light = {light.wi, radiance, f_cos};
+  sample.light = {light.wi, radiance, f.rough_cos, f.even_cos};
   sample.light_visibility = light.visibility;
 }
 
@@ -179,7 +179,7 @@ inline void Walk<Kind>::add_learned_light(const SurfacePoint& point, const Bsdf&
   }
   if (is_black(radiance)) return;
   if constexpr (Kind::captures) {
-    if (vertex.keeps_light) keep_incident_light(sample->light, radiance, sample->f.rough_cos);
+    if (vertex.keeps_light) keep_incident_light(sample->light, radiance, sample->f);
   }
   gather(sample->f.total_cos() * radiance);
   const bool is_environment = sample->emitter == context_.lights.environment_emitter();

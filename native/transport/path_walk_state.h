@@ -42,7 +42,7 @@ struct CaptureState {
   VertexUse vertex;
   std::optional<int> open_link;      // its sample point is the next vertex
   float link_probability = 0.0f;     // of the open link's direction (per solid angle), and of reaching the sample point
-  Rgb response;                      // as PathLink has it, so far
+  Rgb response, even_response;       // as PathLink has them, so far
   float mis_candidates = 0.0f;       // VertexUse::light_candidates of the last vertex that light samples could have lit
   bool only_deep_link_next = false;  // a bounce limit is reached for all but this link, which may bounce once more
 };

@@ -63,18 +63,6 @@ float mean_alpha(const Bsdf& bsdf) {
   return count > 0.0f ? sum / count : 1.0f;
 }
 
-/// By lobes and not by their albedos: whoever looks at the point must agree.
-bool is_glossy(const Bsdf& bsdf) {
-  bool has_narrow_lobe = false;
-  for (int i = 0; i < bsdf.count; ++i) {
-    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
-    if (is_smooth(lobe)) continue;
-    if (!std::holds_alternative<MicrofacetLobe>(lobe.model)) return false;
-    has_narrow_lobe |= is_narrow(lobe);
-  }
-  return has_narrow_lobe;
-}
-
 }  // namespace
 
 Vec3 light_side(const SurfacePoint& point, const Bsdf& bsdf) {
@@ -95,11 +83,13 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
   visible.footprint = point.footprint;
   visible.is_backface = point.is_backface;
   visible.exists = true;
-  visible.is_lambertian = bsdf.count == 1 && std::holds_alternative<LambertLobe>(bsdf.lobes[0].model) &&
+  visible.is_lambertian = bsdf.count == 1 && bsdf.even_shade == 0.0f &&
+                          std::holds_alternative<LambertLobe>(bsdf.lobes[0].model) &&
                           !scene.materials[static_cast<size_t>(point.material)]->depends_on_view;
   if (visible.is_lambertian) visible.receiver.n = std::get<LambertLobe>(bsdf.lobes[0].model).n;  // without roundings
-  visible.is_glossy = is_glossy(bsdf);
   visible.mean_alpha = mean_alpha(bsdf);
+  visible.even_shade = bsdf.even_shade;
+  visible.even_normal = bsdf.even_normal;
   visible.rough_sampling = bsdf.rough_sampling;
   visible.scattered_kinds = scattered_kinds(bsdf);
   return visible;

@@ -21,12 +21,13 @@ struct VisiblePoint {
   uint8_t scattered_kinds = 0;                         // RayVisibility bits of the rays that it can send on
   RoughSampling rough_sampling = RoughSampling::BSDF;  // of its BSDF
   bool is_lambertian = false;                          // sends the same radiance in all directions
-  bool is_glossy = false;                              // all rough lobes are microfacets, and some of them narrow
   float mean_alpha = 1.0f;                             // GGX, of rough microfacet lobes; each counts the same
-  PathState state;                                     // of the ray that arrived
-  PathState scattered;                                 // of a ray scattered towards a light
-  Rgb throughput;                                      // of the smooth surfaces on the way
-  float distance = 0.0f;                               // from the camera, along the path
+  float even_shade = 0.0f;                             // of its BSDF, as is:
+  Vec3 even_normal;
+  PathState state;        // of the ray that arrived
+  PathState scattered;    // of a ray scattered towards a light
+  Rgb throughput;         // of the smooth surfaces on the way
+  float distance = 0.0f;  // from the camera, along the path
 };
 
 /// Normal of the half space that light must come from to be scattered, zero where it may come from anywhere: what a

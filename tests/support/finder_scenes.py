@@ -192,6 +192,26 @@ def walls_by_angle(steep: AddClosure, grazing: AddClosure) -> core.Scene:
     return under_sky(scene)
 
 
+def layered() -> core.MaterialProgram:
+    """Sheen over coat over metal and a glossy base: most of it looks different from every side."""
+    layers = dict(coat=0.7, coat_roughness=0.5, sheen=0.6)
+    return principled((0.8, 0.6, 0.4), specular=0.5, roughness=0.4, metallic=0.3, **layers)
+
+
+def clay() -> core.MaterialProgram:
+    """Diffuse, and brighter towards the light."""
+    p = core.MaterialProgram("clay")
+    p.closure("CLOSURE_DIFFUSE", [p.constant(1.0), p.constant(0.9, 0.9, 0.9), p.constant(1.0), p.emit("NORMAL")])
+    return p
+
+
+def walls_of(material: core.MaterialProgram) -> core.Scene:
+    scene = SceneDescription()
+    add_floor(scene)
+    add_walls(scene, material)
+    return under_sky(scene)
+
+
 def half_transparent_ceiling(alpha: float, lit_by_panel: bool) -> core.Scene:
     """Over the floor, lit by a panel from below or by the sky from above."""
     scene = SceneDescription()

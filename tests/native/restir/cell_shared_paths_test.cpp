@@ -42,7 +42,7 @@ struct SharedMeans {
   }
 };
 
-SharedMeans share_paths(PairWeights weights, bool takes_one_direction = false) {
+SharedMeans share_paths(PairWeights weights) {
   const Tracer tracer(divided_box());
   const CellSharedPaths paths(tracer.context());
   const std::array<Ray, 3> rays{kLit, kShaded, kCorner};
@@ -58,16 +58,14 @@ SharedMeans share_paths(PairWeights weights, bool takes_one_direction = false) {
       captures[k].link_count = 1;
       PathSampler sampler(7, k, path, SampleSequence::RANDOM);
       trace_path(tracer.context(), rays[k], sampler, path_scratch, &captures[k]);
+      CellSharedPaths::divide(captures[k].links[0], {}, reflected[k]);
       group.links.push_back(&captures[k].links[0]);
       group.confidences.push_back(1.0f + static_cast<float>(k));  // made up: any that do not look at samples
       group.reflected.push_back(&reflected[k]);
-      group.rngs.emplace_back(Rng(11, k, path, 0));
     }
     paths.share(group, scratch);
     for (uint32_t k = 0; k < 3; ++k) {
-      const IncidentRadiance& incident = reflected[k].incident;
-      const Rgb picked = incident.f_cos * incident.radiance * reflected[k].incident_weight;
-      means.change[k].add((takes_one_direction ? picked : reflected[k].sum).g - reflected[k].own.g);
+      means.change[k].add(reflected[k].sum.g - reflected[k].own.g);
       means.own[k].add(reflected[k].own.g);
     }
   }
@@ -82,10 +80,6 @@ TEST(CellSharedPaths, SharedLightIsOnAverageThatOfThePointsOwnPaths) {
 
 TEST(CellSharedPaths, TargetsInPlaceOfDensitiesAreLawfulWeights) {
   EXPECT_GT(share_paths(PairWeights::TARGETS).p_value(), shared_rate(3));
-}
-
-TEST(CellSharedPaths, OneDirectionStandsForAll) {
-  EXPECT_GT(share_paths(PairWeights::BALANCE, true).p_value(), shared_rate(3));
 }
 
 /// Planted bugs: densities without visibility, and 1/n.
@@ -111,10 +105,10 @@ int pairs_that_share(const Alter& alter) {
       PathSampler sampler(7, k, path, SampleSequence::RANDOM);
       trace_path(tracer.context(), k == 0 ? kLit : kCorner, sampler, path_scratch, &captures[k]);
       alter(captures[k].links[0], k);
+      CellSharedPaths::divide(captures[k].links[0], {}, reflected[k]);
       group.links.push_back(&captures[k].links[0]);
       group.confidences.push_back(1.0f);
       group.reflected.push_back(&reflected[k]);
-      group.rngs.emplace_back(Rng(11, k, path, 0));
     }
     paths.share(group, scratch);
     changed += std::ranges::any_of(
@@ -130,8 +124,11 @@ TEST(CellSharedPaths, PathsWithOtherBouncesLeftStayApart) {
   EXPECT_EQ(pairs_that_share(set_back), 0);
 }
 
-TEST(CellSharedPaths, GlossySamplePointsStayWithTheirFinders) {
-  EXPECT_EQ(pairs_that_share([](PathLink& link, uint32_t) { link.to.point.is_glossy = true; }), 0);
+TEST(CellSharedPaths, SamplesWithoutAnEvenPartStayWithTheirFinders) {
+  const auto make_uneven = [](PathLink& link, uint32_t) {
+    link.to.light.even_cos = link.to.continuation.even_cos = Rgb();
+  };
+  EXPECT_EQ(pairs_that_share(make_uneven), 0);
 }
 
 TEST(CellSharedPaths, AloneAPointKeepsItsOwn) {
@@ -146,8 +143,8 @@ TEST(CellSharedPaths, AloneAPointKeepsItsOwn) {
     PathSampler sampler(7, 0, path, SampleSequence::RANDOM);
     trace_path(tracer.context(), kLit, sampler, path_scratch, &capture);
     ReflectedPaths reflected;
-    CellSharedPaths::Group group{PairWeights::BALANCE, true, {&capture.links[0]}, {1.0f}, {&reflected},
-                                 {Rng(1, 0, path, 0)}};
+    CellSharedPaths::divide(capture.links[0], {}, reflected);
+    CellSharedPaths::Group group{PairWeights::BALANCE, true, {&capture.links[0]}, {1.0f}, {&reflected}};
     paths.share(group, scratch);
     EXPECT_FLOAT_EQ(reflected.sum.g, reflected.own.g);
     found += reflected.own.g > 0.0f;

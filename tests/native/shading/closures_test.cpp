@@ -192,6 +192,65 @@ TEST(Closures, SingleLobeNodes) {
   EXPECT_GT(mean_albedo(Op::CLOSURE_SHEEN, {one, one, grey(1.0f), n}), 0.2);
 }
 
+struct NamedClosure {
+  const char* name;
+  Op op;
+  Inputs inputs;
+};
+
+/// Everything with a diffuse lobe.
+std::vector<NamedClosure> diffuse_closures() {
+  Inputs plain = principled(), coated = principled(), velvet = principled(), mixed = principled(), clay = principled();
+  coated[COAT] = grey(0.8f), coated[COAT_TINT] = {0.9f, 0.6f, 0.4f};
+  velvet[SHEEN] = grey(0.7f);
+  mixed[METALLIC] = mixed[TRANSMISSION] = grey(0.4f);
+  clay[DIFFUSE_ROUGHNESS] = grey(1.0f), clay[LEVEL] = grey(0.0f);
+  const Vec3 one = grey(1.0f), leaf{0.2f, 0.7f, 0.1f}, n = kTestNormal;
+  return {{"plain", Op::CLOSURE_PRINCIPLED, plain},
+          {"coated", Op::CLOSURE_PRINCIPLED, coated},
+          {"velvet", Op::CLOSURE_PRINCIPLED, velvet},
+          {"mixed", Op::CLOSURE_PRINCIPLED, mixed},
+          {"clay", Op::CLOSURE_PRINCIPLED, clay},
+          {"Lambert", Op::CLOSURE_DIFFUSE, {one, leaf, grey(0.0f), n}},
+          {"Oren-Nayar", Op::CLOSURE_DIFFUSE, {one, leaf, grey(0.7f), n}},
+          {"translucent", Op::CLOSURE_TRANSLUCENT, {one, leaf, n}}};
+}
+
+/// Light that arrives at random, from both sides.
+template <class Check>
+void for_directions(const Check& check) {
+  Rng rng(10, 0, 0, 0);
+  for (int i = 0; i < 200; ++i) check(square_to_sphere(rng.next_vec2()));
+}
+
+TEST(Closures, TheEvenPartDoesNotKnowTheView) {
+  for (const auto& [name, op, inputs] : diffuse_closures()) {
+    const Bsdf head_on = build(op, inputs, make_point(1.0f));
+    for (const float cosine : {0.9f, 0.4f, 0.05f}) {
+      const Bsdf bsdf = build(op, inputs, make_point(cosine));
+      EXPECT_EQ(bsdf.even_shade, head_on.even_shade) << name;
+      for_directions([&](Vec3 wi) {
+        const BsdfEvaluation f = evaluate_bsdf(bsdf, wi);
+        EXPECT_EQ(f.even_cos, evaluate_bsdf(head_on, wi).even_cos) << name;
+        EXPECT_TRUE(is_black(f.even_cos) || f.pdf > 0.0f) << name;
+      });
+    }
+  }
+}
+
+/// Else what is left to the finder of a sample point would often be negative.
+TEST(Closures, TheEvenPartIsMostOfDiffuseLobesAndSeldomMore) {
+  for (const auto& [name, op, inputs] : diffuse_closures()) {
+    for (const float cosine : {1.0f, 0.7f, 0.4f, 0.2f}) {
+      const Bsdf bsdf = build(op, inputs, make_point(cosine));
+      const Lobe& diffuse = bsdf.lobes[static_cast<size_t>(bsdf.count - 1)];
+      const float even = diffuse.even.g * even_transmittance(bsdf.even_shade, cosine) / diffuse.weight.g;
+      EXPECT_LT(even, 1.12f) << name << cosine;
+      EXPECT_GT(even, 0.7f) << name << cosine;
+    }
+  }
+}
+
 TEST(Closures, NegligibleWeightsLeaveNothing) {
   Inputs in = principled();
   in[WEIGHT] = grey(1e-6f);
