@@ -29,6 +29,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             pixel_footprint(scene->camera, settings.width, settings.height),
             records_surfaces(settings.passes),
             scatter_kinds_matter(*scene, settings.limits),
+            emitters_tell_kinds(*scene),
             learning ? learning->use() : nullptr,
             guiding ? guiding->use() : nullptr},
       context{settings, paths, filter, learning.get(), guiding.get()} {}

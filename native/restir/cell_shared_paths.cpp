@@ -28,10 +28,9 @@ PairResponse respond_plainly(const VisiblePoint& vertex, Vec3 wi, FoundKind kind
   return {f_cos, f_cos, pdf};
 }
 
-PairResponse respond(const Bsdf& bsdf, Vec3 wi, FoundKind kind) {
-  const BsdfEvaluation f = evaluate_bsdf(bsdf, wi);
-  const float share = kind_share(f, kind);
-  return {f.rough_cos * share, even_part(f.even_cos, kind), f.pdf * share};
+PairResponse respond(const PathContext& context, const Bsdf& bsdf, Vec3 wi, FoundKind kind) {
+  const BsdfEvaluation f = evaluate_kind(context, bsdf, wi, kind);
+  return {f.rough_cos, even_part(f.even_cos, kind), f.pdf};
 }
 
 /// Radiance that a divided sample sends along a connection.
@@ -102,12 +101,12 @@ void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) con
 }
 
 CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf,
-                                                             const PathSample& sample) {
+                                                             const PathSample& sample) const {
   const VisiblePoint& from = group.links[receiver]->from;
   const std::optional<PathConnection> way = connect(from, sample);
   if (!way) return {};
   const PairResponse f =
-      bsdf.scatters() ? respond(bsdf, way->wi, sample.kind) : respond_plainly(from, way->wi, sample.kind);
+      bsdf.scatters() ? respond(context_, bsdf, way->wi, sample.kind) : respond_plainly(from, way->wi, sample.kind);
   if (is_black(f.f_cos) || f.pdf == 0.0f) return {};  // its BSDF sampling never makes this link
   float density = f.pdf * way->geometry;
   if (group.weights == PairWeights::TARGETS)

@@ -108,7 +108,7 @@ class CellSharedPaths {
  private:
   void prepare_vertices(const Group& group, Scratch& scratch) const;
   void share_sample(Group& group, size_t finder, Scratch& scratch) const;
-  static Scratch::Pair connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf, const PathSample& sample);
+  Scratch::Pair connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf, const PathSample& sample) const;
   void trace_pairs(const Group& group, size_t finder, Scratch& scratch) const;
   static float finder_weight(PairWeights weights, size_t finder, const Scratch& scratch);
 

@@ -47,14 +47,24 @@ Rgb sent_radiance_guess(const PathSample& sample, Vec3 wo) {
   return sent + response.f_cos * continuation.radiance * share;
 }
 
-}  // namespace
-
+/// Of a kind of scattering in the density of a direction.
 float kind_share(const BsdfEvaluation& evaluation, FoundKind kind) {
   if (kind == 0) return 1.0f;
   float pdf = 0.0f;
   for (const ScatterKind k : {ScatterKind::DIFFUSE, ScatterKind::GLOSSY, ScatterKind::TRANSMISSION})
     if (ray_kind(k) == kind) pdf = evaluation.pdf_by_kind[static_cast<size_t>(k)];
   return evaluation.pdf > 0.0f ? pdf / evaluation.pdf : 0.0f;
+}
+
+}  // namespace
+
+BsdfEvaluation evaluate_kind(const PathContext& context, const Bsdf& bsdf, const Vec3& wi, FoundKind kind) {
+  const bool is_divided = kind != 0 && context.divides_kinds;
+  BsdfEvaluation evaluation = evaluate_bsdf(bsdf, wi, is_divided ? kind : uint8_t{kVisibleToAll});
+  const float share = kind_share(evaluation, kind);
+  evaluation.pdf *= share;
+  if (!is_divided) evaluation.rough_cos *= share;
+  return evaluation;
 }
 
 std::optional<PathConnection> connect(const VisiblePoint& visible, const PathSample& sample) {
@@ -80,8 +90,7 @@ Rgb sent_radiance(const PathContext& context, const PathSample& sample, const Pa
   if (!is_black(light.radiance))
     sent += evaluate_bsdf(bsdf, light.wi, sample.light_visibility).rough_cos * light.radiance;
   if (is_black(continuation.radiance)) return sent;
-  const BsdfEvaluation onwards = evaluate_bsdf(bsdf, continuation.wi);
-  return sent + onwards.rough_cos * continuation.radiance * kind_share(onwards, continuation.kind);
+  return sent + evaluate_kind(context, bsdf, continuation.wi, continuation.kind).rough_cos * continuation.radiance;
 }
 
 float path_target(const VisiblePoint& visible, const PathSample& sample, PathTarget target, Reflection reflection) {
@@ -127,12 +136,11 @@ Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, cons
   const std::optional<PathConnection> way = connect(visible, sample);
   if (!way) return {};
   const Bsdf bsdf = evaluate_material(context.scene, visible);
-  const BsdfEvaluation evaluation = evaluate_bsdf(bsdf, way->wi);
-  const Rgb response = evaluation.rough_cos * kind_share(evaluation, sample.kind);
-  if (is_black(response) || evaluation.pdf == 0.0f) return {};  // no path leaves where BSDF sampling has no density
+  const BsdfEvaluation f = evaluate_kind(context, bsdf, way->wi, sample.kind);
+  if (is_black(f.rough_cos) || f.pdf == 0.0f) return {};  // no path leaves where BSDF sampling has no density
   const Rgb sent =
       reflection == Reflection::AS_FOUND ? sample.radiance_as_found() : sent_radiance(context, sample, *way);
-  const Rgb reflected = visible.throughput * response * sent * way->geometry;
+  const Rgb reflected = visible.throughput * f.rough_cos * sent * way->geometry;
   return is_black(reflected) ? reflected : reflected * path_transmittance(context, visible, sample);
 }
 

@@ -34,8 +34,10 @@ std::optional<PathConnection> connect(const VisiblePoint& visible, const PathSam
 /// Radiance that the rough lobes of a sample point send along a connection, by its true BSDF.
 Rgb sent_radiance(const PathContext& context, const PathSample& sample, const PathConnection& way);
 
-/// Share of a kind of scattering in the density of a direction, which links found with that kind must be weighed by.
-float kind_share(const BsdfEvaluation& evaluation, FoundKind kind);
+/// What a kind of ray makes of a direction: `pdf` is the part of the density by lobes of that kind, `rough_cos` what
+/// such rays carry in the mean, per density: the share of the kind in all that is scattered, or by its own lobes alone
+/// (PathContext::divides_kinds).
+BsdfEvaluation evaluate_kind(const PathContext& context, const Bsdf& bsdf, const Vec3& wi, FoundKind kind);
 
 /// Target of a path sample at a visible point, by the Receivers of both ends; zero across a surface. Up to a factor
 /// that all points have in common it does not depend on who found the sample.

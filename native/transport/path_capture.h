@@ -8,7 +8,8 @@
 namespace cistern {
 
 /// A kind of scattering, where PathContext::tells_kinds: one RayVisibility bit. Densities of what was found are then
-/// those of lobes of this kind, and what others make of it is their share of the kind in BSDF sampling. 0: any kind.
+/// those of lobes of this kind, and what others make of it is their share of the kind in BSDF sampling, or with
+/// PathContext::divides_kinds what their lobes of this kind scatter. 0: any kind.
 using FoundKind = uint8_t;
 /// What rays of that kind find of an even part: its lobes scatter diffusely.
 inline Rgb even_part(Rgb even_cos, FoundKind kind) { return kind == kVisibleToGlossy ? Rgb() : even_cos; }

@@ -11,6 +11,15 @@ bool tells_kinds(uint8_t visibility) {
   return (visibility & kScattered) != 0 && (visibility & kScattered) != kScattered;
 }
 
+bool may_emit(const Scene& scene, const Instance& instance) {
+  if (instance.mesh < 0) return false;
+  const auto emits = [&](int material) {
+    const auto& program = scene.materials[static_cast<size_t>(material)];
+    return program && program->may_emit;
+  };
+  return std::ranges::any_of(scene.material_sets[static_cast<size_t>(instance.material_set)], emits);
+}
+
 }  // namespace
 
 bool scatter_kinds_matter(const Scene& scene, const PathLimits& limits) {
@@ -21,6 +30,17 @@ bool scatter_kinds_matter(const Scene& scene, const PathLimits& limits) {
   if (is_told(scene.environment)) return true;
   return std::ranges::any_of(scene.materials,
                              [](const auto& material) { return material && material->reads_light_path; });
+}
+
+bool emitters_tell_kinds(const Scene& scene) {
+  if (tells_kinds(scene.environment.visibility)) return true;
+  const auto is_lamp = [](const Light& light) {
+    return !light.removed && light.use_mis && tells_kinds(light.visibility);
+  };
+  const auto is_surface = [&](const Instance& instance) {
+    return tells_kinds(instance.visibility) && may_emit(scene, instance);
+  };
+  return std::ranges::any_of(scene.lights, is_lamp) || std::ranges::any_of(scene.instances, is_surface);
 }
 
 }  // namespace cistern

@@ -51,6 +51,8 @@ struct PathContext {
   bool record_surfaces = true;
   /// Whether reuse has to tell diffuse, glossy and transmitted rays apart: scatter_kinds_matter.
   bool tells_kinds = false;
+  /// Whether rays of a kind carry what lobes of that kind scatter, and not their share of all: emitters_tell_kinds.
+  bool divides_kinds = false;
   /// Null: the light set chooses everywhere.
   const LearnedLightUse* learned = nullptr;
   /// Null: directions are those of BSDFs everywhere.
@@ -60,5 +62,11 @@ struct PathContext {
 /// Whether what a scattered ray meets, or how far its path goes on, depends on the kind of its scattering: by ray
 /// visibility, bounce limits or materials that read the path.
 bool scatter_kinds_matter(const Scene& scene, const PathLimits& limits);
+
+/// Whether some emitter that scattered rays may meet is hidden from some kinds of them. Light samples of it reflect by
+/// lobes of the other kinds, f_V; rays that carry their share p_k / p of what all lobes scatter would find another
+/// integral, and multiple importance sampling of the two depends on its weights. So they carry f_k / p_k, whose sum
+/// over the kinds is f_V. Weights, which are those of all kinds together, stay as they are.
+bool emitters_tell_kinds(const Scene& scene);
 
 }  // namespace cistern

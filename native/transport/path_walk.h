@@ -193,8 +193,9 @@ class Walk {
 
   bool scatter(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
     const auto [u_lobe, u_direction] = sampler_.scattering(state_.depth);
-    const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u_lobe, u_direction);
+    std::optional<BsdfSample> sample = sample_bsdf(bsdf, u_lobe, u_direction);
     if (!sample) return false;
+    if (context_.divides_kinds && !sample->is_delta) carry_own_kind(bsdf, *sample);
     if constexpr (Kind::learns) {
       if (scratch_.trains_guide)
         remember_direction(context_, point, bsdf, *sample, throughput_.total(), learning_.gathered, scratch_);
@@ -231,6 +232,13 @@ class Walk {
     ray_.t_max = INFINITY;
     travelled_ = 0.0f;
     return true;
+  }
+
+  /// Makes its weights f_k cos / p_k; see emitters_tell_kinds.
+  static void carry_own_kind(const Bsdf& bsdf, BsdfSample& sample) {
+    const BsdfEvaluation f = evaluate_bsdf(bsdf, sample.wi, ray_kind(sample.kind));
+    sample.rough_weight = f.rough_cos / sample.kind_pdf;
+    sample.smooth_weight = f.smooth_cos / sample.kind_pdf;
   }
 
   void leave_captured_vertex(const BsdfSample& sample, float p_scatter) {

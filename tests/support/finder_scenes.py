@@ -11,7 +11,7 @@ from collections.abc import Callable
 import cistern_core as core
 import numpy as np
 
-from tests.support.core_scenes import CAMERA, VISIBLE_TO_ALL, Color, SceneDescription, principled
+from tests.support.core_scenes import CAMERA, SHADOW, TRANSMISSION, VISIBLE_TO_ALL, Color, SceneDescription, principled
 from tests.support.direct_light_scenes import NOT_TO_CAMERA, point_on, transparent
 from tests.support.path_scenes import room
 
@@ -272,4 +272,17 @@ def lamp_that_counts_bounces() -> core.Scene:
     scene = SceneDescription()
     room(scene)
     scene.add_quad((-0.6, -0.6, 1.9), (0, 1.2, 0), (1.2, 0, 0), p)
+    return scene.snapshot()
+
+
+def plastic_below_lamp(seen_by: int, use_mis: bool) -> core.Scene:
+    """Red plastic with white highlights in the light of a panel that only some kinds of scattered rays see; without MIS
+    light samples alone find it."""
+    scene = SceneDescription()
+    scene.add_quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), principled((0.9, 0.05, 0.05), specular=1.0, roughness=0.4))
+    scene.builder.add_area_light(
+        "panel", (0, 0, 0.6), (1.6, 0, 0), (0, 1.6, 0), (0, 0, -1), (1, 1, 1),
+        visibility=seen_by | TRANSMISSION | SHADOW, use_mis=use_mis,
+    )  # fmt: skip
+    scene.set_camera((0, -2, 1.2), (0, 0, 0), half_width=0.3)
     return scene.snapshot()

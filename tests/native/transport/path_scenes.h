@@ -118,11 +118,18 @@ class Tracer {
       : scene_(scene.builder.snapshot()),
         accel_(Accel::build(scene_)),
         lights_(scene_, LightSampling::POWER),
-        context_{*scene_, *accel_, lights_, limits, {}, true, scatter_kinds_matter(*scene_, limits)} {}
+        context_{*scene_,
+                 *accel_,
+                 lights_,
+                 limits,
+                 {},
+                 true,
+                 scatter_kinds_matter(*scene_, limits),
+                 emitters_tell_kinds(*scene_)} {}
 
   const PathContext& context() const { return context_; }
   /// Planted: reuse as if kinds of scattering were all the same.
-  void forget_kinds() { context_.tells_kinds = false; }
+  void forget_kinds() { context_.tells_kinds = context_.divides_kinds = false; }
 
   PathMeans trace(Vec3 origin, Vec3 direction, int paths = 1, uint64_t seed = 1) const {
     PathMeans means;
