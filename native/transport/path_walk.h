@@ -142,8 +142,9 @@ class Walk {
   void add_surface_emission(const SurfacePoint& point, Rgb emission);
   void add_environment();
 
-  /// State of the ray towards a light. Of several kinds of scattering the strongest stands for all: a light that tells
-  /// diffuse from glossy rays is then seen a little differently by next-event estimation than by scattered rays.
+  /// State of the ray towards a light. Of several kinds of scattering the strongest stands for all: a light whose
+  /// material tells diffuse from glossy rays is then another to next-event estimation than to scattered rays, and what
+  /// the two add up to depends on their weights.
   PathState scattered_state(const Bsdf& bsdf) const;
   void add_light_samples(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter);
   void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter);
