@@ -13,19 +13,22 @@ namespace {
 /// Each made with and without: of the same random numbers, so that noise that both have decides nothing.
 constexpr uint32_t kFrames = 4;
 constexpr uint64_t kTrialSeed = 0x747269616c;
-constexpr int kBox = 4;
+/// Visible points of a picture share within cells twice as wide as a block, so that half as many pixels of a box have
+/// light from the same group as in a block: boxes of two pixels show here what boxes of four do there.
+constexpr int kBox = 2;
 
-/// Samples that are shared take so many times as long as plain ones, about (seven scenes of the scoreboard): 1.7 to 2.4
-/// and, where materials are glossy and light is everywhere, 2.9; with next vertices alone 1.3 to 2.0.
+/// Samples that are shared take so many times as long as plain ones, about (seven scenes of the scoreboard): 1.6
+/// to 2.2; with next vertices alone 1.2 to 1.7.
 constexpr double kCost = 2.0, kCostOfNextVertices = 1.5;
 
 /// Standard errors by which a way must be better to count as such. Ways that do less have to prove that it is enough:
-/// rare light is what few frames do not show, and then neither way is surely better. (Eleven scenes, three seeds: below
-/// -1.1 where paths alone are better, above 0.9 where sharing is.)
+/// rare light is what few frames do not show, and then neither way is surely better. (Ten scenes, three seeds, all
+/// vertices: below -1.0 where paths alone are better, above 0.2 where sharing is; but -1.9 to -2.3 in a bright interior
+/// where sharing gains 1.2, as a trial has fewer pixels to share among than the picture.)
 constexpr double kSure = 0.5;
 
-/// Of the time of the picture's samples, at most about.
-constexpr double kTimeShare = 0.05;
+/// Of the time of the picture's samples, at most about; the second where so little time would not decide.
+constexpr double kTimeShare = 0.05, kMostTimeShare = 0.15;
 /// Samples of long renders count no more than so many: a time limit may come first.
 constexpr int kMostSamples = 256;
 /// With fewer, chance decides; more know no better.
@@ -35,8 +38,8 @@ int block_side(int pixels) { return std::min(pixels, 16); }
 
 double pixel_budget(const Settings& s) {
   const double pixels = static_cast<double>(s.region.width) * s.region.height;
-  const double samples_of_pixel = kFrames * (1.0 + kCost);
-  return std::min({pixels, kMostPixels, kTimeShare * pixels * std::min(s.samples, kMostSamples) / samples_of_pixel});
+  const double all = pixels * std::min(s.samples, kMostSamples) / (kFrames * (1.0 + kCost));
+  return std::min({pixels, kMostPixels, std::max(kTimeShare * all, std::min(kLeastPixels, kMostTimeShare * all))});
 }
 
 /// Blocks at even distances.
