@@ -182,7 +182,7 @@ PRESET_ITEMS = (
     (
         "INTERACTIVE",
         "Interactive",
-        "The best picture after a short time: light and paths are carried over to the next sample as well",
+        "Final without a trial, with light paths that are also carried over to the next sample and the next view",
     ),
     ("PATH_TRACING", "Path Tracing", "Each pixel by itself, as the reference that all else is measured against"),
     ("RIS", "RIS [Talbot 2005]", "Resampled importance sampling: the best of 8 light samples, nothing is reused"),
@@ -224,7 +224,7 @@ _PATHS = {
 }
 _FINAL = _PATHS | {"indirect": "CELL_SHARED"}
 _HISTORY = _PATHS | {"use_temporal_reuse": True}
-_INTERACTIVE = _HISTORY | {"direct": "RESTIR", "light_candidates": 4, "indirect": "CELL_SHARED"}
+_INTERACTIVE = _HISTORY | {"indirect": "CELL_SHARED"}
 _REUSING = _HISTORY | {"light_sampler": "POWER"}
 
 # What each preset chooses; what it does not name keeps its default.

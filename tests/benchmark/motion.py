@@ -34,7 +34,7 @@ SYSTEMS: dict[str, dict] = {
     "ReSTIR": dict(direct="RESTIR"),
     "ReSTIR, ReSTIR GI": dict(direct="RESTIR", secondary="CELL_RESERVOIRS", indirect="SCREEN_REUSE"),
     "ReSTIR, world-space paths": dict(direct="RESTIR", secondary="CELL_RESERVOIRS", indirect="WORLD_REUSE"),
-    "Interactive (ours)": dict(direct="RESTIR", indirect="CELL_SHARED"),
+    "Interactive (ours)": dict(indirect="CELL_SHARED"),
 }
 VARIANTS = [(bias, history) for bias in ("UNBIASED", "FAST") for history in (True, False)]
 

@@ -143,7 +143,7 @@ def test_final_does_without_history_and_the_papers_presets_do_not(core, tmp_path
     ("preset", "direct", "bias", "sampler"),
     [
         ("FINAL", "NEE", "UNBIASED", "TREE"),
-        ("INTERACTIVE", "RESTIR", "UNBIASED", "TREE"),
+        ("INTERACTIVE", "NEE", "UNBIASED", "TREE"),
         ("PATH_TRACING", "NEE", "UNBIASED", "TREE"),
         ("RIS", "RIS", "UNBIASED", "POWER"),
         ("RESTIR_DI", "RESTIR", "UNBIASED", "POWER"),
@@ -184,7 +184,7 @@ def test_own_presets(core, tmp_path):
     fresh_scene()
     for preset, answers, has_history in (
         ("FINAL", ("NEE", "NEE", "CELL_SHARED"), False),
-        ("INTERACTIVE", ("RESTIR", "NEE", "CELL_SHARED"), True),
+        ("INTERACTIVE", ("NEE", "NEE", "CELL_SHARED"), True),
     ):
         bpy.ops.cistern.choose_preset(preset=preset)
         settings = rendered_settings(core, bpy.context.scene, tmp_path)
