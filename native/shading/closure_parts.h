@@ -63,7 +63,7 @@ template <class Model>
 float even_share(const Model&) {
   return 1.0f;
 }
-inline float even_share(const OrenNayarLobe& lobe) { return kPi * lobe.a; }
+inline float even_share(const OrenNayarLobe& lobe) { return kPi * (lobe.a - 0.5f * lobe.b); }
 
 /// Appends a lobe whose albedo is its weight, unless that is negligible; `even` is what the weight would be whatever
 /// the view.

@@ -99,6 +99,8 @@ Remainder add_top_layers(Bsdf& bsdf, const Principled& p, Vec3 n, const SurfaceP
     rest.weight *= coat_transmittance(p, dot(point.wo, coat.n));
     rest.even *= coat_transmittance(p, kEvenCosine);
   }
+  const float strongest = std::max(p.coat(), max_component(p.sheen() * p.sheen_tint()));
+  if (strongest > 1.0f) rest.even = {};  // seen from some side there may be nothing left
   return rest;
 }
 

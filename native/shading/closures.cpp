@@ -87,8 +87,10 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
     case Op::CLOSURE_REFRACTION:
       return add_refraction(bsdf, inputs, point);
     case Op::CLOSURE_TRANSLUCENT: {
-      const Vec3 n = specular_normal(closure_normal(inputs[2], point), point);
-      return add_diffuse(bsdf, TranslucentLobe{n}, inputs[0].x * to_rgb(inputs[1]));
+      const Vec3 straight = closure_normal(inputs[2], point), n = specular_normal(straight, point);
+      const Rgb weight = inputs[0].x * to_rgb(inputs[1]);
+      const bool may_bend = straight != point.ng;  // towards some, who would find another lobe
+      return add_diffuse(bsdf, TranslucentLobe{n}, weight, may_bend ? Rgb() : weight);
     }
     case Op::CLOSURE_SHEEN:
       add_sheen(bsdf, closure_normal(inputs[3], point), clamp01(inputs[2].x), inputs[0].x * to_rgb(inputs[1]));

@@ -5,7 +5,7 @@
 namespace cistern {
 
 Rgb clamp_contribution(Rgb contribution, float limit) {
-  const float mean = average(contribution);
+  const float mean = std::abs(average(contribution));  // what is left of a shared sample may be less than nothing
   return limit > 0.0f && mean > limit ? contribution * (limit / mean) : contribution;
 }
 

@@ -62,7 +62,7 @@ PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& s
 float light_sample_share(const PathContext& context, float candidates, uint32_t emitter, float light_pdf,
                          float bsdf_pdf);
 
-/// A contribution scaled down to a mean over channels of at most `limit`; 0 means no limit.
+/// A contribution scaled down to a mean over channels of at most `limit`, or least -`limit`; 0 means no limit.
 Rgb clamp_contribution(Rgb contribution, float limit);
 
 /// Probability that a path scatters instead of passing straight through.

@@ -83,7 +83,7 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
   visible.footprint = point.footprint;
   visible.is_backface = point.is_backface;
   visible.exists = true;
-  visible.is_lambertian = bsdf.count == 1 && bsdf.even_shade == 0.0f &&
+  visible.is_lambertian = bsdf.count == 1 && bsdf.even_shade == 0.0f && bsdf.lobes[0].even == bsdf.lobes[0].weight &&
                           std::holds_alternative<LambertLobe>(bsdf.lobes[0].model) &&
                           !scene.materials[static_cast<size_t>(point.material)]->depends_on_view;
   if (visible.is_lambertian) visible.receiver.n = std::get<LambertLobe>(bsdf.lobes[0].model).n;  // without roundings

@@ -216,6 +216,22 @@ std::vector<NamedClosure> diffuse_closures() {
           {"translucent", Op::CLOSURE_TRANSLUCENT, {one, leaf, n}}};
 }
 
+/// Where layers leave nothing at some angles, or nothing but a tint.
+std::vector<NamedClosure> odd_closures() {
+  Inputs velvet = principled(), varnished = principled();
+  velvet[SHEEN] = grey(5.0f);
+  varnished[COAT] = varnished[COAT_IOR] = grey(1.0f), varnished[COAT_TINT] = {0.9f, 0.6f, 0.4f};
+  varnished[LEVEL] = grey(0.0f);
+  return {{"heavy velvet", Op::CLOSURE_PRINCIPLED, velvet}, {"varnished", Op::CLOSURE_PRINCIPLED, varnished}};
+}
+
+/// Its shading normal leans away from the viewer, as those of smooth meshes may: specular normals then bend.
+SurfacePoint leaning_point(float cosine) {
+  SurfacePoint point = make_point(cosine);
+  point.ng = normalize(kTestNormal + 0.6f * kFrame.s);
+  return point;
+}
+
 /// Light that arrives at random, from both sides.
 template <class Check>
 void for_directions(const Check& check) {
@@ -224,29 +240,33 @@ void for_directions(const Check& check) {
 }
 
 TEST(Closures, TheEvenPartDoesNotKnowTheView) {
-  for (const auto& [name, op, inputs] : diffuse_closures()) {
-    const Bsdf head_on = build(op, inputs, make_point(1.0f));
-    for (const float cosine : {0.9f, 0.4f, 0.05f}) {
-      const Bsdf bsdf = build(op, inputs, make_point(cosine));
-      EXPECT_EQ(bsdf.even_shade, head_on.even_shade) << name;
-      for_directions([&](Vec3 wi) {
-        const BsdfEvaluation f = evaluate_bsdf(bsdf, wi);
-        EXPECT_EQ(f.even_cos, evaluate_bsdf(head_on, wi).even_cos) << name;
-        EXPECT_TRUE(is_black(f.even_cos) || f.pdf > 0.0f) << name;
-      });
+  std::vector<NamedClosure> closures = diffuse_closures();
+  for (const NamedClosure& odd : odd_closures()) closures.push_back(odd);
+  for (const auto& [name, op, inputs] : closures) {
+    for (const auto& point_at : {make_point, leaning_point}) {
+      const Bsdf head_on = build(op, inputs, point_at(1.0f));
+      for (const float cosine : {0.9f, 0.4f, 0.05f}) {
+        const Bsdf bsdf = build(op, inputs, point_at(cosine));
+        EXPECT_TRUE(bsdf.even_shade == head_on.even_shade || is_black(bsdf.lobes[0].even)) << name;
+        for_directions([&](Vec3 wi) {
+          const BsdfEvaluation f = evaluate_bsdf(bsdf, wi);
+          EXPECT_EQ(f.even_cos, evaluate_bsdf(head_on, wi).even_cos) << name;
+          EXPECT_TRUE(is_black(f.even_cos) || f.pdf > 0.0f) << name;
+        });
+      }
     }
   }
 }
 
 /// Else what is left to the finder of a sample point would often be negative.
-TEST(Closures, TheEvenPartIsMostOfDiffuseLobesAndSeldomMore) {
+TEST(Closures, TheEvenPartIsMuchOfDiffuseLobesAndSeldomMore) {
   for (const auto& [name, op, inputs] : diffuse_closures()) {
     for (const float cosine : {1.0f, 0.7f, 0.4f, 0.2f}) {
       const Bsdf bsdf = build(op, inputs, make_point(cosine));
       const Lobe& diffuse = bsdf.lobes[static_cast<size_t>(bsdf.count - 1)];
       const float even = diffuse.even.g * even_transmittance(bsdf.even_shade, cosine) / diffuse.weight.g;
       EXPECT_LT(even, 1.12f) << name << cosine;
-      EXPECT_GT(even, 0.7f) << name << cosine;
+      EXPECT_GT(even, 0.35f) << name << cosine;
     }
   }
 }
