@@ -167,6 +167,15 @@ class ReuseSettings:
         min=0,
         max=MAX_GROUP,
     )
+    use_first_frame_history: BoolProperty(
+        name="History at First Sample Only",
+        description=(
+            "Carry paths over from picture to picture alone: the first sample of each takes up and leaves history, "
+            "later ones are independent, so that a view at rest clears faster. Not together with light reservoirs, "
+            "which need each sample"
+        ),
+        default=False,
+    )
     use_share_trial: BoolProperty(
         name="Only Where It Pays",
         description=(

@@ -157,6 +157,7 @@ PARAMETERS = (
     Parameter("path_source", {}, SCREEN_REUSE, "BSDF"),
     Parameter("path_multi_bounce", {}, SCREEN_REUSE, 1),
     Parameter("path_validation", {}, SCREEN_REUSE),
+    Parameter("use_first_frame_history", {}, CELL_SHARED),
     Parameter("share_visible", {}, CELL_SHARED, 16),
     Parameter("share_deep", {}, CELL_SHARED, 16),
     Parameter("use_share_trial", {}, CELL_SHARED, True),
@@ -182,7 +183,7 @@ PRESET_ITEMS = (
     (
         "INTERACTIVE",
         "Interactive",
-        "Final without a trial, with light paths that are also carried over to the next sample and the next view",
+        "Final without a trial, and the first sample of each view takes up light paths of the views before",
     ),
     ("PATH_TRACING", "Path Tracing", "Each pixel by itself, as the reference that all else is measured against"),
     ("RIS", "RIS [Talbot 2005]", "Resampled importance sampling: the best of 8 light samples, nothing is reused"),
@@ -224,7 +225,7 @@ _PATHS = {
 }
 _FINAL = _PATHS | {"indirect": "CELL_SHARED"}
 _HISTORY = _PATHS | {"use_temporal_reuse": True}
-_INTERACTIVE = _HISTORY | {"indirect": "CELL_SHARED"}
+_INTERACTIVE = _HISTORY | {"indirect": "CELL_SHARED", "use_first_frame_history": True}
 _REUSING = _HISTORY | {"light_sampler": "POWER"}
 
 # What each preset chooses; what it does not name keeps its default.

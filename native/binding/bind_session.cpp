@@ -135,6 +135,8 @@ std::map<std::string, Setter> make_reuse_setters() {
        }},
       {"light_candidates", reuse(&DirectReuse::light_candidates)},
       {"temporal_reuse", set_temporal_reuse},
+      {"first_frame_history",
+       [](Settings& s, const py::handle& value) { s.path_sharing.first_frame_history = value.cast<bool>(); }},
       {"confidence_cap", reuse(&DirectReuse::confidence_cap)},
       {"spatial_reuse", reuse(&DirectReuse::spatial_reuse)},
       {"path_spatial_reuse",

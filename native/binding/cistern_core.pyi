@@ -216,6 +216,7 @@ class Settings:
     # Of CELL_SHARED: how many vertices share their paths, at the visible point and at the next one; 1: not there, 0: 16.
     share_visible: int
     share_deep: int
+    first_frame_history: bool  # with temporal_reuse: of the first frame alone, unless reservoirs are in use
     share_trial: bool  # whether a trial before the first sample decides if sharing pays
     share_visible_pixels: float  # edge of the cells that bound groups, in pixels
     share_deep_pixels: float

@@ -12,8 +12,9 @@ class BandedFrame {
  public:
   explicit BandedFrame(const FrameContext& context);
 
-  /// Whether these settings want such frames.
+  /// Whether these settings want such frames: all of them, or all but the first one.
   static bool is_for(const Settings& settings);
+  static bool is_for_later_frames(const Settings& settings);
 
   /// Adds a frame to the film; bands that are not reached when stopped early miss it. True if it was finished.
   bool render(uint32_t frame, Film& film, const StopCondition& stop);
@@ -22,7 +23,8 @@ class BandedFrame {
  private:
   void add_band(int first_row, size_t pixels, uint32_t frame, Film& film);
 
-  const FrameContext& context_;
+  const Settings settings_;  // without history
+  const FrameContext context_;
   int rows_;  // of a band
   SharedPixels band_;
 };

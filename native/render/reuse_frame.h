@@ -36,6 +36,8 @@ class ReuseFrame {
   /// Where the history comes from: `world`, once a frame was finished.
   const std::shared_ptr<const RenderWorld>& history_world() const { return source_ ? source_->world() : world_; }
 
+  /// The number of the next frame.
+  uint32_t next_frame() const { return next_frame_; }
   /// Of its own, not of one taken over.
   bool has_finished_frame() const { return has_finished_frame_; }
 

@@ -111,7 +111,7 @@ void Session::run() {
       }
       reuse = make_reuse_frame(world, cache_cells);
       std::optional<BandedFrame> banded;
-      if (BandedFrame::is_for(world->settings)) banded.emplace(world->context);
+      if (BandedFrame::is_for_later_frames(world->settings)) banded.emplace(world->context);
       {
         std::lock_guard lock(mutex_);
         progress_.memory_bytes = memory_bytes(*scene_) + world->accel->memory_bytes() + world->lights->memory_bytes() +
@@ -144,7 +144,7 @@ Settings Session::decided_settings(const std::shared_ptr<const Accel>& accel,
 
 bool Session::keeps_history() const { return settings_.keep_history && settings_.has_temporal_reuse(); }
 
-/// Null for the reference path tracer and for banded frames.
+/// Null for the reference path tracer and where all frames are banded.
 std::unique_ptr<ReuseFrame> Session::make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,
                                                       std::shared_ptr<const LightCacheCells> cache_cells) {
   if (!ReuseFrame::is_needed(settings_) || BandedFrame::is_for(settings_)) return nullptr;
@@ -168,10 +168,12 @@ void Session::leave_history(std::unique_ptr<ReuseFrame> frame) {
   if (keeps_history() && has_history) cache_->leave_history(std::move(frame));
 }
 
-/// Both null: by the reference path tracer, whose frames come in batches.
+/// Both: the first frame by `reuse`, all others by `banded`. Neither: by the reference path tracer, whose frames come
+/// in batches.
 void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame* banded) {
   const auto frames = static_cast<uint32_t>(settings_.samples);
   const size_t fixed_memory = progress_.memory_bytes;
+  const uint32_t first_number = reuse ? reuse->next_frame() : 0;  // later renders know the first frame alone
   // Every pixel gets at least one sample: the limit holds from the second frame on.
   StopCondition stop{cancelled_, Clock::time_point::max()};
   const auto limit = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.time_limit));
@@ -181,9 +183,10 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame
     if (context.learning) batch = std::min(batch, context.learning->frames_to_update(frame));
     if (context.guiding) batch = std::min(batch, context.guiding->frames_to_update(frame));
     const Clock::time_point batch_start = Clock::now();
-    if (!(reuse    ? reuse->render(*film_, stop)
-          : banded ? banded->render(frame, *film_, stop)
-                   : render_frames(context, frame, batch, *film_, stop)))
+    const bool is_banded = banded && (frame > 0 || !reuse);
+    if (!(is_banded ? banded->render(first_number + frame, *film_, stop)
+          : reuse   ? reuse->render(*film_, stop)
+                    : render_frames(context, frame, batch, *film_, stop)))
       break;
     const double batch_seconds = seconds_since(batch_start);
     frame += batch;
@@ -197,16 +200,12 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame
       last_frame_ = Clock::now();
       if (reuse) {
         progress_.non_finite_weights = reuse->non_finite_weights();
-        progress_.memory_bytes = fixed_memory + reuse->memory_bytes();
         progress_.stage_seconds = reuse->stage_times().seconds();
       }
-      if (banded) progress_.memory_bytes = fixed_memory + banded->memory_bytes();
-      if (context.learning || context.guiding) {
-        const size_t of_frame = reuse ? reuse->memory_bytes() : (banded ? banded->memory_bytes() : 0);
-        progress_.memory_bytes = fixed_memory + of_frame;
-        if (context.learning) progress_.memory_bytes += context.learning->memory_bytes();
-        if (context.guiding) progress_.memory_bytes += context.guiding->memory_bytes();
-      }
+      progress_.memory_bytes = fixed_memory + (reuse ? reuse->memory_bytes() : 0) +
+                               (banded ? banded->memory_bytes() : 0) +
+                               (context.learning ? context.learning->memory_bytes() : 0) +
+                               (context.guiding ? context.guiding->memory_bytes() : 0);
       publish_now = wants_pixels_ && frame < frames;
     }
     if (publish_now) publish();

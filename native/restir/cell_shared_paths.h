@@ -27,6 +27,9 @@ struct PathSharing {
   /// Whether visible points merge what they find with the history of their pixel before they share it; what they are
   /// handed then does not become history. Better single frames, which are no longer independent.
   bool temporal_reuse = true;
+  /// Whether only the first frame of a render does so and is remembered: those after it are independent, cost less, and
+  /// their mean has no error in common. Not where light is resampled by reservoirs, which need frame after frame.
+  bool first_frame_history = false;
   SharingCells visible{.pixels = 32.0f, .smallest = 1e-3f};      // visible points
   SharingCells deep{.pixels = 96.0f, .smallest = 1.0f / 64.0f};  // next vertices
   /// Whether a trial before the first frame may find that sharing is not worth its time here; not with history.

@@ -56,7 +56,11 @@ def test_parameters_of_the_system_reach_the_core(core, tmp_path, direct):
         ("secondary", "CELL_RESERVOIRS", {"temporal_reuse"}),
         ("indirect", "SCREEN_REUSE", {"temporal_reuse", "path_spatial_reuse"}),
         ("indirect", "WORLD_REUSE", {"temporal_reuse", "path_spatial_reuse"}),
-        ("indirect", "CELL_SHARED", {"temporal_reuse", "share_visible", "share_deep", "share_trial"}),
+        (
+            "indirect",
+            "CELL_SHARED",
+            {"temporal_reuse", "first_frame_history", "share_visible", "share_deep", "share_trial"},
+        ),
     ],
 )
 def test_answers_about_later_points_reach_the_core_with_their_switches_alone(
@@ -189,7 +193,8 @@ def test_own_presets(core, tmp_path):
         bpy.ops.cistern.choose_preset(preset=preset)
         settings = rendered_settings(core, bpy.context.scene, tmp_path)
         assert (settings["direct"], settings["secondary"], settings["indirect"]) == answers
-        assert settings["temporal_reuse"] is has_history and settings["bias"] == "UNBIASED"
+        assert settings["temporal_reuse"] is settings["first_frame_history"] is has_history
+        assert settings["bias"] == "UNBIASED"
 
 
 def test_the_printed_preset_of_ouyang(core, tmp_path):

@@ -149,7 +149,7 @@ def test_techniques_are_menus_under_custom_and_read_out_under_a_preset(preset):
         ("secondary", "CELL_RESERVOIRS", 1),
         ("indirect", "SCREEN_REUSE", 6),
         ("indirect", "WORLD_REUSE", 3),
-        ("indirect", "CELL_SHARED", 4),
+        ("indirect", "CELL_SHARED", 5),
     ],
 )
 def test_advanced_shows_what_the_system_uses(question, answer, count):

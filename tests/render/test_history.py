@@ -161,6 +161,38 @@ def test_two_sessions_make_the_frames_of_one(system: str, threads: int) -> None:
     np.testing.assert_allclose(mean, color(one), rtol=1e-5, atol=1e-6)
 
 
+CELLS = dict(indirect="CELL_SHARED")
+
+
+def test_first_frames_alone_may_have_history() -> None:
+    """They look at it and leave it; the others are those of independent frames. Planted bug: all have it."""
+    scene = scenes("nothing")[0]
+
+    def last(*renders: dict) -> NDArray:
+        cache = core.RenderCache()
+        return [color(run(scene, cache, **CELLS | dict(first_frame_history=True) | more)) for more in renders][-1]
+
+    def later_frames(*history: dict, **more) -> NDArray:
+        return 4.0 * last(*history, dict(samples=4) | more) - last(*history, dict(samples=1) | more)
+
+    independent = later_frames(temporal_reuse=False)
+    np.testing.assert_allclose(later_frames(), independent, rtol=1e-4, atol=1e-5)
+    assert not np.allclose(later_frames(first_frame_history=False), independent, rtol=1e-2, atol=1e-2)
+    one, many = dict(samples=1), dict(samples=5)
+    assert np.array_equal(last(many, one), last(one, one))
+    assert not np.array_equal(last(one, one), last(one))
+
+
+def test_reservoirs_of_light_keep_the_history_of_all_frames() -> None:
+    scene = scenes("nothing")[0]
+    for system in (dict(direct="RESTIR"), dict(secondary="CELL_RESERVOIRS")):
+        first, all_frames = (
+            color(run(scene, None, samples=3, **CELLS | system, first_frame_history=is_first))
+            for is_first in (True, False)
+        )
+        assert np.array_equal(first, all_frames)
+
+
 def test_equal_scenes_made_anew_keep_the_history_of_lights() -> None:
     """Planted bug for the test above as well: without history, reservoirs differ."""
     first, cache = run(scenes("nothing")[0], core.RenderCache()), core.RenderCache()
