@@ -85,8 +85,8 @@ TEST(SharingTrial, StoppedItDecidesNothing) {
 TEST(SharingTrial, IsLeftOutWhereNobodyAsksForItAndOfSmallPictures) {
   EXPECT_TRUE(SharingTrial::is_for(on_trial()));
   EXPECT_TRUE(SharingTrial::is_for(for_a_denoiser(on_trial())));
-  EXPECT_TRUE(SharingTrial::is_for(on_trial(20))) << "an eighth of the time";
-  EXPECT_FALSE(SharingTrial::is_for(on_trial(16))) << "a sixth of the time";
+  EXPECT_TRUE(SharingTrial::is_for(on_trial(40))) << "an eighth of the time";
+  EXPECT_FALSE(SharingTrial::is_for(on_trial(32))) << "a sixth of the time";
   Settings s = on_trial();
   s.path_sharing.on_trial = false;
   EXPECT_FALSE(SharingTrial::is_for(s));
