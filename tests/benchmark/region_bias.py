@@ -4,8 +4,8 @@
 
 Path tracing and sharing render the same paths, seed by seed. Their difference in each of 4 x 3 regions has the mean
 zero if sharing is unbiased; a t-test over the batches tells, with a false-alarm rate of 1 % for a scene and system.
-FAST, equal weights in place of the densities, is there to be seen failing. Final learns its lights and takes other
-samples: it is compared with path tracing of other seeds, as the noise of both allows.
+FAST, equal weights in place of the densities, is there to be seen failing. Final, which decides by a trial where to
+share, is compared with path tracing of other seeds, as the noise of both allows.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from tests.support.statistics import Comparison, block_means, compare_replicas, 
 ROWS, COLUMNS = 3, 4
 SHARED = {"indirect": "CELL_SHARED", "temporal_reuse": False}
 PAIRED = {"sharing": SHARED, "sharing, FAST": SHARED | {"bias": "FAST"}}
-FINAL = SHARED
+FINAL = SHARED | {"share_trial": True}
 
 
 def region_means(sessions: Sessions, arguments: argparse.Namespace, first_seed: int, **settings: str) -> NDArray:
