@@ -6,6 +6,7 @@
 
 #include "shading/bsdf_statistics.h"
 #include "shading/closure_parts.h"
+#include "transport/visible_points.h"
 
 namespace cistern::test {
 namespace {
@@ -267,6 +268,23 @@ TEST(Closures, TheEvenPartIsMuchOfDiffuseLobesAndSeldomMore) {
       const float even = diffuse.even.g * even_transmittance(bsdf.even_shade, cosine) / diffuse.weight.g;
       EXPECT_LT(even, 1.12f) << name << cosine;
       EXPECT_GT(even, 0.35f) << name << cosine;
+    }
+  }
+}
+
+/// Of one Lambert lobe each; a varnish that does not bend light tints it by the angle of view nevertheless.
+TEST(Closures, OnlyWhatLooksAlikeFromEverywhereIsLambertian) {
+  Scene scene;
+  scene.materials.push_back(std::make_shared<const MaterialProgram>());
+  Inputs varnished = odd_closures().back().inputs, plain = varnished;
+  plain[COAT] = grey(0.0f);
+  for (const float cosine : {1.0f, 0.3f}) {
+    SurfacePoint point = make_point(cosine);
+    point.material = 0;
+    for (const auto& [inputs, is_lambertian] : {std::pair{plain, true}, {varnished, false}}) {
+      const Bsdf bsdf = build(Op::CLOSURE_PRINCIPLED, inputs, point);
+      EXPECT_EQ(bsdf.count, 1);
+      EXPECT_EQ(make_visible_point(scene, point, bsdf).is_lambertian, is_lambertian) << cosine;
     }
   }
 }

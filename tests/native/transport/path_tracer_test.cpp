@@ -405,6 +405,13 @@ TEST(PathTracer, ClampsBoundTheMeanOfAContribution) {
   EXPECT_LE(means.indirect.mean(), 0.01 * 24);
 }
 
+TEST(PathTracer, ClampsBoundWhatIsLessThanNothingToo) {
+  EXPECT_EQ(clamp_contribution({-3, -6, -9}, 2.0f), Rgb(-1, -2, -3));
+  EXPECT_EQ(clamp_contribution({3, 6, 9}, 2.0f), Rgb(1, 2, 3));
+  EXPECT_EQ(clamp_contribution({-1, 0, 1}, 2.0f), Rgb(-1, 0, 1));
+  EXPECT_EQ(clamp_contribution({-3, -6, -9}, 0.0f), Rgb(-3, -6, -9));
+}
+
 // --- alpha and visibility -------------------------------------------------------------------------------------------
 
 TEST(PathTracer, HoldoutsCutHolesIntoAlpha) {
