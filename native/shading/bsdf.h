@@ -102,10 +102,19 @@ struct Bsdf {
   bool scatters() const { return count > 0; }
 };
 
-/// Appends a lobe, built in place. Nothing happens, and false is returned, without a finite sample weight above 0 or
-/// once there are kMaxLobes.
+/// Whether the lobe is black for all directions: bump shadowing leaves nothing of diffuse ones whose normal is bent
+/// away from ns by more than a right angle.
+template <class Model>
+bool is_bent_away(const Bsdf& bsdf, const Model& model) {
+  return !std::is_same_v<Model, MicrofacetLobe> && dot(model.n, bsdf.ns) < 0.0f;
+}
+
+/// Appends a lobe, built in place. Nothing happens, and false is returned, where it is bent away, without a finite
+/// sample weight above 0 or once there are kMaxLobes. What a lobe adds to guesses of what a point scatters it thus adds
+/// to what is scattered.
 template <class Model>
 bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight, Rgb even = {}) {
+  if (is_bent_away(bsdf, model)) return false;
   if (bsdf.count >= Bsdf::kMaxLobes || !(sample_weight > 0.0f) || !std::isfinite(sample_weight)) return false;
   new (&bsdf.lobes[static_cast<size_t>(bsdf.count++)]) Lobe{model, weight, even, sample_weight};
   bsdf.total_sample_weight += sample_weight;

@@ -260,6 +260,19 @@ def leaning_metal() -> core.Scene:
     return under_sky(scene)
 
 
+def normals_beyond_the_horizon(strips: int) -> core.Scene:
+    """A floor of thin strips, one as the other but for normals that lean by 84 degrees or by 96: those reflect nothing.
+    Pixels have both."""
+    scene, width = SceneDescription(), 2 / strips
+    for k in range(strips):
+        p, lean = core.MaterialProgram("leaning"), np.radians(96.0 if k % 2 else 84.0)
+        normal = p.constant(np.sin(lean), 0.0, np.cos(lean))
+        p.closure("CLOSURE_DIFFUSE", [p.constant(1.0), p.constant(0.8, 0.8, 0.8), p.constant(0.0), normal])
+        scene.add_quad((-1 + k * width, -1, 0), (width, 0, 0), (0, 2, 0), p)
+    add_walls(scene, WHITE, 1.0)
+    return under_sky(scene)
+
+
 def lamp_that_counts_bounces() -> core.Scene:
     """A panel in a closed room shines for none but paths that have bounced twice before. The camera looks along the
     room: the next vertices of paths lie among the points it sees."""

@@ -218,6 +218,16 @@ TEST(Bsdf, BumpShadowingFadesTowardsTheHorizon) {
   EXPECT_LT(ratio(0.02f), 0.35f);
 }
 
+TEST(Bsdf, DiffuseLobesBentAwayAreBlackAndLeftOut) {
+  const Vec3 above = at_angle(kFrame, 0.03f), below = at_angle(kFrame, -0.03f);
+  Bsdf bsdf = make_bsdf(kTestNormal);
+  EXPECT_FALSE(add_lobe(bsdf, LambertLobe{below}, Rgb(1.0f), 1.0f));
+  EXPECT_FALSE(add_lobe(bsdf, TranslucentLobe{below}, Rgb(1.0f), 1.0f));
+  EXPECT_FALSE(bsdf.scatters());
+  EXPECT_TRUE(add_lobe(bsdf, LambertLobe{above}, Rgb(1.0f), 1.0f));
+  EXPECT_TRUE(add_lobe(bsdf, mirror(below), Rgb(1.0f), 1.0f));  // no bump shadowing
+}
+
 TEST(Bsdf, CopiesOnlyItsLobesAndRefusesTheNinth) {
   Bsdf bsdf = make_bsdf(kTestNormal);
   for (int i = 0; i < Bsdf::kMaxLobes; ++i) EXPECT_TRUE(add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(0.1f), 0.1f));
