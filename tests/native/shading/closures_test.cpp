@@ -276,12 +276,13 @@ TEST(Closures, TheEvenPartIsMuchOfDiffuseLobesAndSeldomMore) {
 TEST(Closures, OnlyWhatLooksAlikeFromEverywhereIsLambertian) {
   Scene scene;
   scene.materials.push_back(std::make_shared<const MaterialProgram>());
-  Inputs varnished = odd_closures().back().inputs, plain = varnished;
+  Inputs varnished = odd_closures().back().inputs, plain = varnished, matte = varnished;
   plain[COAT] = grey(0.0f);
+  matte[COAT_ROUGHNESS] = grey(1.0f);  // then the tint alone tells
   for (const float cosine : {1.0f, 0.3f}) {
     SurfacePoint point = make_point(cosine);
     point.material = 0;
-    for (const auto& [inputs, is_lambertian] : {std::pair{plain, true}, {varnished, false}}) {
+    for (const auto& [inputs, is_lambertian] : {std::pair{plain, true}, {varnished, false}, {matte, false}}) {
       const Bsdf bsdf = build(Op::CLOSURE_PRINCIPLED, inputs, point);
       EXPECT_EQ(bsdf.count, 1);
       EXPECT_EQ(make_visible_point(scene, point, bsdf).is_lambertian, is_lambertian) << cosine;
