@@ -1,7 +1,7 @@
 """How time and memory grow: CPU time per sample and pixel against lights, triangles and pixels; speed-up by threads;
 and where the time of a frame goes.
 
-  python -m tests.benchmark.scaling [--axis lights lamps triangles pixels threads breakdown] [--rounds 3]
+  python -m tests.benchmark.scaling [--axis lights lamps points triangles pixels threads breakdown] [--rounds 3]
 
 One number of a scene grows at a time; what its picture shows stays the same. Each size is measured in a process of
 its own, in turn (small ... large, small ... large), and in it all systems in turn; medians over the rounds. A line is
@@ -56,6 +56,7 @@ LIGHT_COUNTS = (10, 100, 1_000, 10_000, 100_000, 1_000_000)
 AXES = {
     "lights": Axis(LIGHT_COUNTS, "emissive triangles", "lights", tuple(SYSTEMS)),
     "lamps": Axis(LIGHT_COUNTS, "point lamps", "lamps", tuple(SYSTEMS)),
+    "points": Axis(LIGHT_COUNTS, "point lamps without size", "points", tuple(SYSTEMS)),  # which no ray meets
     "triangles": Axis((10_000, 100_000, 1_000_000, 10_000_000), "triangles", "triangles"),
     "pixels": Axis((100_000, 500_000, 2_000_000, 8_000_000), "pixels", samples=(1, 3), repeats=1),
 }

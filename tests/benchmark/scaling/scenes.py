@@ -33,8 +33,8 @@ def places(count: int) -> NDArray[np.float32]:
     return np.random.default_rng(1).uniform(low, high, (count, 3)).astype(np.float32)
 
 
-def add_lamps(scene: SceneDescription, count: int) -> None:
-    radius, intensity = (LAMP_AREA / (np.pi * count)) ** 0.5, 3 * [LAMP_POWER / count]
+def add_lamps(scene: SceneDescription, count: int, area: float) -> None:
+    radius, intensity = (area / (np.pi * count)) ** 0.5, 3 * [LAMP_POWER / count]
     for number, place in enumerate(places(count).tolist()):
         scene.builder.add_point_light(f"lamp {number}", place, radius, intensity)
 
@@ -54,8 +54,9 @@ def emissive_triangles(scene: SceneDescription, count: int) -> int:
     return scene.builder.add_mesh("lamps", points, corners, np.arange(0, 3 * count + 1, 3, dtype=np.int32))
 
 
-def room(triangles: int = TRIANGLES, lamps: int = LAMPS, lights: int = 0) -> core.Scene:
-    """Half of the triangles below, half above; lamps, or in their place emissive triangles, between."""
+def room(triangles: int = TRIANGLES, lamps: int = LAMPS, lights: int = 0, points: int = 0) -> core.Scene:
+    """Half of the triangles below, half above; between them lamps, or in their place emissive triangles, or lamps
+    without size."""
     scene = SceneDescription()
     gray = scene.builder.add_material_set([scene.builder.add_material(principled((0.7, 0.7, 0.7)))], "sheets")
     handles = [(sheet(scene, triangles // 2, z, up), gray) for z, up in ((0.0, True), (1.0, False))]
@@ -63,8 +64,10 @@ def room(triangles: int = TRIANGLES, lamps: int = LAMPS, lights: int = 0) -> cor
         radiance = LAMP_POWER / (np.pi * LAMP_AREA)
         glow = scene.builder.add_material(emission((1.0, 1.0, 1.0), radiance))
         handles.append((emissive_triangles(scene, lights), scene.builder.add_material_set([glow], "lamps")))
+    elif points:
+        add_lamps(scene, points, 0.0)
     else:
-        add_lamps(scene, lamps)
+        add_lamps(scene, lamps, LAMP_AREA)
     mesh, materials = (np.array(column, np.int32) for column in zip(*handles, strict=True))
     name = scene.builder.add_object_name("room")
     matrices = np.tile(np.eye(4, dtype=np.float32), (len(handles), 1, 1))
