@@ -77,10 +77,7 @@ inline constexpr float kGuideShare = 0.5f;
 /// The scattering at one point: a sum of lobes, what passes straight through, and what is emitted. Lobes beyond `count`
 /// are never touched: neither constructed nor copied, since most materials have one and a Bsdf is made at every hit.
 struct Bsdf {
-  static constexpr int kMaxLobes = 8;
-  union {
-    std::array<Lobe, kMaxLobes> lobes;  // the first `count` are valid
-  };
+  static constexpr int kMaxLobes = 64;  // as Cycles
   int count = 0;
   Rgb transparency;                  // weight of light passing straight through
   Rgb emission;                      // radiance towards wo
@@ -94,6 +91,9 @@ struct Bsdf {
   /// Where light is thought to come from, or null. Lobes that are not narrow then take kGuideShare of their directions
   /// from it, as far as they could have been their own: elsewhere its density counts as 0. Lives longer than the Bsdf.
   const DirectionHistogram* guide = nullptr;
+  union {
+    std::array<Lobe, kMaxLobes> lobes;  // the first `count` are valid; last, so that what is read lies together
+  };
 
   Bsdf() {}
   Bsdf(const Bsdf& other) { *this = other; }
@@ -109,13 +109,32 @@ bool is_bent_away(const Bsdf& bsdf, const Model& model) {
   return !std::is_same_v<Model, MicrofacetLobe> && dot(model.n, bsdf.ns) < 0.0f;
 }
 
-/// Appends a lobe, built in place. Nothing happens, and false is returned, where it is bent away, without a finite
-/// sample weight above 0 or once there are kMaxLobes. What a lobe adds to guesses of what a point scatters it thus adds
-/// to what is scattered.
+/// The lobe of that model and normal, or none; of models that have nothing but a normal.
+template <class Model>
+Lobe* find_equal(Bsdf& bsdf, const Model& model) {
+  for (int i = 0; i < bsdf.count; ++i) {
+    Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    if (const auto* other = std::get_if<Model>(&lobe.model); other && other->n == model.n) return &lobe;
+  }
+  return nullptr;
+}
+
+/// Adds a lobe: to one that differs in nothing but weights, or appended and built in place. Nothing happens, and false
+/// is returned, where it is bent away, without a finite sample weight above 0 or once there are kMaxLobes. What a lobe
+/// adds to guesses of what a point scatters it thus adds to what is scattered.
 template <class Model>
 bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight, Rgb even = {}) {
-  if (is_bent_away(bsdf, model)) return false;
-  if (bsdf.count >= Bsdf::kMaxLobes || !(sample_weight > 0.0f) || !std::isfinite(sample_weight)) return false;
+  if (is_bent_away(bsdf, model) || !(sample_weight > 0.0f) || !std::isfinite(sample_weight)) return false;
+  if constexpr (std::is_same_v<Model, LambertLobe> || std::is_same_v<Model, TranslucentLobe>) {
+    if (Lobe* lobe = find_equal(bsdf, model)) {
+      lobe->weight += weight;
+      lobe->even += even;
+      lobe->sample_weight += sample_weight;
+      bsdf.total_sample_weight += sample_weight;
+      return true;
+    }
+  }
+  if (bsdf.count >= Bsdf::kMaxLobes) return false;
   new (&bsdf.lobes[static_cast<size_t>(bsdf.count++)]) Lobe{model, weight, even, sample_weight};
   bsdf.total_sample_weight += sample_weight;
   return true;

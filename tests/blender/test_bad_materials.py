@@ -141,18 +141,26 @@ def test_three_hundred_nodes(tmp_path) -> None:
     assert any("Material 'Material'" in warning for warning in report.warnings) and pixels.max() > 0.0
 
 
-def test_forty_closures(tmp_path) -> None:
-    scene = fresh_scene(WIDTH, HEIGHT)
+def mix_glossy_shaders(count: int) -> None:
     value = surface().outputs[0]
-    for index in range(40):
+    for index in range(count):
         mix, glossy = tree().nodes.new("ShaderNodeMixShader"), tree().nodes.new("ShaderNodeBsdfGlossy")
-        glossy.inputs["Roughness"].default_value = index / 40
+        glossy.inputs["Roughness"].default_value = index / count
         tree().links.new(value, mix.inputs[1])
         tree().links.new(glossy.outputs[0], mix.inputs[2])
         value = mix.outputs[0]
     output = next(node for node in tree().nodes if node.type == "OUTPUT_MATERIAL")
     tree().links.new(value, output.inputs["Surface"])
-    assert picture_of(scene, tmp_path)[0].max() > 0.0
+
+
+@pytest.mark.parametrize(("count", "is_named"), [(40, False), (70, True)])
+def test_many_closures(count, is_named, tmp_path) -> None:
+    """More lobes than the core holds: said."""
+    scene = fresh_scene(WIDTH, HEIGHT)
+    mix_glossy_shaders(count)
+    pixels, report = picture_of(scene, tmp_path)
+    assert pixels.max() > 0.0
+    assert any("'Material'" in warning and "lobes" in warning for warning in report.warnings) == is_named
 
 
 @pytest.mark.parametrize("kind", ["ShaderNodeBsdfToon", "ShaderNodeBsdfHairPrincipled", "ShaderNodeWireframe"])

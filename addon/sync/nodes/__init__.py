@@ -19,6 +19,7 @@ from . import closures, color, converter, inputs, textures, vector  # noqa: F401
 from .compiler import Compiler, Context, flatten_shader
 from .graph import Port, Scope, Tree, active_output, socket_named, source_of
 from .instructions import COLOR, MAX_REGISTERS, constant
+from .lobes import MAX_LOBES, most_lobes
 
 if TYPE_CHECKING:
     from cistern_core import MaterialProgram
@@ -153,6 +154,8 @@ def _compile(
         except RecursionError:
             break
         if len(compiler.code.needed()) <= MAX_REGISTERS:
+            if is_surface and most_lobes(compiler.code.closures) > MAX_LOBES:
+                reasons.append(f"more lobes than {MAX_LOBES}, of which a Principled BSDF has up to 6: light is missing")
             for reason in reasons:
                 compiler.warn(reason)
             compiler.report()

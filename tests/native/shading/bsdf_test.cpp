@@ -228,16 +228,39 @@ TEST(Bsdf, DiffuseLobesBentAwayAreBlackAndLeftOut) {
   EXPECT_TRUE(add_lobe(bsdf, mirror(below), Rgb(1.0f), 1.0f));  // no bump shadowing
 }
 
-TEST(Bsdf, CopiesOnlyItsLobesAndRefusesTheNinth) {
+TEST(Bsdf, LobesThatDifferInWeightsAloneAreOne) {
+  const Vec3 bent = at_angle(kFrame, 0.8f);
+  Bsdf merged = make_bsdf(kTestNormal), once = make_bsdf(kTestNormal);
+  for (int i = 0; i < 3; ++i)
+    for (const Vec3& n : {kTestNormal, bent}) {
+      EXPECT_TRUE(add_lobe(merged, LambertLobe{n}, Rgb(0.1f, 0.2f, 0.3f), 0.2f, Rgb(0.1f)));
+      EXPECT_TRUE(add_lobe(merged, TranslucentLobe{n}, Rgb(0.1f), 0.1f));
+    }
+  for (const Vec3& n : {kTestNormal, bent}) {
+    add_lobe(once, LambertLobe{n}, Rgb(0.3f, 0.6f, 0.9f), 0.6f, Rgb(0.3f));
+    add_lobe(once, TranslucentLobe{n}, Rgb(0.3f), 0.3f);
+  }
+  EXPECT_EQ(merged.count, 4);
+  for (const float cosine : {-0.5f, 0.5f}) {
+    const Vec3 wi = at_angle(kFrame, cosine);
+    const BsdfEvaluation a = evaluate_bsdf(merged, wi), b = evaluate_bsdf(once, wi);
+    EXPECT_NEAR(a.pdf, b.pdf, 1e-6f);
+    EXPECT_NEAR(a.rough_cos.b, b.rough_cos.b, 1e-6f);
+    EXPECT_NEAR(a.even_cos.g, b.even_cos.g, 1e-6f);
+  }
+}
+
+TEST(Bsdf, CopiesOnlyItsLobesAndRefusesMoreThanItHolds) {
   Bsdf bsdf = make_bsdf(kTestNormal);
-  for (int i = 0; i < Bsdf::kMaxLobes; ++i) EXPECT_TRUE(add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(0.1f), 0.1f));
-  EXPECT_FALSE(add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(0.1f), 0.1f));
+  const OrenNayarLobe lobe{kTestNormal};
+  for (int i = 0; i < Bsdf::kMaxLobes; ++i) EXPECT_TRUE(add_lobe(bsdf, lobe, Rgb(0.01f), 0.1f));
+  EXPECT_FALSE(add_lobe(bsdf, lobe, Rgb(0.1f), 0.1f));
   const Bsdf copy = bsdf;
   const Vec3 wi = at_angle(kFrame, 0.7f);
   EXPECT_EQ(evaluate_bsdf(copy, wi).pdf, evaluate_bsdf(bsdf, wi).pdf);
-  EXPECT_NEAR(bsdf_albedo(copy).g, 0.8f, 1e-6f);
+  EXPECT_NEAR(bsdf_albedo(copy).g, 0.01f * Bsdf::kMaxLobes, 1e-5f);
   EXPECT_NEAR(length(bsdf_normal(copy) - kTestNormal), 0.0f, 1e-6f);
-  EXPECT_FALSE(add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(0.1f), NAN));
+  EXPECT_FALSE(add_lobe(bsdf, lobe, Rgb(0.1f), NAN));
 }
 
 }  // namespace

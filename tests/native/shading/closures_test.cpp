@@ -119,6 +119,33 @@ TEST(Closures, PrincipledKeepsAWhiteFurnaceWhite) {
   EXPECT_GT(furnace(unaware), 1.03);
 }
 
+/// The same Principled `count` times, each with its share of the weight.
+Bsdf mixed_alike(int count, PrincipledInput input, float value) {
+  Inputs in = principled();
+  in[static_cast<size_t>(input)] = grey(value);
+  in[WEIGHT] = grey(1.0f / static_cast<float>(count));
+  const SurfacePoint point = make_point(0.6f);
+  const int32_t parameters[4] = {1, 0, 0, 0};
+  Bsdf bsdf = build(Op::CLOSURE_PRINCIPLED, in, point);
+  for (int i = 1; i < count; ++i) add_closure(bsdf, Op::CLOSURE_PRINCIPLED, in, parameters, point);
+  return bsdf;
+}
+
+TEST(Closures, MixedAlikeTheyAreWhatOneIs) {
+  const Vec3 wi = at_angle(kFrame, 0.5f);
+  for (const PrincipledInput input : {METALLIC, COAT}) {
+    const BsdfEvaluation one = evaluate_bsdf(mixed_alike(1, input, 1.0f), wi);
+    for (const int count : {5, 20, 31}) {
+      const BsdfEvaluation mixed = evaluate_bsdf(mixed_alike(count, input, 1.0f), wi);
+      EXPECT_NEAR(mixed.total_cos().g / one.total_cos().g, 1.0f, 1e-4f) << count;
+      EXPECT_NEAR(mixed.pdf / one.pdf, 1.0f, 1e-4f) << count;
+    }
+  }
+  // Planted bug: more lobes than there is room for.
+  const float held = average(bsdf_albedo(mixed_alike(100, METALLIC, 1.0f)));
+  EXPECT_NEAR(held / average(bsdf_albedo(mixed_alike(1, METALLIC, 1.0f))), 0.64f, 1e-3f);
+}
+
 TEST(Closures, EverySwitchedOnLobeConservesEnergyAndSamplesItsDensity) {
   Inputs in = principled();
   for (PrincipledInput i : {METALLIC, TRANSMISSION, COAT, SHEEN, ANISOTROPIC, SUBSURFACE, DIFFUSE_ROUGHNESS})
