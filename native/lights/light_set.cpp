@@ -183,7 +183,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp
   arriving.ray_length = sample->distance;
   const Rgb radiance = sample->radiance * program_factor(lamp, receiver, *sample, arriving);
   if (is_black(radiance)) return std::nullopt;
-  const bool use_mis = light.use_mis && !sample->is_delta;
+  const bool use_mis = shares_mis(light) && !sample->is_delta;
   return IncidentLight{sample->wi,       sample->distance,   {},      radiance,        sample->pdf,
                        sample->is_delta, light.casts_shadow, use_mis, light.visibility};
 }
@@ -241,7 +241,7 @@ void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, const PathState& 
   PathState arriving = path;
   arriving.ray_length = sample->distance;
   const Rgb radiance = sample->radiance * program_factor(lamp, ray.origin, *sample, arriving);
-  hits.push_back({emitter, sample->distance, radiance, sample->pdf, light.max_bounces});
+  hits.push_back({emitter, sample->distance, radiance, sample->pdf, light.max_bounces, shares_mis(light)});
 }
 
 LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling) {

@@ -38,6 +38,7 @@ struct LampHit {
   Rgb radiance;
   float pdf = 0.0f;     // per solid angle given the emitter, as IncidentLight::pdf
   int max_bounces = 0;  // of the lamp: skip the hit when the receiver's PathState::depth was larger
+  bool use_mis = true;  // false: skip the hit when light samples could have found it, see IncidentLight
 };
 
 /// Where an emitter is, and what it belongs to.

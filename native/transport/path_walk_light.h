@@ -48,7 +48,8 @@ inline void Walk<Kind>::add_lamps(const std::optional<Hit>& hit) {
   context_.lights.intersect_lamps(segment, state_, scratch_.lamp_hits);
   for (const LampHit& lamp : scratch_.lamp_hits) {
     const bool is_clipped = lamp.distance >= clip && std::isfinite(lamp.distance);
-    if (!is_clipped && state_.depth - 1 <= lamp.max_bounces)
+    const bool is_left_to_samples = mis_receiver_ && !lamp.use_mis;
+    if (!is_clipped && !is_left_to_samples && state_.depth - 1 <= lamp.max_bounces)
       add(lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
   }
 }

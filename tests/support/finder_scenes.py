@@ -273,6 +273,20 @@ def normals_beyond_the_horizon(strips: int) -> core.Scene:
     return under_sky(scene)
 
 
+def lamp_without_shadows(is_covered: bool) -> core.Scene:
+    """A wide panel close over a floor, with a card between them or not."""
+    scene = SceneDescription()
+    add_floor(scene)
+    if is_covered:
+        add_ceiling(scene, 0.3, WHITE)
+    scene.builder.add_area_light(
+        "panel", (0, 0, 0.6), (1.6, 0, 0), (0, 1.6, 0), (0, 0, -1), (1, 1, 1),
+        visibility=NOT_TO_CAMERA, casts_shadow=False,
+    )  # fmt: skip
+    look_down(scene)
+    return scene.snapshot()
+
+
 def lamp_that_counts_bounces() -> core.Scene:
     """A panel in a closed room shines for none but paths that have bounced twice before. The camera looks along the
     room: the next vertices of paths lie among the points it sees."""
