@@ -183,7 +183,7 @@ PRESET_ITEMS = (
     (
         "INTERACTIVE",
         "Interactive",
-        "Final without a trial, and the first sample of each view takes up light paths of the views before",
+        "Final, where the first sample of each view also takes up light paths of the views before",
     ),
     ("PATH_TRACING", "Path Tracing", "Each pixel by itself, as the reference that all else is measured against"),
     ("RIS", "RIS [Talbot 2005]", "Resampled importance sampling: the best of 8 light samples, nothing is reused"),

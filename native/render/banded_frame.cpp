@@ -9,32 +9,21 @@ namespace {
 constexpr int kBandPixels = 1 << 17;
 constexpr uint32_t kBandStream = 0x62616e64;
 
-/// Whether such frames could be made but for history.
-bool is_possible(const Settings& s) {
-  return s.indirect == IndirectAnswer::CELL_SHARED && !uses_reservoirs(s.direct) && !uses_reservoirs(s.secondary);
-}
-
-Settings without_history(Settings s) {
-  s.path_sharing.temporal_reuse = false;
-  return s;
-}
-
 }  // namespace
 
-BandedFrame::BandedFrame(const FrameContext& context)
-    : settings_(without_history(context.settings)),
+BandedFrame::BandedFrame(const FrameContext& context, const Settings& settings)
+    : settings_(settings),
       context_{settings_, context.paths, context.filter, context.learning, context.guiding},
       band_(context_) {
-  const Region& region = context.settings.region;
+  const Region& region = settings.region;
   const int most_rows = std::max(kBandPixels / region.width, 1);
   const int bands = (region.height + most_rows - 1) / most_rows;
   rows_ = (region.height + bands - 1) / bands;
 }
 
-bool BandedFrame::is_for(const Settings& s) { return is_possible(s) && !s.path_sharing.temporal_reuse; }
-
-bool BandedFrame::is_for_later_frames(const Settings& s) {
-  return is_for(s) || (is_possible(s) && s.path_sharing.first_frame_history);
+bool BandedFrame::is_for(const Settings& s) {
+  return s.indirect == IndirectAnswer::CELL_SHARED && !s.path_sharing.temporal_reuse && !uses_reservoirs(s.direct) &&
+         !uses_reservoirs(s.secondary);
 }
 
 bool BandedFrame::render(uint32_t frame, Film& film, const StopCondition& stop) {

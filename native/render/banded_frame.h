@@ -10,11 +10,11 @@ namespace cistern {
 /// one. Borders between bands move from frame to frame.
 class BandedFrame {
  public:
-  explicit BandedFrame(const FrameContext& context);
+  /// `settings` stand for those of `context`, and may share at other vertices.
+  BandedFrame(const FrameContext& context, const Settings& settings);
 
-  /// Whether these settings want such frames: all of them, or all but the first one.
+  /// Whether these settings want such frames.
   static bool is_for(const Settings& settings);
-  static bool is_for_later_frames(const Settings& settings);
 
   /// Adds a frame to the film; bands that are not reached when stopped early miss it. True if it was finished.
   bool render(uint32_t frame, Film& film, const StopCondition& stop);
@@ -23,7 +23,7 @@ class BandedFrame {
  private:
   void add_band(int first_row, size_t pixels, uint32_t frame, Film& film);
 
-  const Settings settings_;  // without history
+  const Settings settings_;
   const FrameContext context_;
   int rows_;  // of a band
   SharedPixels band_;

@@ -15,14 +15,14 @@
 namespace cistern {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 /// Frames are rendered in batches, for fewer passes over the picture; a batch should not take longer than this, so that
 /// progress and published pixels stay fresh.
 constexpr double kBatchSeconds = 0.5;
 constexpr uint32_t kMaxBatch = 16;
 
-double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+double seconds_since(std::chrono::steady_clock::time_point t) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
+}
 
 }  // namespace
 
@@ -99,7 +99,7 @@ void Session::run() {
       const auto accel = cache_->accel(scene_, settings_.keep_instances);
       const auto lights = cache_->lights(scene_, settings_.light_sampling);
       const Clock::time_point trial_start = Clock::now();
-      const Settings decided = decided_settings(accel, lights);
+      const Settings decided = decided_settings(settings_, accel, lights, deadline_from(trial_start));
       const Clock::duration trial_time = Clock::now() - trial_start;
       const auto world = std::make_shared<const RenderWorld>(decided, scene_, accel, lights);
       std::shared_ptr<const LightCacheCells> cache_cells;
@@ -110,8 +110,6 @@ void Session::run() {
         if (!cache_cells) return;
       }
       reuse = make_reuse_frame(world, cache_cells);
-      std::optional<BandedFrame> banded;
-      if (BandedFrame::is_for_later_frames(world->settings)) banded.emplace(world->context);
       {
         std::lock_guard lock(mutex_);
         progress_.memory_bytes = memory_bytes(*scene_) + world->accel->memory_bytes() + world->lights->memory_bytes() +
@@ -120,7 +118,7 @@ void Session::run() {
         rendering_since_ = Clock::now() - trial_time;  // of the samples' time a part
       }
       if (show_cells(world->context, cache_cells.get(), *film_, {cancelled_, Clock::time_point::max()}))
-        render(world->context, reuse.get(), banded ? &*banded : nullptr);
+        render(*world, reuse.get());
       show_learning(world->context, *film_, {cancelled_, Clock::time_point::max()});
       if (reuse) leave_history(std::move(reuse));
     });
@@ -132,14 +130,17 @@ void Session::run() {
   }
 }
 
-/// What adapts itself to the scene before the first frame.
-Settings Session::decided_settings(const std::shared_ptr<const Accel>& accel,
-                                   const std::shared_ptr<const LightSet>& lights) const {
-  if (!SharingTrial::is_for(settings_)) return settings_;
-  const auto limit = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.time_limit));
-  const bool has_limit = settings_.time_limit > 0.0;
-  return SharingTrial(settings_, scene_, accel, lights)
-      .decide({cancelled_, has_limit ? Clock::now() + limit : Clock::time_point::max()});
+/// The time limit, for what starts at `start`.
+Session::Clock::time_point Session::deadline_from(Clock::time_point start) const {
+  if (!(settings_.time_limit > 0.0)) return Clock::time_point::max();
+  return start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.time_limit));
+}
+
+/// What adapts itself to the scene before the frames that are asked for.
+Settings Session::decided_settings(const Settings& asked, const std::shared_ptr<const Accel>& accel,
+                                   const std::shared_ptr<const LightSet>& lights, Clock::time_point deadline) const {
+  return SharingTrial::is_for(asked) ? SharingTrial(asked, scene_, accel, lights).decide({cancelled_, deadline})
+                                     : asked;
 }
 
 bool Session::keeps_history() const { return settings_.keep_history && settings_.has_temporal_reuse(); }
@@ -168,31 +169,41 @@ void Session::leave_history(std::unique_ptr<ReuseFrame> frame) {
   if (keeps_history() && has_history) cache_->leave_history(std::move(frame));
 }
 
-/// Both: the first frame by `reuse`, all others by `banded`. Neither: by the reference path tracer, whose frames come
-/// in batches.
-void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame* banded) {
+/// By `reuse`, all frames or the first one; where that is null or has made its own, in bands or by the reference path
+/// tracer, whose frames come in batches.
+void Session::render(const RenderWorld& world, ReuseFrame* reuse) {
+  const FrameContext& context = world.context;
   const auto frames = static_cast<uint32_t>(settings_.samples);
   const size_t fixed_memory = progress_.memory_bytes;
-  const uint32_t first_number = reuse ? reuse->next_frame() : 0;  // later renders know the first frame alone
+  const uint32_t first_number = reuse ? reuse->next_frame() : 0;  // later renders know those by `reuse` alone
+  const bool has_later_frames = reuse && world.settings.of_later_frames() != world.settings;
+  bool is_reusing = reuse;
+  std::optional<BandedFrame> banded;
+  if (BandedFrame::is_for(world.settings)) banded.emplace(context, world.settings);
   // Every pixel gets at least one sample: the limit holds from the second frame on.
   StopCondition stop{cancelled_, Clock::time_point::max()};
-  const auto limit = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.time_limit));
   uint32_t batch = 1;
   for (uint32_t frame = 0; frame < frames && !cancelled_ && !stop.deadline_passed();) {
+    if (has_later_frames && frame == 1) {
+      is_reusing = false;
+      const Settings later =
+          decided_settings(world.settings.of_later_frames(), world.accel, world.lights, stop.deadline);
+      if (BandedFrame::is_for(later)) banded.emplace(context, later);
+    }
     batch = std::min(batch, frames - frame);
     if (context.learning) batch = std::min(batch, context.learning->frames_to_update(frame));
     if (context.guiding) batch = std::min(batch, context.guiding->frames_to_update(frame));
     const Clock::time_point batch_start = Clock::now();
-    const bool is_banded = banded && (frame > 0 || !reuse);
-    if (!(is_banded ? banded->render(first_number + frame, *film_, stop)
-          : reuse   ? reuse->render(*film_, stop)
-                    : render_frames(context, frame, batch, *film_, stop)))
+    const uint32_t number = first_number + frame;
+    if (!(is_reusing ? reuse->render(*film_, stop)
+          : banded   ? banded->render(number, *film_, stop)
+                     : render_frames(context, number, batch, *film_, stop)))
       break;
     const double batch_seconds = seconds_since(batch_start);
     frame += batch;
     if (context.learning && frame < frames) context.learning->finish_frames(frame);
     if (context.guiding && frame < frames) context.guiding->finish_frames(frame);
-    if (settings_.time_limit > 0.0) stop.deadline = rendering_since_ + limit;
+    stop.deadline = deadline_from(rendering_since_);
     bool publish_now;
     {
       std::lock_guard lock(mutex_);
@@ -209,7 +220,7 @@ void Session::render(const FrameContext& context, ReuseFrame* reuse, BandedFrame
       publish_now = wants_pixels_ && frame < frames;
     }
     if (publish_now) publish();
-    if (!reuse && !banded && batch_seconds * 2.0 < kBatchSeconds) batch = std::min(2 * batch, kMaxBatch);
+    if (!is_reusing && !banded && batch_seconds * 2.0 < kBatchSeconds) batch = std::min(2 * batch, kMaxBatch);
     if (batch_seconds > kBatchSeconds) batch = std::max(batch / 2, 1u);
   }
 }

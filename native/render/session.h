@@ -54,15 +54,18 @@ class Session {
   const Settings& settings() const { return settings_; }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   void run();
   bool keeps_history() const;
   void leave_history(std::unique_ptr<ReuseFrame> frame);
-  Settings decided_settings(const std::shared_ptr<const Accel>& accel,
-                            const std::shared_ptr<const LightSet>& lights) const;
+  Settings decided_settings(const Settings& asked, const std::shared_ptr<const Accel>& accel,
+                            const std::shared_ptr<const LightSet>& lights, Clock::time_point deadline) const;
+  Clock::time_point deadline_from(Clock::time_point start) const;
   std::unique_ptr<ReuseFrame> make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,
                                                std::shared_ptr<const LightCacheCells> cache_cells);
   void report_caching(float done);
-  void render(const FrameContext& context, ReuseFrame* reuse, BandedFrame* banded);
+  void render(const RenderWorld& world, ReuseFrame* reuse);
   void publish();
   void end(Status status, const std::string& error);
   Progress progress_locked() const;
@@ -80,7 +83,7 @@ class Session {
   Progress progress_;
   std::vector<std::vector<float>> published_;  // by Pass
   bool wants_pixels_ = true;
-  std::chrono::steady_clock::time_point started_, rendering_since_, last_frame_;
+  Clock::time_point started_, rendering_since_, last_frame_;
 };
 
 }  // namespace cistern

@@ -125,6 +125,13 @@ bool Settings::has_temporal_reuse() const {
   return true;
 }
 
+Settings Settings::of_later_frames() const {
+  Settings later = *this;
+  if (path_sharing.first_frame_history && !uses_reservoirs(direct) && !uses_reservoirs(secondary))
+    later.path_sharing.temporal_reuse = false;
+  return later;
+}
+
 bool Settings::uses_earlier_frames() const {
   return has_temporal_reuse() || (indirect == IndirectAnswer::WORLD_REUSE && world_paths.spatial_reuse);
 }

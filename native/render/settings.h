@@ -83,6 +83,8 @@ struct Settings {
 
   /// Whether some answer hands its reservoirs on from frame to frame.
   bool has_temporal_reuse() const;
+  /// What frames after the first are made by. These, unless path_sharing.first_frame_history holds.
+  Settings of_later_frames() const;
   /// Whether frames use what the one before found: by temporal reuse, or because world-space paths take those of a cell
   /// from there. Their errors are then correlated.
   bool uses_earlier_frames() const;

@@ -211,6 +211,25 @@ def test_sharing_on_trial_is_sharing_or_path_tracing(name: str, share_visible: i
     assert any(np.array_equal(tried[0], picture["Combined"]) for picture in possible)
 
 
+@pytest.mark.parametrize("name", ["indirect_room", "open_scene"])
+def test_a_trial_may_follow_the_first_frame_with_history(name: str) -> None:
+    """The frames after it are then those of what a trial before all frames decides. Planted bug: any other way's."""
+    shared = members_of(("NEE", "NEE", "CELL_SHARED")) | dict(temporal_reuse=False)
+    ways = [shared, shared | dict(share_visible=1), members_of(("NEE", "NEE", "PATH"))]
+
+    def picture(samples: int, **settings) -> NDArray:
+        return render(scene(name), 96, samples=samples, seed=3, max_bounces=3, **settings)["Combined"]
+
+    def later_frames(**settings) -> NDArray:
+        return 64.0 * picture(64, **settings) - picture(1, **settings)
+
+    tried = picture(64, **shared, share_trial=True)
+    found = later_frames(**shared | dict(temporal_reuse=True, first_frame_history=True, share_trial=True))
+    for way in ways:
+        is_chosen = np.array_equal(picture(64, **way), tried)
+        assert np.allclose(found, later_frames(**way), rtol=1e-3, atol=1e-3) == is_chosen
+
+
 @pytest.mark.parametrize("cells", [dict(share_visible=1), dict(share_deep=1), {}], ids=["next", "visible", "both"])
 def test_what_is_handed_on_does_not_depend_on_the_color_of_its_finder(cells: dict) -> None:
     """Paths that end where their own colour is gone leave others less than their due: the green of white stripes was 15
