@@ -27,6 +27,11 @@ struct Rgb {
 
 /// Rec. 709 luminance.
 inline constexpr float luminance(Rgb c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
+/// Luminance as if nothing were negative, as light of lamps that take away is: 0 for black alone.
+inline constexpr float magnitude(Rgb c) {
+  const auto size = [](float x) { return x < 0.0f ? -x : x; };
+  return luminance({size(c.r), size(c.g), size(c.b)});
+}
 inline constexpr float average(Rgb c) { return (c.r + c.g + c.b) * (1.0f / 3.0f); }
 inline constexpr float max_component(Rgb c) { return std::max(c.r, std::max(c.g, c.b)); }
 inline constexpr bool is_black(Rgb c) { return c.r == 0.0f && c.g == 0.0f && c.b == 0.0f; }

@@ -23,7 +23,7 @@ const MaterialProgram& program_of(const Scene& scene, int material) {
   return *scene.materials[static_cast<size_t>(material)];
 }
 
-/// Mean of the radiance (luminance) sent along the normals of both sides, at the first `count` of kPoints.
+/// Mean of the radiance (magnitude) sent along the normals of both sides, at the first `count` of kPoints.
 float evaluated_radiance(const Scene& scene, const EmissiveTriangle& t, size_t count) {
   const Vec3 normal = normalize_or(t.scaled_normal(), {0.0f, 0.0f, 1.0f});
   PathState path;
@@ -33,7 +33,7 @@ float evaluated_radiance(const Scene& scene, const EmissiveTriangle& t, size_t c
     for (const Vec3 wo : {normal, -normal}) {
       const Ray ray{t.point(kPoints[i]) + wo, -wo};
       const Hit hit{1.0f, kPoints[i].x, kPoints[i].y, t.scaled_normal(), t.instance, t.triangle};
-      sum += std::max(luminance(evaluate_emission(scene, make_surface_point(scene, ray, hit), path)), 0.0f);
+      sum += magnitude(evaluate_emission(scene, make_surface_point(scene, ray, hit), path));
     }
   }
   return sum / static_cast<float>(2 * count);
@@ -56,7 +56,7 @@ bool is_emitter(const Scene& scene, int material) {
   if (material < 0 || !scene.materials[static_cast<size_t>(material)]) return false;
   const MaterialProgram& program = program_of(scene, material);
   if (!program.may_emit) return false;
-  return !program.emission_is_constant || luminance(to_rgb(program.constant_emission)) > 0.0f;
+  return !program.emission_is_constant || !is_black(to_rgb(program.constant_emission));
 }
 
 EmissiveTriangles::EmissiveTriangles(const Scene& scene) {
@@ -140,7 +140,7 @@ void EmissiveTriangles::find_uniform_emission(const Scene& scene) {
       SideEmission sides{uniform_radiance(scene, t, false), uniform_radiance(scene, t, true)};
       const bool is_mirrored = scene.instances[t.instance].object_to_world.determinant() < 0.0f;
       if (is_mirrored) std::swap(sides.along_normal, sides.against_normal);
-      if (sides.mean_luminance() > 0.0f) {
+      if (sides.mean() > 0.0f) {
         found->second = static_cast<int>(uniform_.size());
         uniform_.push_back(sides);
       }
@@ -155,7 +155,7 @@ void EmissiveTriangles::estimate_radiance(const Scene& scene) {
   parallel_blocks(size(), kBlockSize, [&](size_t, size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const SideEmission* uniform = uniform_emission(triangles_[i]);
-      radiance_[i] = uniform ? uniform->mean_luminance() : evaluated_radiance(scene, triangles_[i], points);
+      radiance_[i] = uniform ? uniform->mean() : evaluated_radiance(scene, triangles_[i], points);
     }
   });
   struct Mean {

@@ -24,9 +24,8 @@ struct EmissiveTriangle {
 /// Radiance that a triangle sends from its two sides, by the winding of its corners in the world.
 struct SideEmission {
   Rgb along_normal, against_normal;
-  float mean_luminance() const {
-    return 0.5f * (std::max(luminance(along_normal), 0.0f) + std::max(luminance(against_normal), 0.0f));
-  }
+  /// Magnitude.
+  float mean() const { return 0.5f * (magnitude(along_normal) + magnitude(against_normal)); }
 };
 
 /// Every triangle of every instance whose material may emit, in the order of the scene. 56 bytes per triangle, and 4
@@ -42,7 +41,7 @@ class EmissiveTriangles {
   const SideEmission* uniform_emission(const EmissiveTriangle& triangle) const {
     return triangle.uniform < 0 ? nullptr : &uniform_[static_cast<size_t>(triangle.uniform)];
   }
-  /// Mean radiance (luminance) over both sides: exact for uniform emission, otherwise from a few evaluations, mixed
+  /// Mean radiance (magnitude) over both sides: exact for uniform emission, otherwise from a few evaluations, mixed
   /// with the material's mean so that a texture that is bright between them is still found. Never zero.
   float radiance_estimate(size_t index) const { return radiance_[index]; }
   std::optional<uint32_t> find(uint32_t instance, uint32_t triangle) const;

@@ -39,7 +39,7 @@ SunLamp make_sun(const SunLight& light) {
   const float half = std::min(0.5f * light.angle, kPi / 2.0f);
   lamp.direction = normalize(light.direction);
   lamp.one_minus_cos = 2.0f * sqr(std::sin(0.5f * half));
-  lamp.irradiance = luminance(light.irradiance);
+  lamp.irradiance = magnitude(light.irradiance);
   lamp.emission = half > 0.0f ? light.irradiance * (1.0f / (kPi * sqr(std::sin(half)))) : light.irradiance;
   return lamp;
 }
@@ -147,7 +147,7 @@ std::pair<Vec3, float> world_cone(const BallLamp& lamp) {
 
 /// Intensity seen from far away.
 float ball_intensity(const BallLamp& lamp) {
-  return luminance(lamp.emission) * (lamp.radius > 0.0f ? kPi * sqr(lamp.radius) : 1.0f);
+  return magnitude(lamp.emission) * (lamp.radius > 0.0f ? kPi * sqr(lamp.radius) : 1.0f);
 }
 
 LightBounds ball_bounds(const BallLamp& lamp) {
@@ -171,7 +171,7 @@ LightBounds area_bounds(const AreaLamp& lamp) {
   const float tan_h = lamp.tan_half_spread;
   bounds.cos_emission = lamp.is_collimated ? 1.0f : (std::isinf(tan_h) ? 0.0f : 1.0f / std::sqrt(1.0f + sqr(tan_h)));
   const float on_axis = lamp.spread_scale > 0.0f ? tan_h * lamp.spread_scale : 1.0f;
-  bounds.intensity = luminance(lamp.radiance) * lamp.area * on_axis;
+  bounds.intensity = magnitude(lamp.radiance) * lamp.area * on_axis;
   return bounds;
 }
 
@@ -208,7 +208,7 @@ bool is_sun(const Lamp& lamp) { return std::holds_alternative<SunLamp>(lamp); }
 
 float lamp_power(const Lamp& lamp, float scene_radius) {
   if (const auto* sun = std::get_if<SunLamp>(&lamp)) return kPi * sqr(scene_radius) * sun->irradiance;
-  if (const auto* area = std::get_if<AreaLamp>(&lamp)) return kPi * area->area * luminance(area->radiance);
+  if (const auto* area = std::get_if<AreaLamp>(&lamp)) return kPi * area->area * magnitude(area->radiance);
   const BallLamp& ball = std::get<BallLamp>(lamp);
   const float solid_angle = 2.0f * kPi * (ball.has_cone ? 1.0f - ball.cos_half_angle : 2.0f);
   return ball_intensity(ball) * solid_angle;

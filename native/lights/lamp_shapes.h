@@ -28,7 +28,7 @@ struct SunLamp {
   Vec3 direction;
   float one_minus_cos = 0.0f;  // of half the angle; 0 = a single direction
   Rgb emission;                // radiance, or for a single direction the irradiance
-  float irradiance = 0.0f;     // luminance, on a plane facing the sun
+  float irradiance = 0.0f;     // magnitude, on a plane facing the sun
 };
 
 struct AreaLamp {
@@ -65,7 +65,7 @@ std::optional<LampSample> intersect_lamp(const Lamp& lamp, const Ray& ray);
 /// Whether a scattered ray can meet the lamp.
 bool has_extent(const Lamp& lamp);
 bool is_sun(const Lamp& lamp);
-/// Luminance of the flux in watts; a sun's through a disk of `scene_radius` metres facing it.
+/// Magnitude of the flux in watts; a sun's through a disk of `scene_radius` metres facing it.
 float lamp_power(const Lamp& lamp, float scene_radius);
 /// Of a lamp that is not a sun.
 LightBounds lamp_bounds(const Lamp& lamp);

@@ -13,7 +13,7 @@ struct LightBounds {
   Vec3 axis{0.0f, 0.0f, 1.0f};  // unit; centre of the cone of emitter normals
   float cos_normals = -1.0f;    // half angle of that cone; -1 = all directions
   float cos_emission = 0.0f;    // farthest from its normal that an emitter sends light
-  float intensity = 0.0f;       // W/sr along the normal (luminance), summed
+  float intensity = 0.0f;       // W/sr along the normal (magnitude), summed
   bool is_two_sided = false;    // light leaves along the normal and against it alike
 };
 

@@ -13,11 +13,11 @@ namespace cistern {
 /// What the samplers know of an emitter.
 struct EmitterEstimate {
   bool is_distant = false;      // sun or environment
-  float power = 0.0f;           // W (luminance); a distant one's through a disk of the scene's radius
+  float power = 0.0f;           // W (magnitude); a distant one's through a disk of the scene's radius
   LightBounds bounds;           // unless distant
   Vec3 direction;               // of a sun; zero for light from everywhere
   float cos_half_angle = 1.0f;  // of a sun
-  float irradiance = 0.0f;      // of a distant emitter on a plane facing it, W/m^2 (luminance)
+  float irradiance = 0.0f;      // of a distant emitter on a plane facing it, W/m^2 (magnitude)
 };
 
 /// Chooses an emitter for a receiver; see LightSet::choose.

@@ -4,8 +4,8 @@
 
 namespace cistern {
 
-/// What a light sample brought to a point: one term of an estimate of what its cluster sends there. Luminance that is
-/// reflected, over albedo and the density of the sample.
+/// What a light sample brought to a point: one term of an estimate of what its cluster sends there. Magnitude of what
+/// is reflected, over albedo and the density of the sample.
 struct LightRecord {
   NestedCellKey cell;  // the point's own
   uint32_t cluster;

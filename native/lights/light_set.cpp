@@ -25,7 +25,7 @@ void scale_emission(Lamp& lamp, Rgb factor) {
   if (auto* area = std::get_if<AreaLamp>(&lamp)) area->radiance *= factor;
   if (auto* sun = std::get_if<SunLamp>(&lamp)) {
     sun->emission *= factor;
-    sun->irradiance *= luminance(factor);
+    sun->irradiance *= magnitude(factor);
   }
 }
 

@@ -25,7 +25,7 @@ class LightTree {
 
   bool is_empty() const { return nodes_.empty(); }
   /// Upper estimate (not a bound on rounding) of the irradiance that all emitters together cause at a receiver with
-  /// unit normal `n`, or zero `n` for any side; in W/m^2, luminance. Zero only where nothing can arrive.
+  /// unit normal `n`, or zero `n` for any side; in W/m^2, magnitude. Zero only where nothing can arrive.
   float irradiance_estimate(const Vec3& position, const Vec3& n) const;
 
   struct Choice {

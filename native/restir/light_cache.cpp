@@ -257,7 +257,7 @@ uint32_t LightCache::place(uint32_t stratum) const {
   return stratum % groups * merged + stratum / groups;
 }
 
-/// Luminance of the sample's light that white paint at the point reflects, in the measure of light_target.h.
+/// Magnitude of the sample's light that white paint at the point reflects, in the measure of light_target.h.
 float LightCache::point_target(const SurfacePosition& point, const LightSample& sample) const {
   static const PathState state = state_of_receiver();
   const auto light = context_.lights.evaluate(sample, point.position, state);
@@ -267,7 +267,7 @@ float LightCache::point_target(const SurfacePosition& point, const LightSample& 
   const bool needs_share = !light->is_delta && light->use_mis;
   const float share =
       needs_share ? light_sample_share(context_, light_candidates_, sample.emitter, light->pdf, f_cos) : 1.0f;
-  return luminance(light->radiance) * f_cos / light->pdf * share;
+  return magnitude(light->radiance) * f_cos / light->pdf * share;
 }
 
 float LightCache::target(uint32_t cell, const LightSample& sample) const {

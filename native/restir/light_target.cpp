@@ -20,7 +20,7 @@ float light_target(const PathContext& context, float candidates, const VisiblePo
   const auto light = context.lights.evaluate(sample, visible.receiver.position, visible.scattered);
   if (!light) return 0.0f;
   const Response response = respond(visible.receiver, light->wi);
-  const float reflected = luminance(response.f_cos * light->radiance);
+  const float reflected = magnitude(response.f_cos * light->radiance);
   return reflected / light->pdf * share_of_light_samples(context, candidates, sample, *light, response.pdf);
 }
 

@@ -16,7 +16,7 @@ namespace cistern {
 // see visibility, so MIS weights need no rays.
 using LightReservoir = Reservoir<LightSample>;
 
-/// Target p_hat of light reservoirs at a visible point: the unshadowed luminance that F brings it, by its Receiver.
+/// Target p_hat of light reservoirs at a visible point: the unshadowed magnitude that F brings it, by its Receiver.
 /// Positive wherever F can be. `candidates` as in light_sample_share, here and below.
 float light_target(const PathContext& context, float candidates, const VisiblePoint& visible,
                    const LightSample& sample);

@@ -19,7 +19,7 @@ using PathReference = Reservoir<const PathSample*>;
 /// as it was when found, as if the sample point were Lambertian (the papers).
 enum class Reflection : uint8_t { EVALUATED, AS_FOUND };
 
-/// What targets of path samples are proportional to, [Ouyang 2021] Eqs. 9 and 10, luminance of: F_r without
+/// What targets of path samples are proportional to, [Ouyang 2021] Eqs. 9 and 10, magnitude of: F_r without
 /// transmittance; or of the radiance sent alone, noisier for the receiver and of more use to others.
 enum class PathTarget : uint8_t { REFLECTED, RADIANCE };
 

@@ -18,7 +18,7 @@ constexpr float kMovement = 1e-3f, kChange = 0.01f;
 /// Of a direction that the sample kept.
 bool has_same_light(const IncidentRadiance& kept, const IncidentRadiance& again) {
   if (is_black(kept.radiance)) return true;
-  const float before = luminance(kept.f_cos * kept.radiance), now = luminance(again.f_cos * again.radiance);
+  const float before = magnitude(kept.f_cos * kept.radiance), now = magnitude(again.f_cos * again.radiance);
   return std::abs(now - before) <= kChange * std::max(before, now);
 }
 

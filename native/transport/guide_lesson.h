@@ -4,7 +4,7 @@
 
 namespace cistern {
 
-/// Notes a direction that a path takes, before its throughput takes that in. `gathered`: luminance of all that the path
+/// Notes a direction that a path takes, before its throughput takes that in. `gathered`: magnitude of all that the path
 /// has added up to so far.
 void remember_direction(const PathContext& context, const SurfacePoint& point, const Bsdf& bsdf,
                         const BsdfSample& sample, Rgb throughput, double gathered, PathScratch& scratch);

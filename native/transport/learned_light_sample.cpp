@@ -24,12 +24,12 @@ float draw(const PathContext& context, const LearnedLights::Chooser& chooser, co
   out.emitter = choice->sample.emitter;
   out.light = *light;
   out.f = evaluate_bsdf(vertex.bsdf, light->wi, light->visibility);
-  if (!std::isfinite(luminance(light->radiance))) return out.target = INFINITY;  // for the film to count
+  if (!std::isfinite(magnitude(light->radiance))) return out.target = INFINITY;  // for the film to count
   const float expected = static_cast<float>(chooser.candidates) * choice->pmf;   // number of draws of this emitter
   const bool has_rival = !light->is_delta && light->use_mis;
   out.mis_weight = has_rival ? power_heuristic(expected * light->pdf, out.f.pdf * vertex.p_scatter) : 1.0f;
-  float reflected = luminance(out.f.total_cos() * light->radiance);
-  if (vertex.keeps_light) reflected += luminance(light->radiance) * std::abs(dot(vertex.point.ns, light->wi));
+  float reflected = magnitude(out.f.total_cos() * light->radiance);
+  if (vertex.keeps_light) reflected += magnitude(light->radiance) * std::abs(dot(vertex.point.ns, light->wi));
   out.target = reflected * out.mis_weight * choice->visibility / light->pdf;
   return out.target / expected;
 }
@@ -60,13 +60,13 @@ std::optional<LightRecord> light_record(const PathContext& context, const Learne
                                         const LearnedLightVertex& vertex, const LearnedLightSample& sample,
                                         Rgb radiance, Rgb throughput) {
   const Rgb f_over_albedo = sample.f.total_cos() * (1.0f / vertex.bsdf.total_sample_weight);
-  const float unshadowed = luminance(f_over_albedo * sample.unshadowed);
+  const float unshadowed = magnitude(f_over_albedo * sample.unshadowed);
   if (chooser.cell == kNoNestedCell || !(unshadowed > 0.0f) || !std::isfinite(unshadowed)) return std::nullopt;
-  const float square = sqr(luminance(throughput * sample.f.total_cos() * radiance));
+  const float square = sqr(magnitude(throughput * sample.f.total_cos() * radiance));
   const float pmf = context.lights.pmf(sample.emitter, chooser.position, chooser.normal);
   return LightRecord{chooser.cell,
                      context.learned->lights->clusters().cluster_of(sample.emitter),
-                     luminance(f_over_albedo * radiance),
+                     magnitude(f_over_albedo * radiance),
                      unshadowed,
                      square,
                      pmf > 0.0f ? square / (sample.W * pmf) : 0.0f};

@@ -196,7 +196,7 @@ inline bool Walk<Kind>::teaches_directions() const {
 
 template <class Kind>
 inline void Walk<Kind>::gather(Rgb radiance) {
-  if (scratch_.trains_guide) learning_.gathered += luminance(throughput_.total() * radiance);
+  if (scratch_.trains_guide) learning_.gathered += magnitude(throughput_.total() * radiance);
 }
 
 }  // namespace cistern

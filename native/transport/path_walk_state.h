@@ -49,7 +49,7 @@ struct CaptureState {
 
 /// How a walk chooses lights, and what there is to learn from the light it finds.
 struct LearningState {
-  double gathered = 0.0;    // luminance of all that the path adds up to, including what is left to others
+  double gathered = 0.0;    // magnitude of all that the path adds up to, including what is left to others
   float guide_gain = 1.0f;  // product of BsdfSample::guide_gain: where guides find more, less throughput is enough
   bool met_visible_point = false;
   std::optional<LearnedLights::Chooser> at_vertex;  // none: the light set chooses

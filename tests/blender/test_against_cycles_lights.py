@@ -80,6 +80,46 @@ def test_emissive_mesh(empty_scene: bpy.types.Scene) -> None:
     assert result.agrees, result
 
 
+NEGATIVE = {
+    "point": ("POINT", {"energy": -20.0, "shadow_soft_size": 0.3}),
+    "sun": ("SUN", {"energy": -0.3, "angle": 0.4}),
+    "area": ("AREA", {"energy": -10.0, "size": 0.5}),
+}
+
+
+def missing(scene: bpy.types.Scene) -> None:
+    for light in bpy.data.lights:
+        light.energy = max(light.energy, 0.0)
+
+
+@pytest.mark.parametrize("case", NEGATIVE)
+def test_lamps_that_take_light_away(empty_scene: bpy.types.Scene, case: str) -> None:
+    """Beside one that gives. Planted bug: Cycles renders that one alone."""
+    kind, members = NEGATIVE[case]
+    lit_stage(empty_scene)
+    build.add_light(empty_scene, "AREA", rotation=TILT, energy=60.0, size=0.8)
+    build.add_light(empty_scene, kind, (-1.0, -1.0, 2.0), color=(1.0, 0.8, 0.6), **members)
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+    assert not compare_with_cycles(empty_scene, plant=missing).agrees
+
+
+def glow_of_minus_two(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+    strength = tree.nodes.new("ShaderNodeValue").outputs[0]
+    strength.default_value = -2.0
+    return build.shader(tree, "ShaderNodeEmission", Color=(1, 0.6, 0.3, 1), Strength=strength).outputs[0]
+
+
+def test_meshes_that_take_light_away(empty_scene: bpy.types.Scene) -> None:
+    lit_stage(empty_scene)
+    build.add_light(empty_scene, "AREA", rotation=TILT, energy=60.0, size=0.8)
+    points = [(-1.0, -0.5, 1.8), (-0.4, -0.5, 1.6), (-0.4, 0.4, 1.6), (-1.0, 0.4, 2.0)]
+    glow = build.material("glow", glow_of_minus_two)
+    build.add_mesh(empty_scene, "glow", points, [(0, 1, 2), (0, 2, 3)], glow)
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
 def test_world_color(empty_scene: bpy.types.Scene) -> None:
     lit_stage(empty_scene)
     build.set_world(empty_scene, (0.3, 0.5, 0.9), 1.5)

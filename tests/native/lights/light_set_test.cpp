@@ -305,6 +305,19 @@ TEST(LightSet, UniformEmissionIsThatOfItsInstance) {
   }
 }
 
+TEST(LightSet, LampsThatTakeLightAwayAreEmitters) {
+  auto scene = std::make_shared<Scene>();
+  scene->lights = {make_light(PointLight{{0, 0, 1}, 0.5f, Rgb(-1.0f), false}),
+                   make_light(PointLight{{0, 0, 1}, 0.5f, Rgb(0.0f), false}),
+                   make_light(PointLight{{0, 0, 1}, 0.5f, {0.7152f, -0.2126f, 0.0f}, false})};  // luminance 0
+  const LightSet lights(scene, LightSampling::TREE);
+  ASSERT_EQ(lights.emitter_count(), 2u);
+  for (uint32_t i = 0; i < 2; ++i) EXPECT_GT(lights.pmf(i, {}, {0, 0, 1}), 0.1f);
+  const auto light = lights.evaluate({0, {0.5f, 0.5f}}, {}, {});
+  ASSERT_TRUE(light);
+  EXPECT_LT(light->radiance.g, 0.0f);
+}
+
 TEST(LightSet, LampFlagsReachTheCaller) {
   auto scene = std::make_shared<Scene>();
   scene->lights = {make_light(PointLight{{0, 0, 1}, 0.5f, Rgb(1.0f), false})};
