@@ -9,6 +9,7 @@ Settings without_what_may_differ(Settings s) {
   s.width = any.width, s.height = any.height, s.region = any.region;
   s.samples = any.samples, s.threads = any.threads, s.time_limit = any.time_limit;
   s.passes = any.passes;
+  s.path_sharing.on_trial = any.path_sharing.on_trial;
   return s;
 }
 

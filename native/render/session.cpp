@@ -20,6 +20,11 @@ namespace {
 constexpr double kBatchSeconds = 0.5;
 constexpr uint32_t kMaxBatch = 16;
 
+/// Of the time limit, what a trial may take: then it ends undecided.
+constexpr double kTrialShareOfLimit = 0.15;
+/// Frames before a trial of those without history, at least: the picture changes soon, and often for good.
+constexpr uint32_t kFramesBeforeTrial = 2;
+
 double seconds_since(std::chrono::steady_clock::time_point t) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
 }
@@ -99,7 +104,7 @@ void Session::run() {
       const auto accel = cache_->accel(scene_, settings_.keep_instances);
       const auto lights = cache_->lights(scene_, settings_.light_sampling);
       const Clock::time_point trial_start = Clock::now();
-      const Settings decided = decided_settings(settings_, accel, lights, deadline_from(trial_start));
+      const Settings decided = decided_settings(settings_, accel, lights);
       const Clock::duration trial_time = Clock::now() - trial_start;
       const auto world = std::make_shared<const RenderWorld>(decided, scene_, accel, lights);
       std::shared_ptr<const LightCacheCells> cache_cells;
@@ -130,17 +135,19 @@ void Session::run() {
   }
 }
 
-/// The time limit, for what starts at `start`.
-Session::Clock::time_point Session::deadline_from(Clock::time_point start) const {
+/// Of what starts at `start` and may take so much of the time limit.
+Session::Clock::time_point Session::deadline_from(Clock::time_point start, double share) const {
   if (!(settings_.time_limit > 0.0)) return Clock::time_point::max();
-  return start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(settings_.time_limit));
+  return start +
+         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(share * settings_.time_limit));
 }
 
-/// What adapts itself to the scene before the frames that are asked for.
+/// What adapts itself to the scene before the frames that are asked for; in a share of the time limit, if there is one.
 Settings Session::decided_settings(const Settings& asked, const std::shared_ptr<const Accel>& accel,
-                                   const std::shared_ptr<const LightSet>& lights, Clock::time_point deadline) const {
-  return SharingTrial::is_for(asked) ? SharingTrial(asked, scene_, accel, lights).decide({cancelled_, deadline})
-                                     : asked;
+                                   const std::shared_ptr<const LightSet>& lights) const {
+  if (!SharingTrial::is_for(asked)) return asked;
+  const StopCondition stop{cancelled_, deadline_from(Clock::now(), kTrialShareOfLimit)};
+  return SharingTrial(asked, scene_, accel, lights).decide(stop);
 }
 
 bool Session::keeps_history() const { return settings_.keep_history && settings_.has_temporal_reuse(); }
@@ -169,6 +176,23 @@ void Session::leave_history(std::unique_ptr<ReuseFrame> frame) {
   if (keeps_history() && has_history) cache_->leave_history(std::move(frame));
 }
 
+/// Of frames without history that follow one with it: how they go on after `frames` of the picture. False, and nothing
+/// happens, while these took too little time for a trial to be a small part of it.
+bool Session::try_sharing(uint32_t frames, const RenderWorld& world, std::optional<BandedFrame>& banded) {
+  Settings later = world.settings.of_later_frames();
+  later.samples = static_cast<int>(frames);
+  if (!SharingTrial::is_for(later)) return false;
+  const Settings decided = decided_settings(later, world.accel, world.lights);
+  if (BandedFrame::is_for(decided)) {
+    banded.emplace(world.context, decided);
+  } else {
+    banded.reset();
+    const auto pixels = static_cast<uint32_t>(settings_.region.width * settings_.region.height);
+    for (uint32_t pixel = 0; pixel < pixels; ++pixel) film_->show(Pass::REUSE_COUNT, pixel, Rgb());
+  }
+  return true;
+}
+
 /// By `reuse`, all frames or the first one; where that is null or has made its own, in bands or by the reference path
 /// tracer, whose frames come in batches.
 void Session::render(const RenderWorld& world, ReuseFrame* reuse) {
@@ -177,7 +201,7 @@ void Session::render(const RenderWorld& world, ReuseFrame* reuse) {
   const size_t fixed_memory = progress_.memory_bytes;
   const uint32_t first_number = reuse ? reuse->next_frame() : 0;  // later renders know those by `reuse` alone
   const bool has_later_frames = reuse && world.settings.of_later_frames() != world.settings;
-  bool is_reusing = reuse;
+  bool is_reusing = reuse, is_decided = false;
   std::optional<BandedFrame> banded;
   if (BandedFrame::is_for(world.settings)) banded.emplace(context, world.settings);
   // Every pixel gets at least one sample: the limit holds from the second frame on.
@@ -186,10 +210,9 @@ void Session::render(const RenderWorld& world, ReuseFrame* reuse) {
   for (uint32_t frame = 0; frame < frames && !cancelled_ && !stop.deadline_passed();) {
     if (has_later_frames && frame == 1) {
       is_reusing = false;
-      const Settings later =
-          decided_settings(world.settings.of_later_frames(), world.accel, world.lights, stop.deadline);
-      if (BandedFrame::is_for(later)) banded.emplace(context, later);
+      banded.emplace(context, world.settings.of_later_frames());
     }
+    if (has_later_frames && !is_decided && frame >= kFramesBeforeTrial) is_decided = try_sharing(frame, world, banded);
     batch = std::min(batch, frames - frame);
     if (context.learning) batch = std::min(batch, context.learning->frames_to_update(frame));
     if (context.guiding) batch = std::min(batch, context.guiding->frames_to_update(frame));
@@ -203,7 +226,7 @@ void Session::render(const RenderWorld& world, ReuseFrame* reuse) {
     frame += batch;
     if (context.learning && frame < frames) context.learning->finish_frames(frame);
     if (context.guiding && frame < frames) context.guiding->finish_frames(frame);
-    stop.deadline = deadline_from(rendering_since_);
+    stop.deadline = deadline_from(rendering_since_, 1.0);
     bool publish_now;
     {
       std::lock_guard lock(mutex_);

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -60,11 +61,12 @@ class Session {
   bool keeps_history() const;
   void leave_history(std::unique_ptr<ReuseFrame> frame);
   Settings decided_settings(const Settings& asked, const std::shared_ptr<const Accel>& accel,
-                            const std::shared_ptr<const LightSet>& lights, Clock::time_point deadline) const;
-  Clock::time_point deadline_from(Clock::time_point start) const;
+                            const std::shared_ptr<const LightSet>& lights) const;
+  Clock::time_point deadline_from(Clock::time_point start, double share) const;
   std::unique_ptr<ReuseFrame> make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,
                                                std::shared_ptr<const LightCacheCells> cache_cells);
   void report_caching(float done);
+  bool try_sharing(uint32_t frames, const RenderWorld& world, std::optional<BandedFrame>& banded);
   void render(const RenderWorld& world, ReuseFrame* reuse);
   void publish();
   void end(Status status, const std::string& error);

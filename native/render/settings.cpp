@@ -127,7 +127,8 @@ bool Settings::has_temporal_reuse() const {
 
 Settings Settings::of_later_frames() const {
   Settings later = *this;
-  if (path_sharing.first_frame_history && !uses_reservoirs(direct) && !uses_reservoirs(secondary))
+  const bool has_reservoirs = uses_reservoirs(direct) || uses_reservoirs(secondary);
+  if (path_sharing.first_frame_history && indirect == IndirectAnswer::CELL_SHARED && !has_reservoirs)
     later.path_sharing.temporal_reuse = false;
   return later;
 }

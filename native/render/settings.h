@@ -83,7 +83,7 @@ struct Settings {
 
   /// Whether some answer hands its reservoirs on from frame to frame.
   bool has_temporal_reuse() const;
-  /// What frames after the first are made by. These, unless path_sharing.first_frame_history holds.
+  /// What frames after the first are made by: these, unless paths are shared and the first alone has history.
   Settings of_later_frames() const;
   /// Whether frames use what the one before found: by temporal reuse, or because world-space paths take those of a cell
   /// from there. Their errors are then correlated.

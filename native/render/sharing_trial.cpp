@@ -29,9 +29,9 @@ constexpr double kSure = 0.5;
 
 /// A sure difference may be that of few places, so boxes of typical noise must show one as well: they must have so much
 /// less of it. Trials show less of the gain than pictures have, which are more pixels to share among. (Eleven scenes,
-/// six seeds, 14,400 pixels, paths over all sharing: below 0.7 in four scenes where paths alone are better; above 0.72
-/// in the others, or not surely less. In a bright interior, where sharing gains 1.2, it is 1.2, and surely less by 2
-/// standard errors.)
+/// six seeds, 14,400 pixels, paths over all sharing: at most 0.69 in four scenes where paths alone are better; in the
+/// others 0.83 and more, or paths are not surely better. In a bright interior, where sharing gains 1.2, it is 1.2, and
+/// surely less by 2 standard errors.)
 constexpr double kTypically = 0.75, kTypicallyOfNextVertices = 0.9;
 
 /// Of the time of the picture's samples, at most about; the second where so little time would not decide.

@@ -32,7 +32,8 @@ struct PathSharing {
   bool first_frame_history = false;
   SharingCells visible{.pixels = 32.0f, .smallest = 1e-3f};      // visible points
   SharingCells deep{.pixels = 96.0f, .smallest = 1.0f / 64.0f};  // next vertices
-  /// Whether a trial before the first frame may find that sharing is not worth its time here; not with history.
+  /// Whether a trial may find that sharing is not worth its time here: before the first frame, or of frames without
+  /// history that follow one with it, soon after that.
   bool on_trial = false;
   friend bool operator==(const PathSharing&, const PathSharing&) = default;
 };

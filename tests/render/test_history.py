@@ -183,11 +183,11 @@ def test_first_frames_alone_may_have_history() -> None:
     assert not np.array_equal(last(one, one), last(one))
 
 
-def test_reservoirs_of_light_keep_the_history_of_all_frames() -> None:
+def test_other_systems_keep_the_history_of_all_frames() -> None:
     scene = scenes("nothing")[0]
-    for system in (dict(direct="RESTIR"), dict(secondary="CELL_RESERVOIRS")):
+    for system in (dict(direct="RESTIR"), dict(secondary="CELL_RESERVOIRS"), SYSTEMS["screen"], SYSTEMS["world"]):
         first, all_frames = (
-            color(run(scene, None, samples=3, **CELLS | system, first_frame_history=is_first))
+            color(run(scene, None, samples=3, **CELLS | system | dict(first_frame_history=is_first)))
             for is_first in (True, False)
         )
         assert np.array_equal(first, all_frames)
