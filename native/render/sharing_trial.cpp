@@ -35,7 +35,7 @@ constexpr double kSure = 0.5;
 constexpr double kTypically = 0.75, kTypicallyOfNextVertices = 0.9;
 
 /// Of the time of the picture's samples, at most about; the second where so little time would not decide.
-constexpr double kTimeShare = 0.05, kMostTimeShare = 0.15;
+constexpr double kTimeShare = 0.03, kMostTimeShare = 0.15;
 /// Samples of long renders count no more than so many: a time limit may come first.
 constexpr int kMostSamples = 256;
 /// With fewer, chance decides; more know no better.
