@@ -111,6 +111,7 @@ struct LightSet::Impl {
   LightChoice choice;
   LampBvh bvh;                      // of the lamps that scattered rays can meet
   std::vector<uint32_t> wide_suns;  // suns that scattered rays can meet
+  bool any_without_shadow = false;  // of both
 
   std::optional<uint32_t> any_instance;
 
@@ -157,6 +158,7 @@ void LightSet::Impl::prepare_intersection() {
   for (uint32_t i = 0; i < lamps.size(); ++i) {
     const Light& light = light_of(lamps[i]);
     if (!light.use_mis || light.visibility == 0 || !has_extent(lamps[i].shape)) continue;
+    any_without_shadow |= !light.casts_shadow;
     if (is_sun(lamps[i].shape)) {
       wide_suns.push_back(i);
     } else {
@@ -183,7 +185,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp
   arriving.ray_length = sample->distance;
   const Rgb radiance = sample->radiance * program_factor(lamp, receiver, *sample, arriving);
   if (is_black(radiance)) return std::nullopt;
-  const bool use_mis = shares_mis(light) && !sample->is_delta;
+  const bool use_mis = light.use_mis && !sample->is_delta;
   return IncidentLight{sample->wi,       sample->distance,   {},      radiance,        sample->pdf,
                        sample->is_delta, light.casts_shadow, use_mis, light.visibility};
 }
@@ -241,7 +243,7 @@ void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, const PathState& 
   PathState arriving = path;
   arriving.ray_length = sample->distance;
   const Rgb radiance = sample->radiance * program_factor(lamp, ray.origin, *sample, arriving);
-  hits.push_back({emitter, sample->distance, radiance, sample->pdf, light.max_bounces, shares_mis(light)});
+  hits.push_back({emitter, sample->distance, radiance, sample->pdf, light.max_bounces, light.casts_shadow});
 }
 
 LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling) {
@@ -342,5 +344,7 @@ void LightSet::intersect_lamps(const Ray& ray, const PathState& path, std::vecto
 }
 
 bool LightSet::has_visible_lamps() const { return !impl_->bvh.is_empty() || !impl_->wide_suns.empty(); }
+
+bool LightSet::has_visible_lamps_without_shadow() const { return impl_->any_without_shadow; }
 
 }  // namespace cistern

@@ -38,7 +38,7 @@ struct LampHit {
   Rgb radiance;
   float pdf = 0.0f;     // per solid angle given the emitter, as IncidentLight::pdf
   int max_bounces = 0;  // of the lamp: skip the hit when the receiver's PathState::depth was larger
-  bool use_mis = true;  // false: skip the hit when light samples could have found it, see IncidentLight
+  bool casts_shadow = true;
 };
 
 /// Where an emitter is, and what it belongs to.
@@ -101,6 +101,8 @@ class LightSet {
   /// `hits`.
   void intersect_lamps(const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const;
   bool has_visible_lamps() const;
+  /// Whether surfaces hide some of those from no light sample.
+  bool has_visible_lamps_without_shadow() const;
 
   struct Impl;
 

@@ -63,8 +63,4 @@ struct Light {
   friend bool operator==(const Light&, const Light&) = default;
 };
 
-/// Whether rays scattered by rough lobes find the lamp beside light samples. Without shadows it is for the latter
-/// alone, since the former would be stopped by what lies between. Mirrors and the camera see it all the same.
-inline bool shares_mis(const Light& light) { return light.use_mis && light.casts_shadow; }
-
 }  // namespace cistern

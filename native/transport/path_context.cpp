@@ -35,7 +35,7 @@ bool scatter_kinds_matter(const Scene& scene, const PathLimits& limits) {
 bool emitters_tell_kinds(const Scene& scene) {
   if (tells_kinds(scene.environment.visibility)) return true;
   const auto is_lamp = [](const Light& light) {
-    return !light.removed && shares_mis(light) && tells_kinds(light.visibility);
+    return !light.removed && light.use_mis && tells_kinds(light.visibility);
   };
   const auto is_surface = [&](const Instance& instance) {
     return tells_kinds(instance.visibility) && may_emit(scene, instance);

@@ -43,13 +43,17 @@ inline void Walk<Kind>::add_lamps(const std::optional<Hit>& hit) {
   // Soft lamps turn towards the point they are seen from: the last vertex, not a transparent surface on the way.
   // Like the sky, suns are seen beyond where the camera clips.
   const float t_max = hit ? travelled_ + hit->t : INFINITY, clip = travelled_ + ray_.t_max;
-  const Ray segment{vertex_origin_, ray_.direction, travelled_ + ray_.t_min, t_max};
+  // Rays that compete with light samples meet lamps without shadows as those do, wherever surfaces are: on their first
+  // segment, all the way.
+  const bool passes_surfaces = mis_receiver_ && context_.lights.has_visible_lamps_without_shadow();
+  const Ray segment{vertex_origin_, ray_.direction, travelled_ + ray_.t_min, passes_surfaces ? INFINITY : t_max};
   scratch_.lamp_hits.clear();
   context_.lights.intersect_lamps(segment, state_, scratch_.lamp_hits);
   for (const LampHit& lamp : scratch_.lamp_hits) {
     const bool is_clipped = lamp.distance >= clip && std::isfinite(lamp.distance);
-    const bool is_left_to_samples = mis_receiver_ && !lamp.use_mis;
-    if (!is_clipped && !is_left_to_samples && state_.depth - 1 <= lamp.max_bounces)
+    const bool is_elsewhere =
+        passes_surfaces && (lamp.casts_shadow ? hit && lamp.distance >= t_max : travelled_ > 0.0f);
+    if (!is_clipped && !is_elsewhere && state_.depth - 1 <= lamp.max_bounces)
       add(lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
   }
 }

@@ -31,7 +31,7 @@ REPLICAS = 64
 FRAMES = 16
 REFERENCE_SAMPLES = 32
 SIZE = 16  # two columns of pixels to a strip
-CASES = 48  # of all tests below
+CASES = 51  # of all tests below
 CASE_RATE = sidak(FALSE_ALARM_RATE, CASES)
 
 PATHS = dict(direct="NEE", secondary="NEE", indirect="PATH")
@@ -69,8 +69,11 @@ SCENES: dict[str, Callable[[], core.Scene]] = {
         for by in ("", ", by light samples alone")
     },
     "leaning metal": scenes.leaning_metal,
-    "shadowless lamp": functools.partial(scenes.lamp_without_shadows, False),
-    "shadowless lamp, covered": functools.partial(scenes.lamp_without_shadows, True),
+    **{
+        f"shadowless lamp{over}{cover}": functools.partial(scenes.lamp_without_shadows, bool(cover), floor)
+        for over, floor in (("", scenes.WHITE), (" over metal", scenes.METAL))
+        for cover in ("", ", covered")
+    },
     "beyond the horizon": functools.partial(scenes.normals_beyond_the_horizon, 6 * STRIPS),
     "lamp that counts bounces": scenes.lamp_that_counts_bounces,
     "pane over thin strips": functools.partial(scenes.panes_over_every_second_strip, 1, 0, 6 * STRIPS),
@@ -261,11 +264,13 @@ def test_lamps_hidden_from_some_kinds_of_ray(kind: str, direct: str) -> None:
 
 
 @pytest.mark.parametrize("direct", ["NEE", "RIS", "RESTIR"])
-def test_lamps_without_shadows_have_none(direct: str) -> None:
+@pytest.mark.parametrize("floor", ["", " over metal"])
+def test_lamps_without_shadows_have_none(floor: str, direct: str) -> None:
     """Scattered rays towards them were stopped by what light samples pass, and carried a share of the light all the
     same: ratios 0.796, 0.942 by RIS and by ReSTIR (|t| 1649, 437 and 82)."""
     settings = PATHS | dict(direct=direct, bias="UNBIASED", light_candidates=8)
-    result = compare("shadowless lamp, covered", settings, "Direct", like="shadowless lamp", max_bounces=0)
+    lamp = f"shadowless lamp{floor}"
+    result = compare(f"{lamp}, covered", settings, "Direct", like=lamp, max_bounces=0)
     assert result.agrees, result
 
 

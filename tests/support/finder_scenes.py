@@ -17,6 +17,7 @@ from tests.support.path_scenes import room
 
 STRIPS = 8
 WHITE = principled((0.8, 0.8, 0.8))
+METAL = principled((0.8, 0.8, 0.8), metallic=1.0, roughness=0.25)
 CLEAR = transparent((1.0, 1.0, 1.0))
 HIDDEN = VISIBLE_TO_ALL & ~CAMERA
 """From the camera: what hangs over the floor does not cover it in the picture."""
@@ -273,10 +274,10 @@ def normals_beyond_the_horizon(strips: int) -> core.Scene:
     return under_sky(scene)
 
 
-def lamp_without_shadows(is_covered: bool) -> core.Scene:
+def lamp_without_shadows(is_covered: bool, floor: core.MaterialProgram = WHITE) -> core.Scene:
     """A wide panel close over a floor, with a card between them or not."""
     scene = SceneDescription()
-    add_floor(scene)
+    add_floor(scene, floor)
     if is_covered:
         add_ceiling(scene, 0.3, WHITE)
     scene.builder.add_area_light(

@@ -329,7 +329,7 @@ TEST(LightSet, LampFlagsReachTheCaller) {
   const auto incident = lights.evaluate({0, {0.5f, 0.5f}}, {}, path);
   ASSERT_TRUE(incident);
   EXPECT_FALSE(incident->casts_shadow);
-  EXPECT_FALSE(incident->use_mis);
+  EXPECT_TRUE(incident->use_mis);
   EXPECT_EQ(incident->visibility, kVisibleToGlossy);
   path.depth = 4;
   EXPECT_FALSE(lights.evaluate({0, {0.5f, 0.5f}}, {}, path));
@@ -340,12 +340,16 @@ TEST(LightSet, LampFlagsReachTheCaller) {
   lights.intersect_lamps(Ray{{}, {0, 0, 1}}, PathState{kVisibleToGlossy}, hits);
   ASSERT_EQ(hits.size(), 1u);
   EXPECT_EQ(hits[0].max_bounces, 2);
-  EXPECT_FALSE(hits[0].use_mis);
+  EXPECT_FALSE(hits[0].casts_shadow);
   EXPECT_FLOAT_EQ(hits[0].distance, 0.5f);
+
+  EXPECT_TRUE(lights.has_visible_lamps_without_shadow());
 
   auto without_mis = std::make_shared<Scene>(*scene);
   without_mis->lights[0].use_mis = false;
-  EXPECT_FALSE(LightSet(without_mis, LightSampling::TREE).has_visible_lamps());
+  const LightSet unseen(without_mis, LightSampling::TREE);
+  EXPECT_FALSE(unseen.has_visible_lamps());
+  EXPECT_FALSE(unseen.has_visible_lamps_without_shadow());
 }
 
 TEST(LightSet, LampMaterialsMultiply) {

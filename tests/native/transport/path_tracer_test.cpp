@@ -106,11 +106,19 @@ constexpr Vec3 kGlossyView{1.0f, 0.0f, -1.0f};
 constexpr float kLampSize = 1.0f, kLampRadiance = 4.0f;
 constexpr Vec3 kLampCenter{1.2f, 0.0f, 1.0f};
 
-Moments glossy_plate(float roughness, bool use_mis) {
+enum class Cover { NONE, CLEAR, OPAQUE };
+
+/// With a cover between plate and lamp the latter casts no shadow.
+Moments glossy_plate(float roughness, bool use_mis, Cover cover = Cover::NONE) {
   PathScene scene;
   scene.floor(0.0f, 10.0f, scene.glossy(roughness));
   Light lamp = scene.area_lamp(kLampCenter, kLampSize, -1.0f, kLampRadiance);
   lamp.use_mis = use_mis;
+  lamp.casts_shadow = cover == Cover::NONE;
+  if (cover != Cover::NONE) {
+    const int material = cover == Cover::CLEAR ? scene.transparent({1, 1, 1}) : scene.diffuse(0.0f);
+    scene.quad({1.2f, 0.0f, 0.5f}, {2, 0, 0}, {0, 2, 0}, material);
+  }
   scene.builder.add_light(lamp);
   const PathMeans means = Tracer(scene).trace(kGlossyEye, kGlossyView, 60000);
   // Rough or smooth: only one part of this picture has light.
@@ -152,6 +160,21 @@ TEST(PathTracer, LightAndBsdfSamplingAndBothAgree) {
     for (int i = 0; i < 2; ++i) counted_twice.add(both.mean() + 0.1 * light.mean() + (i ? 1e-6 : -1e-6));
     EXPECT_LT(same_mean_p_value(counted_twice, bsdf), rate) << roughness;
   }
+}
+
+TEST(PathTracer, LampsWithoutShadowsShineThroughSurfacesHoweverTheyAreFound) {
+  const double rate = shared_rate(4);
+  for (const float roughness : {0.15f, 0.4f}) {
+    const Moments light = glossy_plate(roughness, false, Cover::OPAQUE), bsdf = glossy_plate_by_bsdf(roughness);
+    for (const Cover cover : {Cover::CLEAR, Cover::OPAQUE}) {
+      const Moments both = glossy_plate(roughness, true, cover);
+      EXPECT_GT(same_mean_p_value(both, bsdf), rate) << roughness;
+      EXPECT_LT(both.variance(), 0.7 * light.variance()) << roughness;  // left to light samples alone it was the same
+    }
+  }
+  // No light sample competes with a mirror, which sees what is there.
+  EXPECT_GT(glossy_plate(0.0f, true, Cover::CLEAR).mean(), 0.0);
+  EXPECT_EQ(glossy_plate(0.0f, true, Cover::OPAQUE).mean(), 0.0);
 }
 
 TEST(PathTracer, ImportanceSamplingOfTheSkyChangesNoMean) {
