@@ -18,8 +18,8 @@ constexpr float kMovement = 1e-3f, kChange = 0.01f;
 /// Of a direction that the sample kept.
 bool has_same_light(const IncidentRadiance& kept, const IncidentRadiance& again) {
   if (is_black(kept.radiance)) return true;
-  const float before = magnitude(kept.f_cos * kept.radiance), now = magnitude(again.f_cos * again.radiance);
-  return std::abs(now - before) <= kChange * std::max(before, now);
+  const Rgb before = kept.f_cos * kept.radiance, now = again.f_cos * again.radiance;
+  return magnitude(now - before) <= kChange * std::max(magnitude(before), magnitude(now));
 }
 
 }  // namespace

@@ -9,7 +9,14 @@ namespace {
 
 // --- sample validation ----------------------------------------------------------------------------------------------
 
-enum class Edit { NONE, LAMP_OFF, LAMP_BRIGHTER, WALL_MOVED, WALL_PAINTED };
+enum class Edit { NONE, LAMP_OFF, LAMP_BRIGHTER, LAMP_NEGATED, LAMP_RECOLORED, WALL_MOVED, WALL_PAINTED };
+
+/// Of the lamp. The last two are as bright as that without an edit.
+Rgb intensity(Edit edit) {
+  if (edit == Edit::LAMP_BRIGHTER) return Rgb(3.0f);
+  if (edit == Edit::LAMP_NEGATED) return Rgb(-2.0f);
+  return edit == Edit::LAMP_RECOLORED ? Rgb{2.0f / 0.2126f, 0.0f, 0.0f} : Rgb(2.0f);
+}
 
 /// A floor between two lit walls; edits are to the lamp and to the wall on the right.
 PathScene corridor(Edit edit) {
@@ -18,7 +25,12 @@ PathScene corridor(Edit edit) {
   scene.floor(0.0f, 6.0f, gray);
   scene.quad({edit == Edit::WALL_MOVED ? 2.3f : 2.0f, 0, 1}, {0, 0, 2}, {0, 6, 0}, right);
   scene.quad({-2, 0, 1}, {0, 6, 0}, {0, 0, 2}, gray);
-  if (edit != Edit::LAMP_OFF) scene.point_lamp({0.3f, 0.0f, 1.5f}, edit == Edit::LAMP_BRIGHTER ? 3.0f : 2.0f);
+  if (edit != Edit::LAMP_OFF) {
+    Light lamp;
+    lamp.name = "lamp";
+    lamp.shape = PointLight{{0.3f, 0.0f, 1.5f}, 0.0f, intensity(edit), false};
+    scene.builder.add_light(lamp);
+  }
   return scene;
 }
 
@@ -64,7 +76,7 @@ TEST(SampleValidation, NothingIsDroppedWithoutChange) {
 }
 
 TEST(SampleValidation, ChangedLightIsDropped) {
-  for (const Edit edit : {Edit::LAMP_OFF, Edit::LAMP_BRIGHTER}) {
+  for (const Edit edit : {Edit::LAMP_OFF, Edit::LAMP_BRIGHTER, Edit::LAMP_NEGATED, Edit::LAMP_RECOLORED}) {
     const Holding h = still_holding(edit);
     EXPECT_EQ(h.on_right, 0.0);
     EXPECT_EQ(h.elsewhere, 0.0);
