@@ -43,7 +43,7 @@ GuidingStage::GuidingStage(const Settings& s, const NestedCells& cells)
 
 bool GuidingStage::trains(uint32_t pixel, uint32_t frame) const {
   if (training_.is_full() || has_lost(frame)) return false;
-  return is_training_path(seed_, pixel, frame, kTrainingStream, pixels_);
+  return is_training_path(seed_, pixel, frame, kTrainingStream, pixels_, learned_at_);
 }
 
 bool GuidingStage::may_guide(uint32_t frame) const {

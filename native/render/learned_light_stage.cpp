@@ -43,7 +43,7 @@ LearnedLightStage::LearnedLightStage(const Settings& settings, const LightSet& l
 
 bool LearnedLightStage::trains(uint32_t pixel, uint32_t frame) const {
   if (is_off() || training_.is_full()) return false;
-  return is_training_path(seed_, pixel, frame, kTrainingStream, pixels_);
+  return is_training_path(seed_, pixel, frame, kTrainingStream, pixels_, learned_at_);
 }
 
 uint32_t LearnedLightStage::frames_to_update(uint32_t frame) const { return frames_to_next_update(frame); }

@@ -33,6 +33,29 @@ TEST(GuidingStage, GuidesFromTheFirstTableOn) {
   EXPECT_TRUE(stage.use()->is_on);
 }
 
+/// How many of 10000 pixels leave records.
+int training_pixels(const GuidingStage& stage, uint32_t frame) {
+  int count = 0;
+  for (uint32_t pixel = 0; pixel < 10000; ++pixel) count += stage.trains(pixel, frame);
+  return count;
+}
+
+/// As many paths teach from one update to the next however many frames earlier renders took. (By the numbers of frames
+/// it was a 512th of them.)
+TEST(GuidingStage, LearnsAsMuchWhereNumbersOfFramesGoOnFromEarlierRenders) {
+  for (const uint32_t before : {0u, 520u}) {
+    GuidingStage stage(settings(Guiding::ON), kCells);
+    EXPECT_EQ(training_pixels(stage, before), 10000);
+    stage.add(light());
+    stage.finish_frames(1);
+    EXPECT_EQ(training_pixels(stage, before + 1), 10000);
+    stage.finish_frames(2);
+    EXPECT_NEAR(training_pixels(stage, before + 3), 5000, 250);  // 5 standard deviations
+    stage.finish_frames(4);
+    EXPECT_NEAR(training_pixels(stage, before + 4), 2500, 217);
+  }
+}
+
 /// Frames take the points of sequences as if the others did not exist; a table starts a new one.
 TEST(GuidingStage, PointsOfSequencesFollowEachOther) {
   GuidingStage stage(settings(Guiding::ON), kCells);
