@@ -133,7 +133,7 @@ def test_world_color(empty_scene: bpy.types.Scene) -> None:
 def test_world_image(empty_scene: bpy.types.Scene, mapping: dict) -> None:
     lit_stage(empty_scene)
     build.set_environment_image(empty_scene, build.gradient_image(bright=2.0), **mapping)
-    result = compare_with_cycles(empty_scene)
+    result = compare_with_cycles(empty_scene, count=12)  # of 6, one block strayed in Blender 4.2 and 4.5
     assert result.agrees, result
 
 
