@@ -140,7 +140,7 @@ def viewport_settings(core: ModuleType, scene: bpy.types.Scene) -> dict[str, Any
     """The same for a 3D viewport, save what depends on the size of its pixels."""
     technique = technique_arguments(viewport_settings_in_force(scene.cistern), core)
     kept = {"keep_history": True, "keep_instances": True}
-    # Before the first sample a trial would delay each picture; with history for that alone it comes after it.
+    # Before the first sample a trial would delay each picture; with history for that sample alone it comes later.
     on_trial = all(technique.get(name) for name in ("share_trial", "temporal_reuse", "first_frame_history"))
     passes = pass_names([], scene.cistern.viewport_view)
     return scene_settings(core, scene, technique, passes) | kept | {"share_trial": on_trial}
