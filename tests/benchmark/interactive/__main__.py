@@ -16,7 +16,7 @@ has one sample, though it may take longer than ours. Frame times are those of on
 the first sample, export of the scene and building, is left out for Cycles, which would start anew with it here, and in
 the times of ours it counts as far as the event causes it.
 
-Errors are relMSE, per pixel (without the 0.1 % worst) and in boxes of 8 x 8 pixels, less the noise of the reference,
+Errors are relMSE, per pixel (without the 0.1 % worst) and in boxes of 8 x 8 pixels, but for the noise of the reference,
 means over replicas with different seeds. The output folder gets interactive.md, a plot of error against time of each
 scene, and a line of JSON for each number, added to interactive.jsonl. Needs matplotlib.
 """

@@ -25,6 +25,7 @@ from tests.benchmark.interactive.catalogue import (
 from tests.benchmark.interactive.stage import Stage
 from tests.benchmark.scoreboard.catalogue import PATH_TRACER, Engine
 from tests.benchmark.scoreboard.errors import Reference
+from tests.benchmark.scoreboard.measure import without_noise
 
 SHORT, LONG = 8, 40  # samples: their difference is time without building
 REFERENCE_SEED = 1_000_001
@@ -72,10 +73,13 @@ class Experiment:
         """Path-traced, in two halves; of moments in the pan with half the samples."""
         if moment not in self._references:
             count = self._reference_samples // (2 if moment == REST else 4)
-            halves = (
-                self._stage.session(moment, count, REFERENCE_SEED + k, self._reference_settings)[0] for k in (0, 1)
+            first, second = (
+                self._stage.session(moment, count, REFERENCE_SEED + k, self._reference_settings)[0].astype(np.float64)
+                for k in (0, 1)
             )
-            self._references[moment] = Reference(*(half.astype(np.float64) for half in halves), {}, 2 * count)
+            guides = self._stage.guides(moment, count, self._reference_settings)
+            base = without_noise(0.5 * (first + second), guides)
+            self._references[moment] = Reference(first, second, base, guides, 2 * count)
         return self._references[moment]
 
     def has_history(self, engine: Engine) -> bool:

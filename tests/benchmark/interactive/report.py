@@ -51,7 +51,7 @@ def noise(reference: Reference) -> str:
     own = reference.noise
     return (
         f"Reference: path-traced, {reference.samples} samples; relMSE of its own {own.pixel:.2g} per pixel and "
-        f"{own.box8:.2g} in boxes, which is taken off."
+        f"{own.box8:.2g} in boxes, which does not count."
     )
 
 

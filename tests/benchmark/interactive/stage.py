@@ -22,7 +22,7 @@ from addon.techniques import choose_preset
 from tests.benchmark.interactive.catalogue import MOMENTS, Moment
 from tests.benchmark.papers.sessions import open_scene
 from tests.benchmark.scoreboard.catalogue import Engine, Scene
-from tests.benchmark.scoreboard.render import cpu_seconds, prepare_picture
+from tests.benchmark.scoreboard.render import GUIDES, cpu_seconds, prepare_picture
 from tests.support import engines
 
 SECONDS = 3600.0
@@ -89,14 +89,23 @@ class Stage:
     ) -> tuple[NDArray[np.float32], float]:
         """The mean of the samples of a session and its CPU seconds, all of them. It goes on with the history of the
         one before. Raises RuntimeError when the render fails or meets numbers that are not finite."""
-        session = core.Session(core.Settings(**settings | {"samples": samples, "seed": seed}))
         before = cpu_seconds()
+        session = self._run(moment, settings | {"samples": samples, "seed": seed})
+        seconds = cpu_seconds() - before
+        return session.read("Combined")[..., :3], seconds
+
+    def guides(self, moment: Moment, samples: int, settings: Mapping[str, Any]) -> dict[str, NDArray[np.float32]]:
+        """For a denoiser; not without noise at edges."""
+        session = self._run(moment, settings | {"samples": samples, "passes": [*GUIDES.values()]})
+        return {name: session.read(pass_name)[..., :3] for name, pass_name in GUIDES.items()}
+
+    def _run(self, moment: Moment, settings: Mapping[str, Any]) -> core.Session:
+        session = core.Session(core.Settings(**settings))
         session.start(self._scenes[moment], self.cache)
         progress = session.wait(SECONDS)
-        seconds = cpu_seconds() - before
         if progress.status is not core.Status.DONE or progress.non_finite_samples or progress.non_finite_weights:
             raise RuntimeError(f"{progress.status.name}: {progress.error or 'numbers that are not finite'}")
-        return session.read("Combined")[..., :3], seconds
+        return session
 
     def cycles(self, moment: Moment, samples: int, seed: int, engine: Engine) -> tuple[NDArray[np.float32], float]:
         """The same by Cycles; its seconds are those of all that rendering a scene anew takes."""

@@ -24,7 +24,7 @@ from pathlib import Path
 
 from tests.benchmark.plotting import require_matplotlib
 from tests.benchmark.scoreboard import board, catalogue, report
-from tests.benchmark.scoreboard.measure import Laboratory
+from tests.benchmark.scoreboard.measure import GUIDE_ENGINE, Laboratory
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -64,7 +64,10 @@ def main() -> None:
     if arguments.command == "references":
         for scene in scenes:
             laboratory.extend_reference(scene, arguments.reference_samples)
-            print(f"{scene.name}: {laboratory.reference(scene).noise}", flush=True)
+            reference = laboratory.reference(scene)
+            print(f"{scene.name}: noise {reference.noise}, least {reference.resolution}", flush=True)
+            if scene.reference != GUIDE_ENGINE:
+                print(f"to Cycles: {laboratory.difference_to_cycles(scene, reference)}", flush=True)
         return
     require_matplotlib()
     engines = [catalogue.engine_named(name) for name in arguments.engines]

@@ -59,6 +59,7 @@ class SceneScore:
     scene: Scene
     reference: Reference
     target: Shot  # Cycles, whose error after denoising is to be reached
+    to_cycles: Errors | None = None  # difference between Cycles and a reference that is not its own, noise left out
     shots: dict[str, list[Shot]] = field(default_factory=dict)  # by engine
 
     def last(self, name: str) -> Shot:
@@ -128,7 +129,7 @@ def score(laboratory: Laboratory, scene: Scene, plan: Plan) -> SceneScore:
 
     target = take(engine_named(CYCLES), plan.samples, 1)
     budget = plan.budget_seconds or target.seconds
-    found = SceneScore(scene, reference, target)
+    found = SceneScore(scene, reference, target, laboratory.difference_to_cycles(scene, reference))
     for engine in plan.engines:
         found.shots[engine.name] = [take(engine, PILOT_SAMPLES, 1)]
     for seed in range(2, plan.rounds + 2):

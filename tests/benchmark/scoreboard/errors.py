@@ -1,4 +1,9 @@
-"""Errors of a picture against a reference of known noise, at several scales."""
+"""Errors of a picture against a reference that has noise of its own, at several scales.
+
+The error of a pixel is the product of its differences to two independent halves of the reference, whose mean over the
+reference's noise is the square of its difference to the truth. It is relative to the reference without noise, as a
+denoiser sees it: to what its pixels show would make every pixel count more that came out too dark by chance.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +18,15 @@ FLOOR = 0.01  # added to the squared reference, so that black pixels do not rule
 BOXES = (4, 8)
 
 
-def relative_squares(difference: NDArray, base: NDArray) -> NDArray:
-    """(height, width): squared difference over squared base, mean of the channels."""
-    return (difference**2 / (base**2 + FLOOR)).mean(axis=2)
+def relative(products: NDArray, base: NDArray) -> NDArray:
+    """(height, width): squares of differences or the like over the squared base, mean of the channels."""
+    return (products / (base**2 + FLOOR)).mean(axis=2)
 
 
-def trimmed_mean(values: NDArray) -> float:
+def trimmed_mean(values: NDArray, size: NDArray) -> float:
+    """Of the values, without those where `size` is largest: the mean of those that are left."""
     count = values.size - int(np.ceil(TRIM * values.size))
-    return float(np.partition(values.ravel(), count - 1)[:count].mean())
+    return float(values.ravel()[np.argpartition(size.ravel(), count - 1)[:count]].mean())
 
 
 def boxes(picture: NDArray, side: int) -> NDArray:
@@ -32,7 +38,7 @@ def boxes(picture: NDArray, side: int) -> NDArray:
 
 @dataclass(frozen=True)
 class Errors:
-    """relMSE, the mean of (x - r)² / (r² + 0.01), less what the reference's own noise adds to it."""
+    """relMSE, the mean of (x - t)² / (t² + 0.01) for the true picture t, as far as the reference can tell."""
 
     pixel: float  # without the 0.1 % worst pixels
     box4: float  # of means over 4 x 4 pixels, and below 8 x 8, all of them
@@ -48,6 +54,7 @@ class Errors:
 class Reference:
     first: NDArray  # (height, width, 3), two halves independent of each other
     second: NDArray
+    base: NDArray  # what errors are relative to: the mean of both without its noise
     guides: dict[str, NDArray]  # albedo and normal, for the denoiser
     samples: int
 
@@ -59,25 +66,47 @@ class Reference:
     def noise(self) -> Errors:
         """Of the mean of both halves, by their difference; `ratio`: of their means."""
         half = 0.5 * (self.first - self.second)
-        box4, box8 = (float(relative_squares(boxes(half, n), boxes(self.mean, n)).mean()) for n in BOXES)
-        values = relative_squares(half, self.mean)
+        values = relative(half**2, self.base)
+        box4, box8 = (float(relative(boxes(half, n) ** 2, boxes(self.base, n)).mean()) for n in BOXES)
         ratio = float(self.first.mean() / self.second.mean())
-        return Errors(trimmed_mean(values), box4, box8, float(values.mean()), ratio)
+        return Errors(trimmed_mean(values, values), box4, box8, float(values.mean()), ratio)
+
+    @cached_property
+    def resolution(self) -> Errors:
+        """The smallest errors that can be told from none: a standard error of the mean of products of the noise of
+        both halves, which does not have to be Gaussian."""
+        half = 0.5 * (self.first - self.second)
+
+        def deviation(values: NDArray) -> float:
+            return float(2.0 * np.sqrt((values**2).sum()) / values.size)
+
+        values = relative(half**2, self.base)
+        box4, box8 = (deviation(relative(boxes(half, n) ** 2, boxes(self.base, n))) for n in BOXES)
+        kept = values[values <= np.quantile(values, 1.0 - TRIM)]
+        return Errors(deviation(kept), box4, box8, deviation(values), 0.0)
 
     def squares(self, picture: NDArray) -> NDArray:
-        """(height, width): the error of each pixel, noise of the reference included."""
-        return relative_squares(picture - self.mean, self.mean)
+        """(height, width): the square of the difference to the mean of both halves, to look at; noise included."""
+        return relative((picture - self.mean) ** 2, self.base)
 
     def errors(self, picture: NDArray) -> Errors:
-        """Raises ValueError for a pixel that is not finite. What is left after the noise of the reference is taken
-        off is at least a tenth of that noise: less cannot be told."""
+        """Raises ValueError for a pixel that is not finite. Errors that are too small to be told count as the
+        smallest that can."""
         picture = picture.astype(np.float64)
         if not np.isfinite(picture).all():
             raise ValueError(f"{np.count_nonzero(~np.isfinite(picture).all(axis=2))} pixels are not finite")
-        found = [trimmed_mean(self.squares(picture))]
+        found, least = self.distance(picture, picture), self.resolution
+        told = (max(found.at(scale), least.at(scale)) for scale in ("pixel", "box4", "box8", "untrimmed"))
+        return Errors(*told, found.ratio)
+
+    def distance(self, one: NDArray, other: NDArray) -> Errors:
+        """Errors of what two pictures have in common: of one with itself, with its noise; of two with independent
+        noise, without. Less than nothing by chance."""
+        values = relative((one - self.first) * (other - self.second), self.base)
+        sizes = relative((one - self.base) * (other - self.base), self.base)
+        found = []
         for n in BOXES:
-            found.append(float(relative_squares(boxes(picture - self.mean, n), boxes(self.mean, n)).mean()))
-        found.append(float(self.squares(picture).mean()))
-        own = (self.noise.pixel, self.noise.box4, self.noise.box8, self.noise.untrimmed)
-        left = [max(error - noise, 0.1 * noise) for error, noise in zip(found, own, strict=True)]
-        return Errors(*left, float(picture.mean() / self.mean.mean()))
+            products = boxes(one - self.first, n) * boxes(other - self.second, n)
+            found.append(float(relative(products, boxes(self.base, n)).mean()))
+        ratio = float(0.5 * (one.mean() + other.mean()) / self.mean.mean())
+        return Errors(trimmed_mean(values, np.abs(sizes)), *found, float(values.mean()), ratio)
