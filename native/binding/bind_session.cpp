@@ -167,6 +167,8 @@ std::map<std::string, Setter> make_reuse_setters() {
        [](Settings& s, const py::handle& value) { s.screen_paths.validation_frames = value.cast<int>(); }},
       {"path_multi_bounce",
        [](Settings& s, const py::handle& value) { s.screen_paths.multi_bounce_share = value.cast<float>(); }},
+      {"path_spatial_cap",
+       [](Settings& s, const py::handle& value) { s.screen_paths.spatial_cap = value.cast<float>(); }},
       {"spatial_neighbours", reuse(&DirectReuse::spatial_neighbours)},
       {"spatial_radius", reuse(&DirectReuse::spatial_radius)},
       {"spatial_rounds", reuse(&DirectReuse::spatial_rounds)},

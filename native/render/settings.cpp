@@ -75,6 +75,7 @@ void check_screen_paths(ScreenPathReuse& reuse) {
   if (reuse.multi_bounce_share == 0.0f) reuse.multi_bounce_share = 1.0f;
   require("path_validation", reuse.validation_frames, 0, 1 << 16);
   require("path_multi_bounce", reuse.multi_bounce_share, 0.01f, 1.0f);
+  require("path_spatial_cap", reuse.spatial_cap, 0.0f, 1e6f);
 }
 
 void check_path_sharing(PathSharing& sharing) {
