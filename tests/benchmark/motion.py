@@ -9,7 +9,8 @@ a viewport that renders one picture per edit. The error of a frame is its mean s
 reference of the same moment, over the squared mean of the reference, averaged over replicas with different seeds: of
 pixels, and of means over blocks of 8 x 8 pixels, which do not hide a ghost behind noise. `ghost` is what history does
 to the mean picture: the root mean squared difference of block means, averaged over replicas, from the reference, over
-the mean; `noise` is what that would be without any. Needs matplotlib for the plot.
+the mean; `noise` is what that would be without any. Edits of light drop the history of paths, unless they are
+validated: then those that no longer hold are. Needs matplotlib for the plot.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ SYSTEMS: dict[str, dict] = {
     PATH_TRACING: {},
     "ReSTIR": dict(direct="RESTIR"),
     "ReSTIR, ReSTIR GI": dict(direct="RESTIR", secondary="CELL_RESERVOIRS", indirect="SCREEN_REUSE"),
+    "ReSTIR, ReSTIR GI, validated": dict(direct="RESTIR", indirect="SCREEN_REUSE", path_validation=6),
     "ReSTIR, world-space paths": dict(direct="RESTIR", secondary="CELL_RESERVOIRS", indirect="WORLD_REUSE"),
     "Interactive (ours)": dict(indirect="CELL_SHARED"),
 }
