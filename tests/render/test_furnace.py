@@ -4,8 +4,9 @@ import cistern_core as core
 import numpy as np
 import pytest
 
+from tests.render.test_path_reuse import COMBINATIONS, Answers, members_of
 from tests.support.core_scenes import SceneDescription, emission, principled, render, replicas
-from tests.support.statistics import block_means, compare_to_value
+from tests.support.statistics import Comparison, block_means, compare_to_value, sidak
 
 REPLICAS = 16
 
@@ -36,6 +37,40 @@ def test_closed_box_sees_a_lost_bounce(albedo: float) -> None:
     """Planted bug: the last 1.6 % (half albedo) or 2.3 % of the light, from later bounces, is dropped."""
     few = 4 if albedo == 0.5 else 15
     result = compare_to_value(blocks(closed_box(albedo), samples=64, max_bounces=few), 1.0 / (1.0 - albedo))
+    assert not result.agrees, result
+
+
+REUSE = [(answers, albedo) for answers in COMBINATIONS for albedo in (0.5, 0.8)]
+REUSE_RATE = sidak(0.01, len(REUSE))
+
+
+def reuse_in_closed_box(answers: Answers, albedo: float, twice: float = 0.0) -> Comparison:
+    """`twice`: planted, a share of what sample points emit that comes with the light they reflect as well."""
+    settings = members_of(answers) | dict(size=16, samples=8, bias="UNBIASED")
+    passes = [render(closed_box(albedo), seed=seed, **settings) for seed in range(1, REPLICAS + 1)]
+    pictures = [p["Combined"][..., :3] + twice * p["Direct"] for p in passes]
+    found = np.array([block_means(picture, 2, 2) for picture in pictures])
+    return compare_to_value(found, 1.0 / (1.0 - albedo), REUSE_RATE)
+
+
+@pytest.mark.parametrize(
+    ("answers", "albedo"),
+    [
+        pytest.param(answers, albedo, id="-".join([*answers, str(albedo)]), marks=() if is_quick else pytest.mark.slow)
+        for answers, albedo in REUSE
+        for is_quick in [answers[0] == "NEE" and albedo == 0.5]
+    ],
+)
+def test_reuse_counts_emission_once(answers: Answers, albedo: float) -> None:
+    """All walls are lamps to visible points and sample points alike. False-alarm rate 1 % for all cases together."""
+    result = reuse_in_closed_box(answers, albedo)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("indirect", ["SCREEN_REUSE", "WORLD_REUSE", "CELL_SHARED"])
+def test_emission_counted_twice_is_seen(indirect: str) -> None:
+    """Planted bug, by a tenth of it: 2.5 % too much light."""
+    result = reuse_in_closed_box(("NEE", "CELL_RESERVOIRS", indirect), 0.5, twice=0.1)
     assert not result.agrees, result
 
 

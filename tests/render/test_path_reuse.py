@@ -74,6 +74,9 @@ QUICK: list[tuple[Answers, str, str]] = [
     (("NEE", "NEE", "CELL_SHARED"), "colored_stripes", ""),
     (("NEE", "NEE", "SCREEN_REUSE"), "colored_stripes", ""),
     (("NEE", "CELL_RESERVOIRS", "WORLD_REUSE"), "colored_stripes", ""),
+    (("NEE", "NEE", "SCREEN_REUSE"), "glowing_room", ""),
+    (("RESTIR", "CELL_RESERVOIRS", "WORLD_REUSE"), "glowing_room", ""),
+    (("RIS", "RIS", "CELL_SHARED"), "glowing_room", ""),
 ]
 """Cases of quick runs: each answer but the cache, which is slow to start, and each scene."""
 

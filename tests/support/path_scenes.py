@@ -158,6 +158,22 @@ def hidden_objects() -> core.Scene:
     return scene.snapshot()
 
 
+def glowing_room() -> core.Scene:
+    """Surfaces that glow and reflect: paths meet them as lamps and as sample points, also by way of a mirror."""
+    scene = SceneDescription()
+    shade = principled((0.7, 0.5, 0.3), emission=0.4)
+    coated = principled((0.4, 0.4, 0.5), specular=0.5, roughness=0.4)
+    room(scene, floor=coated, left=principled((0.8, 0.3, 0.2), emission=0.15))
+    scene.add_quad(
+        (-0.3, 0.4, 0.0), (0.9, 0.2, 0.0), (0.0, 0.0, 0.9), principled((0.9,) * 3, metallic=1.0, roughness=0.0)
+    )
+    scene.add_sphere(0.35, shade, (-0.4, -0.3, 0.4), rings=8)
+    scene.add_sphere(
+        0.3, principled((0.6, 0.7, 0.8), metallic=1.0, roughness=0.4, emission=0.2), (0.5, -0.3, 0.9), rings=8
+    )
+    return scene.snapshot()
+
+
 def harsh_room(strength: float = 1.0) -> core.Scene:
     """Unkind to arithmetic: surfaces that lie in each other or meet under a degree, slivers, black and white walls,
     lobes just rough enough to reuse, a point lamp near a wall and lamps 10^12 apart in strength."""
@@ -203,5 +219,6 @@ SCENES: dict[str, Callable[[], core.Scene]] = {
         counting_lamp,
         hidden_objects,
         colored_stripes,
+        glowing_room,
     )
 }
