@@ -17,6 +17,7 @@ SHARES = (1 / 4, 1.0)  # of the budget; the pilot is shorter
 PILOT_SAMPLES = 4
 FILLED = 0.75
 SLOWEST = 0.3
+TARGETS = 3  # pictures by Cycles whose mean error after denoising is to be reached
 SCALES = {"pixel": "1 px", "box4": "4 px", "box8": "8 px"}
 
 
@@ -58,9 +59,14 @@ class Shot:
 class SceneScore:
     scene: Scene
     reference: Reference
-    target: Shot  # Cycles, whose error after denoising is to be reached
+    targets: list[Shot]  # Cycles with equally many samples, whose error after denoising is to be reached
     to_cycles: Errors | None = None  # difference between Cycles and a reference that is not its own, noise left out
     shots: dict[str, list[Shot]] = field(default_factory=dict)  # by engine
+
+    @property
+    def target_error(self) -> float:
+        """Geometric mean of the targets' errors after denoising."""
+        return float(np.exp(np.mean([np.log(shot.denoised_errors.pixel) for shot in self.targets])))
 
     def last(self, name: str) -> Shot:
         """One with the most samples."""
@@ -72,10 +78,10 @@ class SceneScore:
         return float(np.exp(np.mean([np.log(s.product(scale)) for s in self.shots[name] if s.samples > enough])))
 
     def time_to_target(self, name: str) -> float:
-        """CPU seconds to the denoised error of the target, by a line through the logarithms of the two renders about
+        """CPU seconds to the denoised error of the targets, by a line through the logarithms of the two renders about
         it. Where the shortest render is better already, its time; where the longest is worse, the last line goes on,
         falling with at least the power SLOWEST of time."""
-        goal = np.log(self.target.denoised_errors.pixel)
+        goal = np.log(self.target_error)
         curve = self.denoised_curve(name)
         if curve[0][1] <= goal:
             return float(np.exp(curve[0][0]))
@@ -89,7 +95,8 @@ class SceneScore:
     def denoised_curve(self, name: str) -> list[tuple[float, float]]:
         """Logarithms of seconds and of the error after denoising, by samples; means over renders of nearly as many."""
         groups: list[list[Shot]] = []
-        for shot in sorted(self.shots[name], key=lambda shot: shot.samples):
+        shots = [*self.shots[name], *(self.targets if name == CYCLES else ())]
+        for shot in sorted(shots, key=lambda shot: shot.samples):
             if groups and shot.samples <= 1.5 * groups[-1][0].samples:
                 groups[-1].append(shot)
             else:
@@ -121,15 +128,15 @@ def shoot(laboratory: Laboratory, scene: Scene, reference: Reference, engine: En
 
 
 def score(laboratory: Laboratory, scene: Scene, plan: Plan) -> SceneScore:
-    """First the target, which sets the budget; then a short render of each engine, which sets its sample counts."""
+    """First the targets, which set the budget; then a short render of each engine, which sets its sample counts."""
     reference = laboratory.reference(scene)
 
     def take(engine: Engine, samples: int, seed: int) -> Shot:
         return shoot(laboratory, scene, reference, engine, samples, seed)
 
-    target = take(engine_named(CYCLES), plan.samples, 1)
-    budget = plan.budget_seconds or target.seconds
-    found = SceneScore(scene, reference, target, laboratory.difference_to_cycles(scene, reference))
+    targets = [take(engine_named(CYCLES), plan.samples, seed) for seed in range(1, TARGETS + 1)]
+    budget = plan.budget_seconds or min(target.seconds for target in targets)
+    found = SceneScore(scene, reference, targets, laboratory.difference_to_cycles(scene, reference))
     for engine in plan.engines:
         found.shots[engine.name] = [take(engine, PILOT_SAMPLES, 1)]
     for seed in range(2, plan.rounds + 2):

@@ -21,7 +21,7 @@ def draw(path: Path, score: SceneScore) -> None:
             axis.plot(*zip(*curve, strict=True), STYLES[group], color=f"C{index % 10}", marker="o", lw=width, ms=4)
         axis.set(xscale="log", yscale="log", xlabel="CPU seconds", title=title)
         axis.grid(which="both", alpha=0.25)
-    axes[-1].axhline(score.target.denoised_errors.pixel, color="grey", lw=0.8)
+    axes[-1].axhline(score.target_error, color="grey", lw=0.8)
     axes[0].set_ylabel("relMSE")
     titles = [shots[0].engine.title for shots in score.shots.values()]
     figure.legend(axes[0].lines, titles, loc="lower center", ncols=6, fontsize=9)

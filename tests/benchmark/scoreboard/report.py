@@ -33,7 +33,7 @@ def commit() -> str:
 
 def append_history(file: Path, score: SceneScore) -> None:
     """One line for each picture."""
-    shots = [score.target, *(shot for shots in score.shots.values() for shot in shots)]
+    shots = [*score.targets, *(shot for shots in score.shots.values() for shot in shots)]
     append_lines(file, [history_of(score, shot) for shot in shots])
 
 
@@ -51,7 +51,7 @@ def history_of(score: SceneScore, shot: Shot) -> dict[str, object]:
     return {
         "scene": score.scene.name,
         "engine": shot.engine.name,
-        "is_target": shot is score.target,
+        "is_target": any(shot is target for target in score.targets),
         "samples": shot.samples,
         "seed": shot.seed,
         "size": [width, height],
@@ -64,13 +64,14 @@ def history_of(score: SceneScore, shot: Shot) -> dict[str, object]:
 
 def scene_table(score: SceneScore) -> list[str]:
     """Of the longest render of each engine; ratios to the best setting of Cycles, where it takes part."""
-    noise, target = score.reference.noise, score.target
+    noise, target = score.reference.noise, score.targets[0]
     has_cycles = any(shots[0].engine.group == "CYCLES" for shots in score.shots.values())
     lines = [
         f"Reference: {engine_named(score.scene.reference).title}, {score.reference.samples} samples; "
         f"relMSE of its own {noise.pixel:.2g} per pixel, "
         f"{noise.box4:.2g} and {noise.box8:.2g} in boxes, which does not count. Target after denoising: "
-        f"{target.denoised_errors.pixel:.4f}, of Cycles with {target.samples} samples in {target.seconds:.1f} s.",
+        f"{score.target_error:.4f}, of Cycles with {target.samples} samples in {target.seconds:.1f} s, mean of "
+        f"{len(score.targets)}.",
         *difference_to_cycles(score),
         "",
         "| engine | samples | CPU s | export, build s | peak MB | mean / reference | 1 px | 4 px | 8 px | denoised | "
