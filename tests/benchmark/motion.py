@@ -154,8 +154,9 @@ def draw(results: dict[str, dict[tuple[str, str, bool], dict[str, NDArray]]], pa
                 label = f"{system}, {bias.lower()}, history {'on' if history else 'off'}"
                 axis.semilogy(error[kind], style, color=colors[system], label=label)
             axis.set(title=name, xlabel="frame", ylabel=f"error of {kind}")
-    axes[0][0].legend(fontsize=6)
-    figure.tight_layout()
+    handles, labels = axes[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=3, fontsize=7)
+    figure.tight_layout(rect=(0.0, 0.14, 1.0, 1.0))
     figure.savefig(path)
     pyplot.close(figure)
 
