@@ -59,9 +59,12 @@ def print_table(found: dict[str, dict[int, float]]) -> None:
 
 
 def plot(found: dict[str, dict[int, float]], path: Path) -> None:
-    figure, axes = load_pyplot().subplots(figsize=(8, 6))
+    figure, axes = load_pyplot().subplots(figsize=(8, 6), layout="constrained")
+    systems = list(SYSTEMS)
     for name, errors in found.items():
-        axes.loglog(list(errors), list(errors.values()), "--" if "history" in name else "-", label=name)
+        system, _, history = name.partition(", ")
+        style = dict(linestyle="--" if history else "-", color=f"C{systems.index(system)}", label=name)
+        axes.loglog(list(errors), list(errors.values()), **style)
     axes.set(xlabel="frames", ylabel="mean squared error")
     axes.legend()
     path.parent.mkdir(parents=True, exist_ok=True)
