@@ -16,6 +16,9 @@ constexpr int kSmallestWidth = 64;
 constexpr int kLargestWidth = 4096;
 constexpr int kFineWidth = 1024;  // maps up to this width are filtered from twice the resolution
 constexpr int kMaxSupersampling = 2;
+/// Suns bring most of the light, but none to the shadows that they cast.
+constexpr float kLargestSunShare = 0.75f;
+constexpr float kBelowOne = 0x1.fffffep-1f;
 
 Vec3 direction_at(float u, float cos_theta) {
   const float phi = 2.0f * kPi * u;
@@ -32,18 +35,42 @@ int largest_image_width(const Scene& scene, const MaterialProgram& program) {
   return width;
 }
 
-/// Luminance on a lattice of (columns) x (rows + 1) points, the first and last row at the poles.
-std::vector<float> evaluate_lattice(const Scene& scene, int columns, int rows) {
-  std::vector<float> lattice(static_cast<size_t>(columns) * (static_cast<size_t>(rows) + 1));
+/// Whose light the sampler is made for.
+PathState diffuse_path() {
   PathState path;
   path.ray_kind = kVisibleToDiffuse;
+  return path;
+}
+
+float environment_luminance(const Scene& scene, Vec3 direction, const PathState& path) {
+  const float value = luminance(evaluate_environment(scene, direction, path));
+  return std::isfinite(value) ? std::max(value, 0.0f) : 0.0f;
+}
+
+/// Mean over a cone, on a spiral of points that share its solid angle equally.
+float mean_luminance(const Scene& scene, const SkyCone& cone, const PathState& path) {
+  constexpr int kPoints = 64;
+  constexpr float kGoldenTurn = 0.618034f;
+  float sum = 0.0f;
+  for (int i = 0; i < kPoints; ++i) {
+    const Vec2 u{(static_cast<float>(i) + 0.5f) / kPoints, static_cast<float>(i) * kGoldenTurn};
+    sum += environment_luminance(scene, sample_cone(cone, {u.x, u.y - std::floor(u.y)}), path);
+  }
+  return sum / kPoints;
+}
+
+/// Luminance on a lattice of (columns) x (rows + 1) points, the first and last row at the poles; where a sun is, that
+/// of the sky around it.
+std::vector<float> evaluate_lattice(const Scene& scene, int columns, int rows, std::span<const SkyCone> suns) {
+  std::vector<float> lattice(static_cast<size_t>(columns) * (static_cast<size_t>(rows) + 1));
+  const PathState path = diffuse_path();
   parallel_blocks(static_cast<size_t>(rows) + 1, 8, [&](size_t, size_t begin, size_t end) {
     for (size_t y = begin; y < end; ++y) {
       const float cos_theta = std::cos(kPi * static_cast<float>(y) / static_cast<float>(rows));
       for (size_t x = 0; x < static_cast<size_t>(columns); ++x) {
-        const Vec3 direction = direction_at(static_cast<float>(x) / static_cast<float>(columns), cos_theta);
-        const float value = luminance(evaluate_environment(scene, direction, path));
-        lattice[y * static_cast<size_t>(columns) + x] = std::isfinite(value) ? std::max(value, 0.0f) : 0.0f;
+        Vec3 direction = direction_at(static_cast<float>(x) / static_cast<float>(columns), cos_theta);
+        for (const SkyCone& sun : suns) direction = outside(sun, direction);
+        lattice[y * static_cast<size_t>(columns) + x] = environment_luminance(scene, direction, path);
       }
     }
   });
@@ -106,22 +133,44 @@ std::optional<EnvironmentSampler> EnvironmentSampler::build(const Scene& scene) 
   if (program.emission_is_constant) {
     sampler.mean_radiance_ = luminance(to_rgb(program.constant_emission));
   } else {
-    const int wanted =
-        environment.importance_width > 0 ? environment.importance_width : largest_image_width(scene, program);
+    const SkySuns suns = find_sky_suns(scene);
+    const int best = suns.are_all_found ? largest_image_width(scene, program) : kLargestWidth;
+    const int wanted = environment.importance_width > 0 ? environment.importance_width : best;
     const int width = std::clamp(wanted > 0 ? wanted : kDefaultWidth, kSmallestWidth, kLargestWidth);
-    sampler.build_map(scene, environment.use_importance_sampling ? width : kSmallestWidth);
+    sampler.build_map(scene, environment.use_importance_sampling ? width : kSmallestWidth, suns.cones);
+    sampler.share_out(scene, suns.cones);
   }
   if (!(sampler.mean_radiance_ > 0.0f)) return std::nullopt;
-  if (!environment.use_importance_sampling) sampler.width_ = sampler.height_ = 0;
+  if (!environment.use_importance_sampling) {
+    sampler.width_ = sampler.height_ = 0;
+    sampler.suns_.clear();
+    sampler.sky_share_ = 1.0f;
+  }
   return sampler;
 }
 
-void EnvironmentSampler::build_map(const Scene& scene, int width) {
+void EnvironmentSampler::build_map(const Scene& scene, int width, std::span<const SkyCone> suns) {
   width_ = width + width % 2;
   height_ = width_ / 2;
   const int image_width = largest_image_width(scene, *scene.materials[static_cast<size_t>(scene.environment.material)]);
   const int s = width_ <= kFineWidth || image_width > width_ ? kMaxSupersampling : 1;
-  build_distribution(filter_lattice(evaluate_lattice(scene, width_ * s, height_ * s), width_, height_, s));
+  build_distribution(filter_lattice(evaluate_lattice(scene, width_ * s, height_ * s, suns), width_, height_, s));
+}
+
+void EnvironmentSampler::share_out(const Scene& scene, std::span<const SkyCone> suns) {
+  float total = mean_radiance_;
+  for (const SkyCone& cone : suns) {
+    const float mean = mean_luminance(scene, cone, diffuse_path());
+    if (!(mean > 0.0f)) continue;
+    suns_.push_back({cone, mean * cone.solid_angle() * kUniformPdf});
+    total += suns_.back().share;
+  }
+  const float of_suns = total - mean_radiance_;
+  mean_radiance_ = total;
+  if (!(of_suns > 0.0f)) return;
+  const float all_shares = std::min(of_suns / total, kLargestSunShare);
+  for (Sun& sun : suns_) sun.share *= all_shares / of_suns;
+  sky_share_ = 1.0f - all_shares;
 }
 
 void EnvironmentSampler::build_distribution(const std::vector<float>& texels) {
@@ -154,10 +203,22 @@ float EnvironmentSampler::map_pdf(int x, int y) const {
 }
 
 EnvironmentSampler::Sample EnvironmentSampler::sample(Vec2 u) const {
+  for (const Sun& sun : suns_) {
+    if (u.y < sun.share) {
+      const Vec3 direction = sample_cone(sun.cone, {u.x, u.y / sun.share});
+      return {direction, pdf(direction)};
+    }
+    u.y -= sun.share;
+  }
+  const Sample sample = sample_sky({u.x, std::min(u.y / sky_share_, kBelowOne)});
+  return {sample.direction, sky_share_ * sample.pdf + suns_pdf(sample.direction)};
+}
+
+EnvironmentSampler::Sample EnvironmentSampler::sample_sky(Vec2 u) const {
   if (width_ == 0) return {square_to_sphere(u), kUniformPdf};
   if (u.y < kUniformShare) {
     const Vec3 direction = square_to_sphere({u.x, u.y / kUniformShare});
-    return {direction, pdf(direction)};
+    return {direction, sky_pdf(direction)};
   }
   const float v = (u.y - kUniformShare) / (1.0f - kUniformShare);
   const int y = find_interval(row_cdf_.data(), height_, v);
@@ -171,7 +232,16 @@ EnvironmentSampler::Sample EnvironmentSampler::sample(Vec2 u) const {
   return {direction, lerp(map_pdf(x, y), kUniformPdf, kUniformShare)};
 }
 
-float EnvironmentSampler::pdf(Vec3 direction) const {
+float EnvironmentSampler::pdf(Vec3 direction) const { return sky_share_ * sky_pdf(direction) + suns_pdf(direction); }
+
+float EnvironmentSampler::suns_pdf(Vec3 direction) const {
+  float result = 0.0f;
+  for (const Sun& sun : suns_)
+    if (contains(sun.cone, direction)) result += sun.share / sun.cone.solid_angle();
+  return result;
+}
+
+float EnvironmentSampler::sky_pdf(Vec3 direction) const {
   if (width_ == 0) return kUniformPdf;
   const float turns = std::atan2(direction.y, direction.x) * (0.5f * kInvPi);
   const float u = turns < 0.0f ? turns + 1.0f : turns;

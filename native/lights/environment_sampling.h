@@ -1,15 +1,17 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
-#include "scene/scene.h"
+#include "lights/sky_cone.h"
 
 namespace cistern {
 
 /// Samples directions in proportion to what the environment sends from there: a latitude-longitude map of its
-/// luminance, constant on each texel, mixed with a small uniform share so that no direction is impossible. A constant
-/// environment, or one that is not to be importance sampled, is sampled uniformly. 4 bytes per texel.
+/// luminance, constant on each texel, mixed with a small uniform share so that no direction is impossible. Sun discs
+/// are left out of the map, which is too coarse for them, and have uniform shares of their own. A constant environment,
+/// or one that is not to be importance sampled, is sampled uniformly. 4 bytes per texel.
 class EnvironmentSampler {
  public:
   /// Empty for a black environment.
@@ -28,7 +30,17 @@ class EnvironmentSampler {
   size_t memory_bytes() const { return (row_cdf_.capacity() + texel_cdf_.capacity()) * sizeof(float); }
 
  private:
-  void build_map(const Scene& scene, int width);
+  struct Sun {
+    SkyCone cone;
+    float share = 0.0f;  // of all samples
+  };
+  void build_map(const Scene& scene, int width, std::span<const SkyCone> suns);
+  void share_out(const Scene& scene, std::span<const SkyCone> suns);
+  /// The samples that are not for a sun, and their density.
+  Sample sample_sky(Vec2 u) const;
+  float sky_pdf(Vec3 direction) const;
+  /// Density of those that are, times their share.
+  float suns_pdf(Vec3 direction) const;
   void build_distribution(const std::vector<float>& texels);
   /// Solid angle of a texel, in row `y`.
   float texel_solid_angle(int y) const;
@@ -39,6 +51,8 @@ class EnvironmentSampler {
   // Row 0 is around +Z. Cumulative probabilities start with 0 and end with 1; `texel_cdf_` has width + 1 per row.
   std::vector<float> row_cdf_, texel_cdf_;
   std::vector<float> row_cos_;  // cosine of the polar angle at the rows' edges
+  std::vector<Sun> suns_;
+  float sky_share_ = 1.0f;  // of samples that are not for a sun
 };
 
 }  // namespace cistern

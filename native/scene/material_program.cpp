@@ -86,7 +86,9 @@ ParameterRules parameter_rules(Op op) {
     case Op::IMAGE_ALPHA:
       return {kImage, up_to(2), up_to(3), ParameterRule{ParameterKind::PROJECTION}};
     case Op::ENVIRONMENT_IMAGE:
-      return {kImage, up_to(2), kFlag};
+      return {kImage, up_to(2), up_to(2)};
+    case Op::SUN_DISC:
+      return {kFlag};
     case Op::GRADIENT:
       return {up_to(6)};
     case Op::NOISE:

@@ -90,7 +90,12 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // bit 16: the colour stays multiplied by alpha]
     {"IMAGE", "v", 'c', 4, false},
     {"IMAGE_ALPHA", "v", 'f', 4, false},
-    {"ENVIRONMENT_IMAGE", "v", 'c', 3, false},   // direction; [image index, interpolation, 0 EQUIRECTANGULAR 1 MIRROR_BALL]
+    // direction; [image index, interpolation, 0 EQUIRECTANGULAR 1 MIRROR_BALL 2 HORIZON: equirectangular with rows that
+    // are dense where z = 0: v = 1/2 + sign(e) sqrt(|e| / 2 pi) for the elevation e, nothing repeats up and down]
+    {"ENVIRONMENT_IMAGE", "v", 'c', 3, false},
+    // direction, colour of the sky, direction of the sun, (half angle, elevation of its bottom, of its top), radiance at its
+    // bottom, at its top, elevation of the horizon; [1: the disc hides the sky, 0: it is added]
+    {"SUN_DISC", "vcvvccf", 'c', 1, false},
     {"CHECKER", "vccf", 'c', 0, false},          // vector, colour 1, colour 2, scale
     {"CHECKER_FACTOR", "vf", 'f', 0, false},     // vector, scale
     {"GRADIENT", "v", 'f', 1, false},            // [0 LINEAR 1 QUADRATIC 2 EASING 3 DIAGONAL 4 RADIAL 5 QUADRATIC_SPHERE 6 SPHERICAL]

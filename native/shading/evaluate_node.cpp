@@ -6,6 +6,7 @@
 #include "shading/nodes_math.h"
 #include "shading/nodes_noise.h"
 #include "shading/nodes_pattern.h"
+#include "shading/nodes_sky.h"
 #include "shading/nodes_vector.h"
 #include "shading/nodes_voronoi.h"
 
@@ -162,6 +163,8 @@ Vec3 evaluate_texture(const Instruction& instruction, const Vec3* in, const Node
       return broadcast(image_node(c, p, in[0]).alpha);
     case Op::ENVIRONMENT_IMAGE:
       return to_vec(environment_image_node(c, p, in[0]).color);
+    case Op::SUN_DISC:
+      return sun_disc_node({in[2], in[3].x, in[4], in[5], in[3].y, in[3].z, in[6].x}, in[0], in[1], p[0] != 0);
     case Op::CHECKER:
       return checker_node(in[0] * in[3].x) ? in[1] : in[2];
     case Op::CHECKER_FACTOR:

@@ -33,9 +33,9 @@ Vec3 finite_or_zero(Vec3 v) {
 /// Runs `instructions` and hands every closure with its operands to `on_closure`. Non-finite results are replaced where
 /// they reach a closure: in between they can still vanish, as in max(0, x).
 template <typename OnClosure>
-void run(const NodeContext& context, std::span<const Instruction> instructions, OnClosure on_closure) {
+void run(const NodeContext& context, std::span<const Instruction> instructions, Registers& registers,
+         OnClosure on_closure) {
   const MaterialProgram& program = context.program;
-  Registers registers;
   Vec3 gathered[kMaxInputs];
   for (const Instruction& instruction : instructions) {
     const bool ends_here = is_closure(instruction.op);
@@ -58,8 +58,23 @@ void run(const NodeContext& context, std::span<const Instruction> instructions, 
   }
 }
 
+template <typename OnClosure>
+void run(const NodeContext& context, std::span<const Instruction> instructions, OnClosure on_closure) {
+  Registers registers;
+  run(context, instructions, registers, on_closure);
+}
+
 const MaterialProgram* find_program(const Scene& scene, int material) {
   return material < 0 ? nullptr : scene.materials[static_cast<size_t>(material)].get();
+}
+
+/// Where the environment's program runs, for a direction.
+SurfacePoint environment_point(const Scene& scene, Vec3 direction) {
+  SurfacePoint point;
+  point.position = direction;
+  point.ng = point.ns = point.wo = -direction;
+  point.material = scene.environment.material;
+  return point;
 }
 
 Rgb run_emission(const NodeContext& context) {
@@ -105,14 +120,21 @@ Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const P
 Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& path) {
   const MaterialProgram* program = find_program(scene, scene.environment.material);
   if (program == nullptr || !program->may_emit) return {};
-  SurfacePoint point;
-  point.position = direction;
-  point.ng = point.ns = point.wo = -direction;
-  point.material = scene.environment.material;
   PathState arriving = path;
   arriving.ray_length = std::numeric_limits<float>::max();
   ++arriving.depth;  // as in Cycles the sky is one bounce further than a surface would be
-  return run_emission({scene, *program, point, arriving, true});
+  return run_emission({scene, *program, environment_point(scene, direction), arriving, true});
+}
+
+Vec3 evaluate_environment_input(const Scene& scene, size_t instruction, size_t input, Vec3 direction) {
+  const MaterialProgram& program = *scene.materials[static_cast<size_t>(scene.environment.material)];
+  const std::span<const Instruction> instructions = program.emission_instructions;
+  const size_t place = instructions[instruction].first_input + input;
+  if (program.inputs[place].is_constant()) return program.input_values[place];
+  Registers registers;
+  run({scene, program, environment_point(scene, direction), PathState{}, true}, instructions.first(instruction),
+      registers, [](const Instruction&, std::span<const Vec3>) {});
+  return registers.read(static_cast<size_t>(program.inputs[place].index()));
 }
 
 }  // namespace cistern

@@ -17,4 +17,7 @@ Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const P
 /// Radiance arriving from `direction` (unit, away from the scene) by the environment's program; black without one.
 Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& path);
 
+/// What an instruction of `emission_instructions` of the environment's program, which has one, reads for a direction.
+Vec3 evaluate_environment_input(const Scene& scene, size_t instruction, size_t input, Vec3 direction);
+
 }  // namespace cistern

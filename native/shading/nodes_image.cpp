@@ -8,6 +8,7 @@ constexpr int kBoxBlendShift = 8, kBoxBlendMask = 0xff;
 constexpr int kKeepMultipliedBit = 1 << 16;
 
 enum Projection : int { kFlat, kBox, kSphere, kTube };
+enum EnvironmentProjection : int { kEquirectangular, kMirrorBall, kHorizon };
 
 /// Null for a missing image.
 const Image* find_image(const NodeContext& c, int32_t index) {
@@ -105,7 +106,8 @@ Texel environment_image_node(const NodeContext& c, const int32_t* parameters, Ve
   const Image* image = find_image(c, parameters[0]);
   if (image == nullptr) return missing_image();
   const auto interpolation = static_cast<Interpolation>(parameters[1]);
-  if (parameters[2] == 0) return lookup_equirectangular(*image, direction, interpolation);
+  if (parameters[2] == kEquirectangular) return lookup_equirectangular(*image, direction, interpolation);
+  if (parameters[2] == kHorizon) return lookup_horizon(*image, direction, interpolation);
   // A mirror ball seen from -y: the image point is the half vector of the direction and the view.
   Vec3 d = normalize_or(direction, {});
   d.y -= 1.0f;

@@ -230,4 +230,14 @@ Texel lookup_equirectangular(const Image& image, Vec3 direction, Interpolation i
   return lookup_image(image, u, v, interpolation, Extension::REPEAT, ColorAlpha::MULTIPLIED);
 }
 
+Texel lookup_horizon(const Image& image, Vec3 direction, Interpolation interpolation) {
+  const float elevation = std::asin(std::clamp(normalize_or(direction, {}).z, -1.0f, 1.0f));
+  const float u = 0.5f - std::atan2(direction.y, direction.x) * (0.5f * kInvPi);
+  const float v = 0.5f + std::copysign(std::sqrt(std::abs(elevation) * (0.5f * kInvPi)), elevation);
+  // A row has no edge, but only two axes together can repeat: half a texel at either end comes from the other end.
+  const float inset = 0.5f / static_cast<float>(image.height);
+  return lookup_image(image, u, std::clamp(v, inset, 1.0f - inset), interpolation, Extension::REPEAT,
+                      ColorAlpha::MULTIPLIED);
+}
+
 }  // namespace cistern

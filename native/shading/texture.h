@@ -25,4 +25,8 @@ Texel lookup_image(const Image& image, float u, float v, Interpolation interpola
 /// as in Cycles. `direction` need not be unit. Colours stay multiplied by alpha.
 Texel lookup_equirectangular(const Image& image, Vec3 direction, Interpolation interpolation);
 
+/// The same with v = 1/2 + sign(e) sqrt(|e| / 2 pi) for the elevation e above z = 0, and the top and bottom row
+/// extended instead of repeated.
+Texel lookup_horizon(const Image& image, Vec3 direction, Interpolation interpolation);
+
 }  // namespace cistern

@@ -138,6 +138,90 @@ TEST(EnvironmentSampling, ConstantAndUnimportantEnvironmentsAreUniform) {
   }
 }
 
+constexpr float kSunRadiance = 40000.0f, kSunAngle = 0.005f;
+const Vec3 kSunDirection = normalize(Vec3{0.3f, -0.7f, 0.5f});
+
+/// Sky of radiance 1 and a disc, both seen through a turn by `angle` about z and a scaling of z.
+Scene scene_with_sun(float angle = 0.0f, float z_scale = 1.0f, Vec3 sky = {1, 1, 1}) {
+  ProgramWriter w;
+  const Operand zero = w.constant(0.0f), view = w.add(Op::GENERATED, {}, {0});
+  const Operand turned = w.add(Op::MAPPING, {view, zero, w.constant({0, 0, angle}), w.constant({1, 1, z_scale})}, {0});
+  const Operand radiance = w.constant(kSunRadiance);
+  const Operand angles = w.constant({kSunAngle, 0.0f, 1.5f});
+  const Operand seen =
+      w.add(Op::SUN_DISC,
+            {turned, w.constant(sky), w.constant(kSunDirection), angles, radiance, radiance, w.constant(-1.6f)}, {0});
+  Scene scene;
+  scene.materials = {w.emit(seen, w.constant(1.0f))};
+  scene.environment.material = 0;
+  return scene;
+}
+
+/// What the disc adds to the flux through a sphere: its limb is darker than the middle.
+double sun_flux() { return std::numbers::pi * sqr(static_cast<double>(kSunAngle)) * kSunRadiance * (1.0 - 0.6 / 3.0); }
+
+Moments sampled_flux(const Scene& scene, const EnvironmentSampler& sampler, int draws) {
+  Moments flux;
+  Rng rng(15, 0, 0, 0);
+  for (int i = 0; i < draws; ++i) {
+    const EnvironmentSampler::Sample s = sampler.sample(rng.next_vec2());
+    flux.add(evaluate_environment(scene, s.direction, {}).r / s.pdf);
+  }
+  return flux;
+}
+
+TEST(EnvironmentSampling, FindsTheSunBehindNodesThatTurnIt) {
+  for (const float angle : {0.0f, 2.1f}) {
+    const Scene scene = scene_with_sun(angle);
+    const SkySuns suns = find_sky_suns(scene);
+    ASSERT_TRUE(suns.are_all_found);
+    ASSERT_EQ(suns.cones.size(), 1u);
+    EXPECT_GT(evaluate_environment(scene, suns.cones[0].axis, {}).r, 0.999f * kSunRadiance);
+    const auto sampler = EnvironmentSampler::build(scene);
+    ASSERT_TRUE(sampler);
+    const Moments flux = sampled_flux(scene, *sampler, 20000);
+    EXPECT_GT(mean_p_value(flux, 4.0 * std::numbers::pi + sun_flux()), kFalseAlarmRate);
+    EXPECT_LT(mean_p_value(flux, 4.0 * std::numbers::pi), kFalseAlarmRate) << "planted: no disc";
+    EXPECT_LT(std::sqrt(flux.variance()) / flux.mean(), 0.7);
+    EXPECT_NEAR(sampler->mean_radiance(), 1.0 + sun_flux() / (4.0 * std::numbers::pi), 0.01);
+  }
+}
+
+TEST(EnvironmentSampling, SunSamplesReportTheirDensity) {
+  const auto sampler = EnvironmentSampler::build(scene_with_sun());
+  Rng rng(16, 0, 0, 0);
+  int apart = 0, in_sun = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const EnvironmentSampler::Sample s = sampler->sample(rng.next_vec2());
+    if (std::abs(s.pdf - sampler->pdf(s.direction)) > 1e-3f * s.pdf) ++apart;  // on an edge, by rounding
+    if (length(s.direction - kSunDirection) < kSunAngle) ++in_sun;
+  }
+  EXPECT_LT(apart, 20);
+  EXPECT_GT(in_sun, 3000);
+  EXPECT_LT(in_sun, 16000);
+}
+
+TEST(EnvironmentSampling, AloneTheSunIsNearlyAllThatIsSampled) {
+  const Scene scene = scene_with_sun(0.0f, 1.0f, {0, 0, 0});
+  const auto sampler = EnvironmentSampler::build(scene);
+  ASSERT_TRUE(sampler);
+  EXPECT_GT(mean_p_value(sampled_flux(scene, *sampler, 20000), sun_flux()), kFalseAlarmRate);
+}
+
+TEST(EnvironmentSampling, SunThatNodesBendIsFoundByTheMap) {
+  const Scene scene = scene_with_sun(0.0f, 1.7f);
+  EXPECT_FALSE(find_sky_suns(scene).are_all_found);
+  const auto sampler = EnvironmentSampler::build(scene);
+  ASSERT_TRUE(sampler);
+  Rng rng(17, 0, 0, 0);
+  int hits = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const EnvironmentSampler::Sample s = sampler->sample(rng.next_vec2());
+    if (evaluate_environment(scene, s.direction, {}).r > 0.3f * kSunRadiance) ++hits;
+  }
+  EXPECT_GT(hits, 200);
+}
+
 TEST(EnvironmentSampling, BlackEnvironmentsAreNotSampled) {
   Scene scene;
   EXPECT_FALSE(EnvironmentSampler::build(scene));
