@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator, Set
+from collections.abc import Callable, Iterator, Set
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -99,6 +99,13 @@ class ImageCache:
         key = (original_uid(image), source)
         if key not in self._handles:
             self._handles[key] = self._add(image, source, builder, report, self._before.pop(key, None))
+        return self._handles[key]
+
+    def table_handle(self, key: tuple, name: str, make: Callable[[], NDArray], builder: SceneBuilder) -> int:
+        """The builder's handle of colours (height, width, 3) in the working space, made where `key` is new."""
+        if key not in self._handles:
+            before = self._handle_for(self._before.pop(key, None))
+            self._handles[key] = builder.add_image(name, make(), alpha="IGNORED", replace=before)
         return self._handles[key]
 
     def _decode(self, source: ImageSource, image: bpy.types.Image) -> Future:

@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 import bpy
+from numpy.typing import NDArray
 
 from . import SyncReport
 from .changes import EVERYTHING, Changes, original_uid
@@ -38,6 +39,12 @@ class MaterialContext:
     def image_handle(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> int:
         """Handle of an image in the builder; -1 for one that cannot be read, which the core draws magenta."""
         handle = self.images.handle(image, image_user, self.builder, self.report)
+        self.used_images.add(handle)
+        return handle
+
+    def table_handle(self, key: tuple, name: str, make: Callable[[], NDArray]) -> int:
+        """Handle of an image that a node computes, unless one of an equal key is there."""
+        handle = self.images.table_handle(key, name, make, self.builder)
         self.used_images.add(handle)
         return handle
 

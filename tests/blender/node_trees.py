@@ -21,6 +21,9 @@ class Context:
     def image_handle(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> int:
         return self._handle
 
+    def table_handle(self, key: tuple, name: str, make: Callable[[], Any]) -> int:
+        return self._handle
+
     def warn(self, text: str) -> None:
         self.warnings.append(text)
 

@@ -1,8 +1,8 @@
 """Shader node trees to material programs of the core.
 
-`context` offers `core` (the module cistern_core), `image_handle(image, image_user) -> int` (-1: missing) and
-`warn(text)`. Nothing here raises for what a tree contains: what cannot be expressed becomes a default, with one line
-per material that says so.
+`context` offers `core` (the module cistern_core), `image_handle(image, image_user) -> int` (-1: missing),
+`table_handle(key, name, make) -> int` and `warn(text)`. Nothing here raises for what a tree contains: what cannot be
+expressed becomes a default, with one line per material that says so.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from . import closures, color, converter, inputs, textures, vector  # noqa: F401 - they register their nodes
+from . import closures, color, converter, inputs, sky, textures, vector  # noqa: F401 - they register their nodes
 from .compiler import Compiler, Context, flatten_shader
 from .graph import Port, Scope, Tree, active_output, socket_named, source_of
 from .instructions import COLOR, MAX_REGISTERS, constant

@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import Protocol
 
 import bpy
+from numpy.typing import NDArray
 
 from .enums import MATH_OPERATIONS, VECTOR_MATH_OPERATIONS
 from .graph import SHADER, Node, Port, Scope, Socket, entry_of, is_group, is_pass_through, socket_named, source_of
@@ -30,6 +31,9 @@ class Context(Protocol):
 
     def image_handle(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> int:
         """Handle of an image, -1 for one that cannot be read."""
+
+    def table_handle(self, key: tuple, name: str, make: Callable[[], NDArray]) -> int:
+        """Handle of an image whose colours, in the working space, a node computes; equal keys have equal ones."""
 
     def warn(self, text: str) -> None:
         """Tell the user."""
