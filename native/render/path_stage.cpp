@@ -181,7 +181,7 @@ class WorldPathStage final : public PathStage {
   explicit WorldPathStage(const FrameContext& context)
       : context_(context),
         paths_(context.paths, context.settings.world_paths, image_region(context.settings), context.settings.seed),
-        link_count_(bounces_are_counted(context.paths) ? 1 : 2) {
+        link_count_(context.settings.world_paths.deep_points && !bounces_are_counted(context.paths) ? 2 : 1) {
     resize(current_);
     spatial_.resize(pixel_count(context));
     reuse_counts_.resize(pixel_count(context));

@@ -78,6 +78,10 @@ void check_screen_paths(ScreenPathReuse& reuse) {
   require("path_spatial_cap", reuse.spatial_cap, 0.0f, 1e6f);
 }
 
+void check_world_paths(const WorldPathReuse& reuse) {
+  require("path_cell_count", reuse.max_count, 1, static_cast<int>(PathCandidates::kMost) - 1);
+}
+
 void check_path_sharing(PathSharing& sharing) {
   constexpr int kMost = 64;
   const PathSharing ours;
@@ -152,6 +156,7 @@ void check_settings(Settings& s) {
   check_light_cache(s.light_cache);
   check_path_sharing(s.path_sharing);
   check_screen_paths(s.screen_paths);
+  check_world_paths(s.world_paths);
   if (s.grid.min_cell_size == 0.0f) s.grid.min_cell_size = kDefaultMinCellShare;
   if (s.grid.cell_pixels == 0.0f) s.grid.cell_pixels = default_cell_pixels(s);
   require("min_cell_size", s.grid.min_cell_size, 1e-6f, 1.0f);

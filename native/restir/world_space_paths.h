@@ -16,6 +16,7 @@ struct WorldPathReuse {
   bool spatial_reuse = true;
   float temporal_cap = 30.0f;  // of the temporal reservoir's history, in frames
   int max_count = 3;           // reservoirs drawn from a cell
+  bool deep_points = true;     // the vertices after the visible points lie in cells too
   friend bool operator==(const WorldPathReuse&, const WorldPathReuse&) = default;
 };
 

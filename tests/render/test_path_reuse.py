@@ -94,7 +94,7 @@ ALL: list[tuple[Answers, str, str]] = [
     ),
 ]
 SLOW = [case for case in ALL if case not in QUICK]
-OTHER_CASES = 20  # below: sharing without history and on trial, settings of path reuse, deep links
+OTHER_CASES = 21  # below: sharing without history and on trial, settings of path reuse, deep links
 CASE_RATE = sidak(FALSE_ALARM_RATE, len(QUICK) + len(SLOW) + OTHER_CASES)
 
 FAST: dict[str, tuple[Answers, str]] = {
@@ -173,6 +173,9 @@ VARIANTS: dict[str, tuple[Answers, str, dict]] = {
     "cosine directions": (("RIS", "NEE", "SCREEN_REUSE"), "leaning", dict(path_source="COSINE")),
     "chosen by radiance": (("NEE", "NEE", "SCREEN_REUSE"), "glossy_room", dict(path_target="RADIANCE")),
     "chosen by radiance in cells": (("NEE", "NEE", "WORLD_REUSE"), "leaning", dict(path_target="RADIANCE")),
+    "six visible points of a cell": (
+        ("NEE", "NEE", "WORLD_REUSE"), "glossy_room", dict(path_cell_count=6, path_deep_points=False),
+    ),
     "no history of spatial reservoirs": (("NEE", "NEE", "SCREEN_REUSE"), "glossy_room", dict(path_spatial_cap=0.0)),
     "every second tile": (("NEE", "NEE", "SCREEN_REUSE"), "indirect_room", dict(path_multi_bounce=0.5)),
     "every second tile, light reused": (

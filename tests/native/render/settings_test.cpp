@@ -71,6 +71,7 @@ TEST(Settings, EveryMemberOutOfRangeIsNamedWithItsValue) {
       {"spatial_radius", "-1", [](Settings& s) { s.direct_reuse.spatial_radius = -1.0f; }},
       {"spatial_rounds", "17", [](Settings& s) { s.direct_reuse.spatial_rounds = 17; }},
       {"path_spatial_cap", "-1", [](Settings& s) { s.screen_paths.spatial_cap = -1.0f; }},
+      {"path_cell_count", "0", [](Settings& s) { s.world_paths.max_count = 0; }},
       {"cache_merged", "33", [](Settings& s) { s.light_cache.merged = 33; }},
       {"cache_candidates", "-5", [](Settings& s) { s.light_cache.candidates = -5; }},
       {"min_cell_size", "2", [](Settings& s) { s.grid.min_cell_size = 2.0f; }},
