@@ -22,7 +22,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"POSITION", "", 'v', 1, false},               // [shift]: world space
     {"NORMAL", "", 'v', 0, false},                 // shading normal, world, facing wo
     {"TRUE_NORMAL", "", 'v', 0, false},            // geometric normal, world, facing wo
-    {"TANGENT", "", 'v', 1, false},                // [name index of the UV map]: world dP/du
+    {"TANGENT", "", 'v', 1, false},                // [name index of the UV map]: world dP/du, by the transform of normals
     {"INCOMING", "", 'v', 0, false},               // wo
     {"BACKFACING", "", 'f', 0, false},             // 0 or 1
     {"OBJECT_RANDOM", "", 'f', 0, false},          //

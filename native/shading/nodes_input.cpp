@@ -58,12 +58,11 @@ Vec3 window_node(const NodeContext& c, BumpShift shift) {
           (p.y / depth - camera.bottom) / (camera.top - camera.bottom), 0.0f};
 }
 
+/// Unit, in world space; orthogonal to the shading normal but under uneven scale.
 Vec3 tangent_node(const NodeContext& c, int name_index) {
-  Vec3 tangent;
-  float handedness = 1.0f;
-  if (c.is_environment || !surface_tangent(c.scene, c.point, resolve_attribute(c, name_index), &tangent, &handedness))
-    return {};
-  return tangent;
+  if (c.is_environment) return {};
+  const std::optional<TangentFrame> frame = tangent_frame(c.scene, c.point, resolve_attribute(c, name_index));
+  return frame ? normalize_or(transform_normal(c.instance().object_to_world, frame->tangent), {}) : Vec3{};
 }
 
 Vec3 as_register(float value) { return {value, value, value}; }

@@ -62,13 +62,12 @@ Vec3 map_vector(const Transform& m, int kind, Vec3 v) {
 Vec3 shading_normal_toward(const NodeContext& c, Vec3 n) { return normalize_or(n, c.point.ns); }
 
 Vec3 tangent_space_normal(const NodeContext& c, int uv_name, Vec3 color, float strength) {
-  Vec3 tangent;
-  float handedness = 1.0f;
-  if (!surface_tangent(c.scene, c.point, resolve_attribute(c, uv_name), &tangent, &handedness)) return c.point.ns;
-  const Vec3 outside = c.point.is_backface ? -c.point.ns : c.point.ns;
-  const Vec3 bitangent = handedness * cross(outside, tangent);
+  const std::optional<TangentFrame> frame = tangent_frame(c.scene, c.point, resolve_attribute(c, uv_name));
+  if (!frame) return c.point.ns;
   const float z = lerp(1.0f, color.z, clamp01(strength));
-  const Vec3 n = color.x * strength * tangent + color.y * strength * bitangent + z * outside;
+  const Vec3 in_object =
+      color.x * strength * frame->tangent + color.y * strength * frame->bitangent + z * frame->normal;
+  const Vec3 n = transform_normal(c.instance().object_to_world, in_object);
   return shading_normal_toward(c, c.point.is_backface ? -n : n);
 }
 

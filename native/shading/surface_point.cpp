@@ -73,26 +73,30 @@ Vec3 footprint_step(const SurfacePoint& point, BumpShift shift) {
   return shift.width * point.footprint * (shift.step == 1 ? axes.s : axes.t);
 }
 
-bool surface_tangent(const Scene& scene, const SurfacePoint& point, int attribute, Vec3* tangent, float* handedness) {
-  if (attribute < 0) return false;
+std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute) {
+  if (attribute < 0) return std::nullopt;
   const Instance& instance = scene.instances[point.instance];
   const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
   const Vec3 uv0 = interpolate_attribute(mesh, point.triangle, {0.0f, 0.0f}, attribute).value;
   const Vec3 duv1 = interpolate_attribute(mesh, point.triangle, {1.0f, 0.0f}, attribute).value - uv0;
   const Vec3 duv2 = interpolate_attribute(mesh, point.triangle, {0.0f, 1.0f}, attribute).value - uv0;
   const float determinant = duv1.x * duv2.y - duv2.x * duv1.y;
-  if (determinant == 0.0f || !std::isfinite(determinant)) return false;
+  if (determinant == 0.0f || !std::isfinite(determinant)) return std::nullopt;
 
-  const WorldTriangle t = world_triangle(mesh, instance, point.triangle);
+  const TriangleIndices& v = mesh.vertices[point.triangle];
+  const Vec3 edge_1 = mesh.positions[v[1]] - mesh.positions[v[0]];
+  const Vec3 edge_2 = mesh.positions[v[2]] - mesh.positions[v[0]];
   const float sign = determinant < 0.0f ? -1.0f : 1.0f;  // lengths do not matter, signs do
-  const Vec3 dp_du = sign * (duv2.y * t.edge_1 - duv1.y * t.edge_2);
-  const Vec3 dp_dv = sign * (duv1.x * t.edge_2 - duv2.x * t.edge_1);
-  const Vec3 projected = dp_du - dot(dp_du, point.ns) * point.ns;
-  *tangent = normalize_or(projected, {});
-  if (*tangent == Vec3{}) return false;
+  const Vec3 dp_du = sign * (duv2.y * edge_1 - duv1.y * edge_2);
+  const Vec3 dp_dv = sign * (duv1.x * edge_2 - duv2.x * edge_1);
+  TangentFrame frame;
   const Vec3 outside = point.is_backface ? -point.ns : point.ns;
-  *handedness = dot(cross(outside, *tangent), dp_dv) < 0.0f ? -1.0f : 1.0f;
-  return true;
+  frame.normal = normalize_or(instance.object_to_world.transposed_vector(outside), {});
+  frame.tangent = normalize_or(dp_du - dot(dp_du, frame.normal) * frame.normal, {});
+  if (frame.normal == Vec3{} || frame.tangent == Vec3{}) return std::nullopt;
+  const Vec3 across = cross(frame.normal, frame.tangent);
+  frame.bitangent = dot(across, dp_dv) < 0.0f ? -across : across;
+  return frame;
 }
 
 AttributeValue surface_attribute(const Scene& scene, const SurfacePoint& point, int index) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "accel/accel.h"
 #include "base/frame.h"
 
@@ -52,10 +54,14 @@ Vec3 footprint_step(const SurfacePoint& point, BumpShift shift);
 /// as in Cycles: what a mesh attribute raises on the outside is then hollow from the inside.
 Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, BumpShift shift);
 
-/// World-space tangent dP/du of the UV map (orthogonal to ns, unit). With n the shading normal on the *outside* of the
-/// object, dP/dv lies on the side of handedness * cross(n, tangent): -1 where the UV map is mirrored. False where the
-/// map is missing (`attribute` < 0) or degenerate.
-bool surface_tangent(const Scene& scene, const SurfacePoint& point, int attribute, Vec3* tangent, float* handedness);
+/// Frame of a UV map, orthonormal in object space: the shading normal on the outside of the object, dP/du made
+/// orthogonal to it, and the direction orthogonal to both on the side of dP/dv.
+struct TangentFrame {
+  Vec3 tangent, bitangent, normal;
+};
+/// None where the map is missing (`attribute` < 0) or degenerate. What is made of the frame goes to world space by
+/// `transform_normal`, as in Cycles: normal maps baked on an object then also fit it when it is scaled.
+std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute);
 
 /// Interpolated attribute, `index` into Mesh::attributes. One component fills all three; otherwise missing ones are 0;
 /// alpha is 1 without a fourth.

@@ -128,6 +128,25 @@ def test_texture(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+def combed(tree):
+    """Glossy along and across the UV map."""
+    tangent = tree.nodes.new("ShaderNodeTangent")
+    tangent.direction_type = "UV_MAP"
+    inputs = dict(Color=(0.8, 0.8, 0.8, 1), Roughness=0.4, Anisotropy=0.8, Tangent=tangent.outputs[0])
+    return build.shader(tree, "ShaderNodeBsdfAnisotropic", **inputs).outputs[0]
+
+
+@pytest.mark.parametrize("surface", [normal_mapped, combed])
+def test_uv_frames_under_uneven_scale(empty_scene: bpy.types.Scene, surface) -> None:
+    """They were built in world space: blocks OLD1 off with the normal map and OLD2 with the tangent."""
+    if bpy.app.version < CHANGED["normal map"][0]:
+        pytest.skip(CHANGED["normal map"][1])
+    build.stage(empty_scene, build.material("ball", surface), segments=64)
+    empty_scene.objects["sphere"].scale = (1.3, 0.6, 1.0)
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
 def shifted(scene: bpy.types.Scene) -> None:
     layer = scene.objects["sphere"].data.uv_layers[0]
     uv = np.zeros(2 * len(layer.data), np.float32)

@@ -80,6 +80,25 @@ TEST(NodesVector, TangentSpaceNormalMap) {
   }
 }
 
+TEST(NodesVector, TangentSpaceNormalMapUnderUnevenScale) {
+  MaterialProgram program;
+  program.attribute_names = {""};
+  program.attribute_hashes = {attribute_name_hash("")};
+  const Vec3 in_object = normalize(Vec3{0.6f, 0.4f, 0.7f});
+  const Vec3 color = 0.5f * (in_object + Vec3{1.0f, 1.0f, 1.0f});
+  const int32_t parameters[4] = {0, 0, 0, 0};
+  for (const Vec3 scale : {Vec3{3.0f, 1.0f, 1.0f}, Vec3{1.0f, 3.0f, 1.0f}, Vec3{1.0f, 1.0f, 0.2f}}) {
+    const Transform m{{scale.x, 0.0f, 0.0f}, {0.0f, scale.y, 0.0f}, {0.0f, 0.0f, scale.z}, {}};
+    const Scene scene = test::make_scene(test::make_triangle(), m, program);
+    for (const bool is_back : {false, true}) {
+      const SurfacePoint point = test::point_at(scene, {0.2f, 0.2f}, is_back ? -kDown : kDown);
+      const NodeContext c{scene, *scene.materials[0], point, {}};
+      const Vec3 n{in_object.x / scale.x, in_object.y / scale.y, in_object.z / scale.z};
+      expect_near(normal_map_node(c, parameters, color, 1.0f), (is_back ? -1.0f : 1.0f) * normalize(n));
+    }
+  }
+}
+
 TEST(NodesVector, BumpOfAPlaneWaveTiltsByItsSlope) {
   const Scene scene = test::make_scene(test::make_triangle());
   SurfacePoint point = test::point_at(scene, {0.2f, 0.2f}, kDown);

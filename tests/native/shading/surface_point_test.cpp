@@ -54,20 +54,32 @@ TEST(SurfacePoint, NormalsGoByTheInverseTranspose) {
   }
 }
 
-TEST(SurfacePoint, TangentFollowsTheUvMap) {
+TEST(SurfacePoint, TangentFrameFollowsTheUvMap) {
   for (const bool is_mirrored_instance : {false, true})
     for (const int attribute : {0, 1})
       for (const Vec3 view : {kDown, -kDown}) {
         const Scene scene = test::make_scene(test::make_triangle(), is_mirrored_instance ? kMirror : Transform{});
-        const SurfacePoint point = test::point_at(scene, {0.2f, 0.2f}, view);
-        Vec3 tangent;
-        float handedness = 0.0f;
-        ASSERT_TRUE(surface_tangent(scene, point, attribute, &tangent, &handedness));
-        const float sign = is_mirrored_instance != (attribute == 1) ? -1.0f : 1.0f;
-        expect_near(tangent, {sign, 0.0f, 0.0f});
-        // whatever is mirrored, the bitangent is dP/dv = +y; n points outside (+z) from both sides
-        expect_near(handedness * cross(Vec3{0.0f, 0.0f, 1.0f}, tangent), {0.0f, 1.0f, 0.0f});
+        const auto frame = tangent_frame(scene, test::point_at(scene, {0.2f, 0.2f}, view), attribute);
+        ASSERT_TRUE(frame);
+        expect_near(frame->tangent, {attribute == 1 ? -1.0f : 1.0f, 0.0f, 0.0f});
+        expect_near(frame->bitangent, {0.0f, 1.0f, 0.0f});
+        expect_near(frame->normal, {0.0f, 0.0f, 1.0f});  // outside, from both sides
       }
+}
+
+TEST(SurfacePoint, TangentFrameDoesNotKnowTheTransform) {
+  auto mesh = test::make_triangle();
+  mesh->normals_domain = Domain::POINT;
+  mesh->normals.assign(3, encode_octahedral(normalize(Vec3{0.4f, 0.3f, 1.0f})));
+  const Transform m{{3.0f, 0.3f, 0.0f}, {0.2f, -0.5f, 0.1f}, {0.5f, 0.0f, 1.0f}, {3.0f, 2.0f, 1.0f}};
+  const Scene plain = test::make_scene(mesh), moved = test::make_scene(mesh, m);
+  const auto expected = tangent_frame(plain, test::point_at(plain, {0.2f, 0.2f}, kDown), 0);
+  const auto found = tangent_frame(moved, test::point_at(moved, {0.2f, 0.2f}, kDown), 0);
+  ASSERT_TRUE(expected && found);
+  expect_near(found->tangent, expected->tangent);
+  expect_near(found->bitangent, expected->bitangent);
+  expect_near(found->normal, expected->normal);
+  EXPECT_NEAR(dot(found->tangent, found->normal), 0.0f, 1e-6f);
 }
 
 TEST(SurfacePoint, DegenerateOrMissingUvHasNoTangent) {
@@ -75,10 +87,8 @@ TEST(SurfacePoint, DegenerateOrMissingUvHasNoTangent) {
   mesh->attributes[0] = test::make_attribute("UV", 2, {0, 0, 1, 1, 2, 2});
   const Scene scene = test::make_scene(mesh);
   const SurfacePoint point = test::point_at(scene, {0.2f, 0.2f}, kDown);
-  Vec3 tangent;
-  float handedness = 0.0f;
-  EXPECT_FALSE(surface_tangent(scene, point, 0, &tangent, &handedness));
-  EXPECT_FALSE(surface_tangent(scene, point, -1, &tangent, &handedness));
+  EXPECT_FALSE(tangent_frame(scene, point, 0));
+  EXPECT_FALSE(tangent_frame(scene, point, -1));
 }
 
 TEST(SurfacePoint, AttributesInterpolate) {
