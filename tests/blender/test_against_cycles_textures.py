@@ -138,7 +138,8 @@ def combed(tree):
 
 @pytest.mark.parametrize("surface", [normal_mapped, combed])
 def test_uv_frames_under_uneven_scale(empty_scene: bpy.types.Scene, surface) -> None:
-    """They were built in world space: blocks OLD1 off with the normal map and OLD2 with the tangent."""
+    """They were built in world space: blocks were up to 4.9 % of the mean off with the normal map (|z| 70), and 39 %
+    with the tangent (|z| 55)."""
     if bpy.app.version < CHANGED["normal map"][0]:
         pytest.skip(CHANGED["normal map"][1])
     build.stage(empty_scene, build.material("ball", surface), segments=64)
