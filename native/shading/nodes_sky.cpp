@@ -15,6 +15,7 @@ float angle_between(Vec3 a, Vec3 b) { return 2.0f * std::asin(std::min(0.5f * le
 
 Vec3 sun_disc_node(const SunDisc& disc, Vec3 direction, Vec3 sky, bool hides_sky) {
   const Vec3 d = normalize_or(direction, {});
+  if (!(length_squared(d - disc.direction) < sqr(disc.half_angle))) return sky;  // a chord is no longer than its arc
   const float r = angle_between(d, disc.direction) / disc.half_angle;
   const float elevation = std::asin(std::clamp(d.z, -1.0f, 1.0f));
   if (!(r < 1.0f) || elevation <= disc.horizon) return sky;

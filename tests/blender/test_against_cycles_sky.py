@@ -39,12 +39,15 @@ SETTINGS = {
     "past the zenith": {"sun_elevation": 2.9, "sun_rotation": 2.6, "sun_size": WIDE_SUN, "sun_intensity": 0.3},
     "flying": {"sun_elevation": -0.02, "sun_size": WIDE_SUN, "altitude": 20000.0},
 }
-SEEN = [(model, case) for model in MODELS for case in SETTINGS]
+SEEN = [(MODELS[-1], case) for case in SETTINGS] + [(SINGLE, "default"), (SINGLE, "low")][: 2 * len(MODELS) - 2]
 
 
 def add_sky(scene: bpy.types.Scene, kind: str, **settings: object) -> bpy.types.Node:
     """The sky as the world's background; its node."""
-    tree = build.set_world(scene, strength=1.0).node_tree
+    world = build.set_world(scene, strength=1.0)
+    world.cycles.sampling_method = "MANUAL"  # else Cycles makes a map of 8 million pixels for skies without a sun
+    world.cycles.sample_map_resolution = 512
+    tree = world.node_tree
     sky = tree.nodes.new("ShaderNodeTexSky")
     sky.sky_type = kind
     for name, value in settings.items():
@@ -147,15 +150,12 @@ def lit_stage(scene: bpy.types.Scene) -> None:
     build.add_floor(scene, half=50.0)
     build.add_sphere(scene, build.principled("ball", Base_Color=(0.7, 0.5, 0.4, 1), Roughness=0.6))
     build.add_camera(scene, (0.0, -3.5, 3.5), (math.radians(45), 0.0, 0.0))
-    scene.world.cycles.sampling_method = "MANUAL"  # else Cycles makes a map of 8 million pixels for skies without a sun
-    scene.world.cycles.sample_map_resolution = 512
 
 
-LIGHT = {"size": (32, 32), "samples": 32, "floor": 1e-3}  # what tables are off, of radiances of 1 and more
+LIGHT = {"size": (24, 24), "samples": 48, "floor": 1e-3}  # what tables are off, of radiances of 1 and more
 LIT = {
     "sun": (SINGLE, {"sun_elevation": 0.5, "sun_rotation": -0.7}),
     "low sun": (MODELS[-1], {"sun_elevation": 0.1, "sun_rotation": -0.7}),
-    "high sun": (MODELS[-1], {"sun_elevation": 1.3, "sun_rotation": 2.0, "sun_size": 0.05}),
     "no disc": (MODELS[-1], {"sun_disc": False, "sun_rotation": 1.0}),
     "Preetham": ("PREETHAM", {"sun_direction": (0.5, 0.5, 0.4)}),
 }
@@ -178,11 +178,11 @@ def weaker_sun(sky: bpy.types.Node) -> None:
     sky.sun_intensity *= 0.95
 
 
-@pytest.mark.parametrize("plant", [other_way_round, without_sun, larger_sun, weaker_sun])
+@pytest.mark.parametrize("plant", [other_way_round, larger_sun, weaker_sun])
 def test_planted_bugs_in_light(empty_scene: bpy.types.Scene, plant) -> None:
     sky = add_sky(empty_scene, *LIT["sun"][:1], **LIT["sun"][1])
     lit_stage(empty_scene)
-    result = compare_with_cycles(empty_scene, plant=lambda scene: plant(sky), **LIGHT)
+    result = compare_with_cycles(empty_scene, count=4, plant=lambda scene: plant(sky), **LIGHT)
     assert not result.agrees, result
 
 

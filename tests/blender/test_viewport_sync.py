@@ -1,12 +1,14 @@
 """The live scene of a viewport: edits touch what they edit, and lead to the scene that a fresh export gives."""
 
 import bpy
+import numpy as np
 import pytest
 from small_objects import link, triangle
 from watched_scene import base_color
 
 from addon.sync.instances import InstanceSync
 from addon.sync.live import Exported
+from addon.sync.nodes import sky
 
 
 def test_the_first_sync_is_the_whole_scene(watched) -> None:
@@ -121,6 +123,28 @@ def test_a_group_inside_a_material_reaches_it(watched) -> None:
     tree.links.new(node.outputs[0], base_color(bpy.data.materials["Material 1"]))
     bpy.context.view_layer.update()
     assert watched.after(lambda: setattr(color.outputs[0], "default_value", (0, 1, 0, 1))) == Exported(materials=1)
+    watched.expect_truth()
+
+
+def test_a_sky_is_computed_where_it_changes(watched, monkeypatch) -> None:
+    tables = []
+    monkeypatch.setattr(sky.Sky, "table", lambda self: tables.append(self) or np.ones((2, 4, 3), np.float32))
+    world = bpy.context.scene.world
+    world.use_nodes = True
+    node = world.node_tree.nodes.new("ShaderNodeTexSky")
+    background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
+    world.node_tree.links.new(node.outputs[0], background.inputs["Color"])
+    bpy.context.view_layer.update()
+    assert len(tables) == 1
+    for edit in (
+        lambda: setattr(background.inputs["Strength"], "default_value", 0.5),
+        lambda: setattr(node, "sun_rotation", 1.0),
+        lambda: setattr(node, "sun_intensity", 2.0),
+    ):
+        assert watched.after(edit).materials == 1
+    assert len(tables) == 1
+    assert watched.after(lambda: setattr(node, "sun_elevation", 0.8)).materials == 1
+    assert len(tables) == 2
     watched.expect_truth()
 
 

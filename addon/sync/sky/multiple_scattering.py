@@ -144,7 +144,8 @@ class _Sky:
     def _from_ground(self, height: NDArray, radius: NDArray) -> NDArray:
         """Radiance that arrives from a ground in unit light, averaged over all directions: (points, 4)."""
         covered = 0.5 * (1.0 - np.sqrt(1.0 - (EARTH_RADIUS / radius) ** 2))
-        way_up = self.to_sun[0, -1] / self._transmittance_to_sun(height)[:, -1]  # the zenith's column
+        above = self._transmittance_to_sun(height)[:, -1]  # the zenith's column
+        way_up = self.to_sun[0, -1] / np.maximum(above, np.finfo(np.float32).tiny)
         return covered[:, None] * (GROUND_ALBEDO / np.pi) * way_up
 
     def _transmittance_to_sun(self, height: NDArray) -> NDArray:

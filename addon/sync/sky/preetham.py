@@ -17,6 +17,7 @@ from .table import HALF_PI, column_azimuths, mirrored, row_elevations
 ROWS, COLUMNS = 512, 1024  # the brightness has a cusp at the sun
 LUMINANCE_UNIT = 0.06
 LARGEST_ZENITH_ANGLE = HALF_PI - 0.001
+SMALLEST_Y, LARGEST = 0.01, 1e4  # what no sky has: the model goes there with a turbidity below 1.2
 
 # Perez' A to E of Y, x and y: slope times turbidity plus offset.
 _SLOPES = np.array(
@@ -68,6 +69,8 @@ def sky_table(sun_elevation: float, turbidity: float) -> NDArray[np.float32]:
         value * _perez(c, angle, distance) / _perez(c, 0.0, sun_angle)
         for value, c in zip(_zenith(sun_angle, turbidity), _SLOPES * turbidity + _OFFSETS, strict=True)
     )
-    table = mirrored(np.stack((x / y * luminance, luminance, (1.0 - x - y) / y * luminance), axis=-1))
+    y = np.maximum(y, SMALLEST_Y)
+    xyz = np.stack((x / y * luminance, luminance, (1.0 - x - y) / y * luminance), axis=-1)
+    table = mirrored(np.clip(xyz, 0.0, LARGEST))
     table.flags.writeable = False
     return table

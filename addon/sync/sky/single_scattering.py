@@ -19,6 +19,7 @@ from .table import COLUMNS, HALF_PI, ROWS, Atmosphere, SunDisc, in_threads, mirr
 EARTH_RADIUS = 6360e3
 ATMOSPHERE_RADIUS = 6420e3
 LOWEST, HIGHEST = 1.0, 59999.0  # altitudes
+LOWEST_HEIGHT = -50e3  # of points on ways through the Earth, where densities are finite still
 AIR_SCALE_HEIGHT = 8000.0
 AEROSOL_SCALE_HEIGHT = 1200.0
 AEROSOL_SCATTERING = 2e-5  # 1/m at the ground
@@ -95,6 +96,7 @@ _XYZ_OF_SPECTRUM = (WAVELENGTHS[1] - WAVELENGTHS[0]) * MATCHING.T
 
 def _densities(height: NDArray) -> NDArray:
     """Of air, aerosol and ozone, relative to where each is densest: (3, ...)."""
+    height = np.maximum(height, LOWEST_HEIGHT)
     ozone = np.maximum(0.0, 1.0 - np.abs(height - OZONE_HEIGHT) * (1.0 / OZONE_HALF_WIDTH))
     return np.stack((np.exp(height * (-1.0 / AIR_SCALE_HEIGHT)), np.exp(height * (-1.0 / AEROSOL_SCALE_HEIGHT)), ozone))
 
