@@ -31,6 +31,12 @@ struct SurfacePoint {
   float footprint = 0.0f;  // radius in metres, for bump mapping
 };
 
+/// Footprints along a ray: that where it starts, in metres, and by how much it grows per metre.
+struct RayCone {
+  float footprint = 0.0f, angle = 0.0f;
+  float at(float distance) const { return footprint + angle * distance; }
+};
+
 /// Everything at the hit that does not need the material. Row `hit.instance` of `scene` must be valid.
 SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& hit);
 

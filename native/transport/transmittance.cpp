@@ -39,16 +39,19 @@ struct Passage {
   Rgb transmittance{1.0f};
   int surfaces = 0;
 };
-/// `state` is that of the ray; it passes at most `most_surfaces`.
-Passage transparency_along(const PathContext& context, Ray ray, PathState state, int most_surfaces) {
+/// `state` is that of the ray, which leaves `receiver`; it passes at most `most_surfaces`.
+Passage transparency_along(const PathContext& context, const SurfacePoint& receiver, Ray ray, PathState state,
+                           int most_surfaces) {
   Passage passage;
   if (!context.accel.has_transparent_surfaces()) return passage;
   state.ray_length = 0.0f;
+  const RayCone cone{receiver.footprint, context.pixel.angle};
   const Vec3 end = ray.origin + ray.direction * ray.t_max;
   while (const std::optional<Hit> hit = context.accel.intersect_transparent(ray, state.ray_kind)) {
     if (++passage.surfaces > most_surfaces) return {Rgb(0.0f), passage.surfaces};
-    const SurfacePoint point = make_surface_point(context.scene, ray, *hit);
+    SurfacePoint point = make_surface_point(context.scene, ray, *hit);
     state.ray_length += hit->t;
+    point.footprint = cone.at(state.ray_length);
     passage.transmittance *= evaluate_transparency(context.scene, point, state);
     if (is_black(passage.transmittance)) return passage;
     ++state.transparent_depth;
@@ -63,9 +66,12 @@ Passage transparency_along(const PathContext& context, Ray ray, PathState state,
   return passage;
 }
 
-Rgb transmittance_of(const PathContext& context, const Ray& ray, const PathState& state, int most_surfaces) {
+/// Of a ray from `receiver` to the light.
+Rgb transmittance_of(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
+                     const PathState& state, int most_surfaces) {
+  const Ray ray = shadow_ray(context.scene, receiver, light);
   if (context.accel.occluded(ray, state.ray_kind)) return Rgb(0.0f);
-  return transparency_along(context, ray, state, most_surfaces).transmittance;
+  return transparency_along(context, receiver, ray, state, most_surfaces).transmittance;
 }
 
 /// Behind the last surface it passes, a path has no vertices; see PathLimits.
@@ -81,12 +87,12 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
   state.ray_kind = kVisibleToShadow;
   ++state.depth;  // as a ray scattered towards the light
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
-  return transmittance_of(context, shadow_ray(context.scene, receiver, light), state, most_surfaces);
+  return transmittance_of(context, receiver, light, state, most_surfaces);
 }
 
 Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,
                             const PathState& scattered) {
-  return transmittance_of(context, shadow_ray(context.scene, receiver, vertex), scattered,
+  return transmittance_of(context, receiver, vertex, scattered,
                           most_surfaces_to_vertex(context, scattered.transparent_depth));
 }
 
@@ -106,7 +112,8 @@ void trace_to_vertex(const PathContext& context, const SeenVertex& vertex, const
       state.transparent_depth = static_cast<uint16_t>(batch[i].transparent_depth);
       const int most_surfaces = most_surfaces_to_vertex(context, batch[i].transparent_depth);
       const Passage passage =
-          is_occluded[i] ? Passage{Rgb(), 0} : transparency_along(context, shadow_rays[i], state, most_surfaces);
+          is_occluded[i] ? Passage{Rgb(), 0}
+                         : transparency_along(context, *batch[i].receiver, shadow_rays[i], state, most_surfaces);
       batch[i].transmittance = passage.transmittance;
       batch[i].surfaces = passage.surfaces;
     }

@@ -314,3 +314,32 @@ def plastic_below_lamp(seen_by: int, use_mis: bool) -> core.Scene:
     )  # fmt: skip
     scene.set_camera((0, -2, 1.2), (0, 0, 0), half_width=0.3)
     return scene.snapshot()
+
+
+def facing_of_waves(p: core.MaterialProgram) -> int:
+    """Layer Weight's Facing of a surface with waves by bump alone, 0.3 m high and 0.7 m long, along x."""
+    multiply, sine, filter_of_one_pixel = 2, 29, 4000
+    zero = p.constant(0.0)
+    heights = []
+    for step in range(3):
+        x = p.emit("SEPARATE_X", [p.emit("POSITION", [], [step + filter_of_one_pixel])])
+        heights.append(
+            p.emit("MATH", [p.emit("MATH", [x, p.constant(9.0), zero], [multiply, 0]), zero, zero], [sine, 0])
+        )
+    inputs = [*heights, p.constant(1.0), p.constant(0.3), p.emit("NORMAL")]
+    return p.emit("LAYER_WEIGHT_FACING", [p.constant(0.5), p.emit("BUMP", inputs, [0, filter_of_one_pixel])])
+
+
+def pane_with_waves() -> core.Scene:
+    """Between a floor and the lit ceiling; clear where its waves do not face what sees it, black elsewhere."""
+    scene = SceneDescription()
+    add_floor(scene)
+    add_ceiling(scene, 1.5, WHITE)
+    pane = core.MaterialProgram("waves")
+    pane.closure("CLOSURE_TRANSPARENT", [facing_of_waves(pane), pane.constant(1.0, 1.0, 1.0)])
+    scene.add_quad((-2, -2, 0.5), (4, 0, 0), (0, 4, 0), pane, visibility=HIDDEN)
+    scene.builder.add_area_light(
+        "panel", (0, 0, 1), (1.6, 0, 0), (0, 1.6, 0), (0, 0, 1), (5, 5, 5), visibility=NOT_TO_CAMERA
+    )
+    look_down(scene)
+    return scene.snapshot()
