@@ -126,7 +126,7 @@ struct LightSet::Impl {
   std::optional<IncidentLight> evaluate_lamp(const SceneLamp& lamp, Vec2 uv, Vec3 receiver,
                                              const PathState& path) const;
   std::optional<IncidentLight> evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
-                                                 const PathState& path) const;
+                                                 const PathState& path, const RayCone& cone) const;
   std::optional<IncidentLight> evaluate_environment_sample(Vec2 uv, const PathState& path) const;
   void add_hit(uint32_t emitter, const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const;
 };
@@ -191,7 +191,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp
 }
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
-                                                               const PathState& path) const {
+                                                               const PathState& path, const RayCone& cone) const {
   std::optional<IncidentLight> result;
   const Vec2 barycentric = square_to_triangle(uv);
   const Vec3 offset = t.point(barycentric) - receiver;
@@ -215,7 +215,9 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
     const bool is_mirrored = scene->instances[t.instance].object_to_world.determinant() < 0.0f;
     const Vec3 outside = is_mirrored ? -normal : normal;
     const Hit hit{distance, barycentric.x, barycentric.y, outside, t.instance, t.triangle};
-    light.radiance = evaluate_emission(*scene, make_surface_point(*scene, Ray{receiver, light.wi}, hit), arriving);
+    SurfacePoint point = make_surface_point(*scene, Ray{receiver, light.wi}, hit);
+    point.footprint = cone.at(distance);
+    light.radiance = evaluate_emission(*scene, point, arriving);
   }
   if (is_black(light.radiance) || !std::isfinite(light.pdf)) result.reset();
   return result;
@@ -291,12 +293,13 @@ EmitterPlace LightSet::place(uint32_t emitter) const {
   return {t.point({1.0f / 3.0f, 1.0f / 3.0f}), first_instance + t.instance, false};
 }
 
-std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 position, const PathState& path) const {
+std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 position, const PathState& path,
+                                                const RayCone& cone) const {
   if (sample.emitter < impl_->first_triangle())
     return impl_->evaluate_lamp(impl_->lamps[sample.emitter], sample.uv, position, path);
   if (sample.emitter < impl_->environment_index()) {
     const EmissiveTriangle& t = impl_->triangles[sample.emitter - impl_->first_triangle()];
-    return impl_->evaluate_triangle(t, sample.uv, position, path);
+    return impl_->evaluate_triangle(t, sample.uv, position, path, cone);
   }
   return impl_->evaluate_environment_sample(sample.uv, path);
 }

@@ -6,6 +6,12 @@
 namespace cistern {
 namespace {
 
+std::optional<IncidentLight> evaluate_light(const PathContext& context, const VisiblePoint& visible,
+                                            const LightSample& sample) {
+  const RayCone cone{visible.footprint, context.pixel.angle};
+  return context.lights.evaluate(sample, visible.receiver.position, visible.scattered, cone);
+}
+
 /// light_sample_share, or all for light that scattered rays never meet.
 float share_of_light_samples(const PathContext& context, float candidates, const LightSample& sample,
                              const IncidentLight& light, float bsdf_pdf) {
@@ -17,7 +23,7 @@ float share_of_light_samples(const PathContext& context, float candidates, const
 
 float light_target(const PathContext& context, float candidates, const VisiblePoint& visible,
                    const LightSample& sample) {
-  const auto light = context.lights.evaluate(sample, visible.receiver.position, visible.scattered);
+  const auto light = evaluate_light(context, visible, sample);
   if (!light) return 0.0f;
   const Response response = respond(visible.receiver, light->wi);
   const float reflected = magnitude(response.f_cos * light->radiance);
@@ -25,7 +31,7 @@ float light_target(const PathContext& context, float candidates, const VisiblePo
 }
 
 bool is_visible(const PathContext& context, const VisiblePoint& visible, const LightSample& sample) {
-  const auto light = context.lights.evaluate(sample, visible.receiver.position, visible.scattered);
+  const auto light = evaluate_light(context, visible, sample);
   if (!light) return false;
   if (!light->casts_shadow) return true;
   return !is_black(transmittance(context, surface_point(visible), *light, visible.state));
@@ -33,7 +39,7 @@ bool is_visible(const PathContext& context, const VisiblePoint& visible, const L
 
 std::optional<ArrivingLight> arriving_light(const PathContext& context, float candidates, const VisiblePoint& visible,
                                             const LightSample& sample) {
-  const auto light = context.lights.evaluate(sample, visible.receiver.position, visible.scattered);
+  const auto light = evaluate_light(context, visible, sample);
   if (!light) return std::nullopt;
   Bsdf bsdf = evaluate_material(context.scene, visible);
   guide_bounce(context, surface_point(visible), bsdf);

@@ -19,7 +19,8 @@ float draw(const PathContext& context, const LearnedLights::Chooser& chooser, co
            double u_cluster, float u_within, Vec2 u_light, Candidate& out) {
   const auto choice = context.learned->lights->choose(chooser, u_cluster, u_within, u_light);
   if (!choice) return 0.0f;
-  const auto light = context.lights.evaluate(choice->sample, vertex.point.position, vertex.scattered);
+  const RayCone cone{vertex.point.footprint, context.pixel.angle};
+  const auto light = context.lights.evaluate(choice->sample, vertex.point.position, vertex.scattered, cone);
   if (!light) return 0.0f;
   out.emitter = choice->sample.emitter;
   out.light = *light;

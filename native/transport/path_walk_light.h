@@ -104,7 +104,8 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
   const auto [u_choice, u_light] = sampler_.light(state_.depth);
   const auto choice = context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light);
   if (!choice) return;
-  const auto light = context_.lights.evaluate(choice->sample, point.position, scattered_state(bsdf));
+  const RayCone cone{point.footprint, context_.pixel.angle};
+  const auto light = context_.lights.evaluate(choice->sample, point.position, scattered_state(bsdf), cone);
   if (!light) return;
   const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
   const bool keeps_light = use.sample_point_of && !leaves_rough;  // others may reflect what this path does not

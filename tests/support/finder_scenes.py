@@ -343,3 +343,15 @@ def pane_with_waves() -> core.Scene:
     )
     look_down(scene)
     return scene.snapshot()
+
+
+def glowing_waves(floor: core.MaterialProgram = WHITE) -> core.Scene:
+    """A panel over a floor glows where its waves do not face what sees it."""
+    scene = SceneDescription()
+    add_floor(scene, floor)
+    glow = core.MaterialProgram("glowing waves")
+    one = glow.constant(1.0)
+    glow.closure("CLOSURE_EMISSION", [one, glow.constant(1.0, 1.0, 1.0), facing_of_waves(glow)])
+    add_ceiling(scene, 0.7, glow)
+    look_down(scene)
+    return scene.snapshot()
