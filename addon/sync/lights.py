@@ -37,6 +37,7 @@ def light_call(light: bpy.types.Light, matrix: NDArray[np.float64]) -> LightCall
     call = convert(light, matrix)
     if call is not None:
         call.arguments.update(
+            object_to_world=np.ascontiguousarray(matrix, np.float32),
             casts_shadow=bool(versions.light_casts_shadow(light)),
             use_mis=bool(versions.cycles_setting(light, "use_multiple_importance_sampling", True)),
             max_bounces=int(versions.cycles_setting(light, "max_bounces", 1024)),
@@ -72,7 +73,6 @@ def _spot(light: bpy.types.Light, matrix: NDArray[np.float64]) -> LightCall | No
     return LightCall(
         "add_spot_light",
         {
-            "object_to_world": np.ascontiguousarray(matrix, np.float32),
             "radius": light.shadow_soft_size,
             "intensity": _intensity(light),
             "spot_size": light.spot_size,

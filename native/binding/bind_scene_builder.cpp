@@ -185,6 +185,8 @@ LightCommon light_common(const std::string& name, const py::kwargs& common) {
       result.light.max_bounces = value.cast<int>();
     } else if (member == "material") {
       result.light.material = value.cast<int>();
+    } else if (member == "object_to_world") {
+      result.light.object_to_world = to_transform(value.cast<Array<float>>(), name);
     } else if (member == "key") {
       result.light.key = value.cast<uint64_t>();
     } else if (member == "replace") {
@@ -196,15 +198,14 @@ LightCommon light_common(const std::string& name, const py::kwargs& common) {
   return result;
 }
 
-int add_light(SceneBuilder& builder, const std::string& name, const py::kwargs& common, decltype(Light::shape) shape) {
-  LightCommon arguments = light_common(name, common);
+int add_light(SceneBuilder& builder, LightCommon arguments, decltype(Light::shape) shape) {
   arguments.light.shape = std::move(shape);
   return builder.add_light(std::move(arguments.light), arguments.replace);
 }
 
 int add_point_light(SceneBuilder& builder, const std::string& name, const Color& position, float radius,
                     const Color& intensity, bool soft, const py::kwargs& common) {
-  return add_light(builder, name, common, PointLight{to_vec3(position), radius, to_rgb(intensity), soft});
+  return add_light(builder, light_common(name, common), PointLight{to_vec3(position), radius, to_rgb(intensity), soft});
 }
 
 int add_spot_light(SceneBuilder& builder, const std::string& name, const Array<float>& object_to_world, float radius,
@@ -214,19 +215,21 @@ int add_spot_light(SceneBuilder& builder, const std::string& name, const Array<f
     throw Error(name, "the spot light's matrix cannot be inverted");
   SpotLight spot{
       {placed.translation, radius, to_rgb(intensity), soft}, inverse(placed), std::cos(0.5f * spot_size), blend};
-  return add_light(builder, name, common, spot);
+  LightCommon arguments = light_common(name, common);
+  arguments.light.object_to_world = placed;
+  return add_light(builder, std::move(arguments), spot);
 }
 
 int add_sun_light(SceneBuilder& builder, const std::string& name, const Color& direction, float angle,
                   const Color& irradiance, const py::kwargs& common) {
-  return add_light(builder, name, common, SunLight{to_vec3(direction), angle, to_rgb(irradiance)});
+  return add_light(builder, light_common(name, common), SunLight{to_vec3(direction), angle, to_rgb(irradiance)});
 }
 
 int add_area_light(SceneBuilder& builder, const std::string& name, const Color& center, const Color& edge_u,
                    const Color& edge_v, const Color& normal, const Color& radiance, bool ellipse, float spread,
                    const py::kwargs& common) {
   AreaLight area{to_vec3(center), to_vec3(edge_u), to_vec3(edge_v), to_vec3(normal), ellipse, to_rgb(radiance), spread};
-  return add_light(builder, name, common, area);
+  return add_light(builder, light_common(name, common), area);
 }
 
 void set_camera(SceneBuilder& builder, const std::string& name, const std::string& type, const Array<float>& matrix,

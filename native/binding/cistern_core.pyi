@@ -118,7 +118,7 @@ class SceneBuilder:
         **common,
     ) -> int:
         """`intensity` W/sr; `common` for all lights: visibility=31, casts_shadow=True, use_mis=True, max_bounces=1024,
-        material=-1, key=0, replace=None."""
+        material=-1, object_to_world (4, 4) of the lamp for what its material reads, key=0, replace=None."""
     def add_spot_light(
         self,
         name: str,

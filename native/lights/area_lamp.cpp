@@ -209,4 +209,9 @@ std::optional<LampSample> intersect_area_lamp(const AreaLamp& lamp, const Ray& r
                     false};
 }
 
+Vec2 area_lamp_uv(const AreaLamp& lamp, Vec3 position) {
+  const Vec2 along = edge_coordinates(lamp, position - lamp.center);
+  return {along.x / lamp.length_u + 0.5f, along.y / lamp.length_v + 0.5f};
+}
+
 }  // namespace cistern

@@ -197,6 +197,16 @@ std::optional<LampSample> intersect_lamp(const Lamp& lamp, const Ray& ray) {
   return intersect_area_lamp(*std::get_if<AreaLamp>(&lamp), ray);
 }
 
+Vec2 lamp_uv(const Lamp& lamp, Vec3 position) {
+  const auto* area = std::get_if<AreaLamp>(&lamp);
+  return area != nullptr ? area_lamp_uv(*area, position) : Vec2{};
+}
+
+Vec3 lamp_normal(const Lamp& lamp, Vec3 wi) {
+  const auto* area = std::get_if<AreaLamp>(&lamp);
+  return area != nullptr ? area->normal : -wi;
+}
+
 bool has_extent(const Lamp& lamp) {
   if (const auto* ball = std::get_if<BallLamp>(&lamp)) return ball->radius > 0.0f;
   if (const auto* sun = std::get_if<SunLamp>(&lamp)) return sun->one_minus_cos > 0.0f;

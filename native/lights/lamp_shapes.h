@@ -67,6 +67,10 @@ bool has_extent(const Lamp& lamp);
 bool is_sun(const Lamp& lamp);
 /// Magnitude of the flux in watts; a sun's through a disk of `scene_radius` metres facing it.
 float lamp_power(const Lamp& lamp, float scene_radius);
+/// Where a point of the lamp is on it: of an area lamp, 0 to 1 along its edges; (0, 0) of others, which have no UV map.
+Vec2 lamp_uv(const Lamp& lamp, Vec3 position);
+/// The unit normal there that materials see; `wi` leads from the receiver to the point. Round lamps face who sees them.
+Vec3 lamp_normal(const Lamp& lamp, Vec3 wi);
 /// Of a lamp that is not a sun.
 LightBounds lamp_bounds(const Lamp& lamp);
 

@@ -18,6 +18,7 @@ struct SceneLamp {
   Lamp shape;
   uint32_t light = 0;        // index into Scene::lights
   bool has_program = false;  // its material depends on more than the lamp
+  Instance object;           // which that sees
 };
 
 void scale_emission(Lamp& lamp, Rgb factor) {
@@ -34,7 +35,8 @@ std::vector<SceneLamp> emitting_lamps(const Scene& scene) {
   for (uint32_t i = 0; i < scene.lights.size(); ++i) {
     const Light& light = scene.lights[i];
     if (light.removed) continue;
-    SceneLamp lamp{make_lamp(light), i, false};
+    SceneLamp lamp{make_lamp(light), i, false, {}};
+    lamp.object.object_to_world = light.object_to_world;
     if (light.material >= 0) {
       const auto& program = scene.materials[static_cast<size_t>(light.material)];
       if (!program || !program->may_emit) continue;
@@ -80,24 +82,15 @@ EmitterEstimate estimate_lamp(const Lamp& lamp, float radius) {
   return estimate;
 }
 
-/// Any instance with a triangle.
-std::optional<uint32_t> find_any_instance(const Scene& scene) {
-  for (uint32_t i = 0; i < scene.instances.size(); ++i) {
-    const int mesh = scene.instances[i].mesh;
-    if (mesh < 0 || !scene.meshes[static_cast<size_t>(mesh)]) continue;
-    if (scene.meshes[static_cast<size_t>(mesh)]->triangle_count() > 0) return i;
-  }
-  return std::nullopt;
-}
-
-/// A point of a lamp as its material sees it: a surface facing the receiver. A lamp has no mesh; a program that asks
-/// for mesh data all the same reads it from `instance`.
-SurfacePoint lamp_point(const Light& light, uint32_t instance, Vec3 receiver, const LampSample& sample) {
+/// A point of a lamp as its material sees it. Distant lamps have no place: their position is the direction that their
+/// light takes, as in Cycles.
+SurfacePoint lamp_point(const SceneLamp& lamp, int material, Vec3 receiver, const LampSample& sample) {
   SurfacePoint point;
-  point.instance = instance;
-  point.position = std::isinf(sample.distance) ? sample.wi : receiver + sample.wi * sample.distance;
-  point.wo = point.ng = point.ns = -sample.wi;
-  point.material = light.material;
+  point.position = std::isinf(sample.distance) ? -sample.wi : receiver + sample.wi * sample.distance;
+  point.wo = -sample.wi;
+  point.ng = point.ns = lamp_normal(lamp.shape, sample.wi);
+  point.barycentric = lamp_uv(lamp.shape, point.position);
+  point.material = material;
   return point;
 }
 
@@ -112,8 +105,6 @@ struct LightSet::Impl {
   LampBvh bvh;                      // of the lamps that scattered rays can meet
   std::vector<uint32_t> wide_suns;  // suns that scattered rays can meet
   bool any_without_shadow = false;  // of both
-
-  std::optional<uint32_t> any_instance;
 
   size_t first_triangle() const { return lamps.size(); }
   size_t environment_index() const { return lamps.size() + triangles.size(); }
@@ -171,8 +162,9 @@ void LightSet::Impl::prepare_intersection() {
 
 Rgb LightSet::Impl::program_factor(const SceneLamp& lamp, Vec3 receiver, const LampSample& sample,
                                    const PathState& path) const {
-  if (!lamp.has_program || !any_instance) return Rgb(1.0f);  // without a surface nobody sees the lamp's light
-  return evaluate_emission(*scene, lamp_point(light_of(lamp), *any_instance, receiver, sample), path);
+  if (!lamp.has_program) return Rgb(1.0f);
+  const SurfacePoint point = lamp_point(lamp, light_of(lamp).material, receiver, sample);
+  return evaluate_lamp_emission(*scene, lamp.object, point, path);
 }
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp, Vec2 uv, Vec3 receiver,
@@ -251,7 +243,6 @@ void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, const PathState& 
 LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling) {
   auto impl = std::make_unique<Impl>();
   impl->scene = std::move(scene);
-  impl->any_instance = find_any_instance(*impl->scene);
   impl->lamps = emitting_lamps(*impl->scene);
   impl->triangles = EmissiveTriangles(*impl->scene);
   impl->environment = EnvironmentSampler::build(*impl->scene);

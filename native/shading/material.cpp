@@ -106,6 +106,13 @@ Rgb evaluate_emission(const Scene& scene, const SurfacePoint& point, const PathS
   return run_emission({scene, *program, point, path});
 }
 
+Rgb evaluate_lamp_emission(const Scene& scene, const Instance& object, const SurfacePoint& point,
+                           const PathState& path) {
+  const MaterialProgram* program = find_program(scene, point.material);
+  if (program == nullptr || !program->may_emit) return {};
+  return run_emission({scene, *program, point, path, false, &object});
+}
+
 Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const PathState& path) {
   const MaterialProgram* program = find_program(scene, point.material);
   if (program == nullptr || !program->may_be_transparent) return {};

@@ -11,6 +11,10 @@ Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const Path
 /// Only what is emitted towards wo: same value as evaluate_material(...).emission, cheaper.
 Rgb evaluate_emission(const Scene& scene, const SurfacePoint& point, const PathState& path);
 
+/// What the program of a lamp makes of its light. `object` stands for the lamp: it has a transform and no mesh.
+Rgb evaluate_lamp_emission(const Scene& scene, const Instance& object, const SurfacePoint& point,
+                           const PathState& path);
+
 /// Only what passes straight through: same as evaluate_material(...).transparency.
 Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const PathState& path);
 

@@ -11,9 +11,11 @@ struct NodeContext {
   const MaterialProgram& program;
   const SurfacePoint& point;
   const PathState& path;
-  bool is_environment = false;  // `point` is a direction: there is no instance and no mesh
+  bool is_environment = false;     // `point` is a direction: there is no instance and no mesh
+  const Instance* lamp = nullptr;  // the object of a lamp, of which `point` is a point: there is no mesh
 
-  const Instance& instance() const { return scene.instances[point.instance]; }
+  bool has_mesh() const { return !is_environment && lamp == nullptr; }
+  const Instance& instance() const { return lamp != nullptr ? *lamp : scene.instances[point.instance]; }
   const Mesh& mesh() const { return *scene.meshes[static_cast<size_t>(instance().mesh)]; }
 };
 

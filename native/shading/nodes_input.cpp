@@ -7,13 +7,17 @@ namespace {
 
 constexpr Vec3 kForwardZ{1.0f, 1.0f, -1.0f};  // cameras look along -z, Blender's coordinates along +z
 
+/// Of a lamp there is the UV map without a name.
 AttributeValue attribute_node(const NodeContext& c, int name_index, BumpShift shift) {
+  const bool is_unnamed = c.program.attribute_names[static_cast<size_t>(name_index)].empty();
+  if (c.lamp != nullptr && is_unnamed) return {{c.point.barycentric.x, c.point.barycentric.y, 0.0f}, 1.0f};
   const int index = resolve_attribute(c, name_index);
   if (index < 0) return {};
   return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), index);
 }
 
 Vec3 object_position(const NodeContext& c, BumpShift shift) {
+  if (!c.has_mesh()) return inverse(c.instance().object_to_world).point(c.point.position);
   return interpolate_position(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
 }
 
@@ -23,9 +27,11 @@ Vec3 object_coordinate_node(const NodeContext& c, BumpShift shift) {
   return shift.step == 0 ? p : p + inverse(c.instance().object_to_world).vector(footprint_step(c.point, shift));
 }
 
-/// Mesh bounds to [0, 1]; an axis without extent is 1/2, as with Blender's texture space.
+/// Mesh bounds to [0, 1]; an axis without extent is 1/2, as with Blender's texture space. Of a lamp, as in Cycles, its
+/// object coordinates.
 Vec3 generated_node(const NodeContext& c, BumpShift shift) {
   if (c.is_environment) return c.point.position;
+  if (!c.has_mesh()) return object_position(c, shift);
   const Bounds3& bounds = c.mesh().bounds;
   const Vec3 p = object_position(c, shift) - bounds.lower;
   const Vec3 size = bounds.diagonal();
@@ -35,7 +41,8 @@ Vec3 generated_node(const NodeContext& c, BumpShift shift) {
 
 Vec3 normal_coordinate_node(const NodeContext& c, BumpShift shift) {
   if (c.is_environment) return c.point.ns;
-  if (shift.step == 0) return normalize_or(c.instance().object_to_world.transposed_vector(c.point.ns), c.point.ns);
+  if (shift.step == 0 || !c.has_mesh())
+    return normalize_or(c.instance().object_to_world.transposed_vector(c.point.ns), c.point.ns);
   const Vec3 n = interpolate_normal(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
   return c.point.is_backface ? -n : n;
 }
@@ -60,7 +67,7 @@ Vec3 window_node(const NodeContext& c, BumpShift shift) {
 
 /// Unit, in world space; orthogonal to the shading normal but under uneven scale.
 Vec3 tangent_node(const NodeContext& c, int name_index) {
-  if (c.is_environment) return {};
+  if (!c.has_mesh()) return {};
   const std::optional<TangentFrame> frame = tangent_frame(c.scene, c.point, resolve_attribute(c, name_index));
   return frame ? normalize_or(transform_normal(c.instance().object_to_world, frame->tangent), {}) : Vec3{};
 }
@@ -70,7 +77,7 @@ Vec3 as_register(float value) { return {value, value, value}; }
 }  // namespace
 
 int resolve_attribute(const NodeContext& c, int name_index) {
-  if (c.is_environment) return -1;
+  if (!c.has_mesh()) return -1;
   const Mesh& mesh = c.mesh();
   const size_t i = static_cast<size_t>(name_index);
   if (c.program.attribute_names[i].empty()) return find_first_uv_map(mesh);

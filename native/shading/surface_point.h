@@ -23,7 +23,7 @@ struct SurfacePoint {
   Vec3 ng;  // geometric
   Vec3 ns;  // interpolated, before bump and normal maps
   Vec3 wo;
-  Vec2 barycentric;  // weights of vertices 1 and 2
+  Vec2 barycentric;  // weights of vertices 1 and 2; on a lamp its UV coordinates
   uint32_t instance = 0;
   uint32_t triangle = 0;
   int material = -1;

@@ -56,7 +56,16 @@ def _signatures() -> dict[str, tuple[list[str], set[str], bool]]:
     return found
 
 
-_COMMON_OF_LIGHTS = {"visibility", "casts_shadow", "use_mis", "max_bounces", "material", "key", "replace"}
+_COMMON_OF_LIGHTS = {
+    "object_to_world",
+    "visibility",
+    "casts_shadow",
+    "use_mis",
+    "max_bounces",
+    "material",
+    "key",
+    "replace",
+}
 _SIGNATURES = _signatures()
 
 

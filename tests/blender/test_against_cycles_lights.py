@@ -60,6 +60,41 @@ def test_light(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+def checkered(light: bpy.types.Light, kind: str, output: str) -> None:
+    """Its light is a checkerboard over an output of a node."""
+    light.use_nodes = True
+    tree = light.node_tree
+    emission = next(node for node in tree.nodes if node.type == "EMISSION")
+    at = tree.nodes.new(kind).outputs[output]
+    checker = build.shader(tree, "ShaderNodeTexChecker", Vector=at, Scale=3.0, Color1=(1, 1, 1, 1), Color2=(0, 0, 0, 1))
+    tree.links.new(checker.outputs["Color"], emission.inputs["Color"])
+
+
+COORDINATES, GEOMETRY, OBJECT = "ShaderNodeTexCoord", "ShaderNodeNewGeometry", "ShaderNodeObjectInfo"
+READS = {
+    "spot normal": ("spot", COORDINATES, "Normal"),
+    "spot location": ("spot", OBJECT, "Location"),
+    "point object": ("point soft", COORDINATES, "Object"),
+    "sun object": ("sun wide", COORDINATES, "Object"),
+    "area uv": ("area rectangle", COORDINATES, "UV"),
+    "area generated": ("area disk", COORDINATES, "Generated"),
+    "area normal": ("area square", GEOMETRY, "Normal"),
+    "area position": ("area ellipse", GEOMETRY, "Position"),
+}
+
+
+@pytest.mark.parametrize("case", READS)
+def test_nodes_of_lamps(empty_scene: bpy.types.Scene, case: str) -> None:
+    """They read of some mesh what they should of the lamp: black, or up to 3 times too bright."""
+    lamp, node, output = READS[case]
+    kind, members = LIGHTS[lamp]
+    lit_stage(empty_scene)
+    placed = build.add_light(empty_scene, kind, (0.3, 0.1, 2.2), rotation=TILT, **members)
+    checkered(placed.data, node, output)
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
 def test_scaled_lights(empty_scene: bpy.types.Scene) -> None:
     """Object scale: the area light's shape but not its power, an elliptical spot cone."""
     lit_stage(empty_scene)

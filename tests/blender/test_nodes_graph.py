@@ -276,6 +276,21 @@ def test_plain_light_needs_no_program(empty_scene):
     assert compile_light(light, Context()).closures == []
 
 
+@pytest.mark.parametrize(("kind", "has_map"), [("AREA", True), ("SPOT", False)])
+def test_what_lamps_do_not_have_is_named(kind: str, has_map: bool) -> None:
+    light = bpy.data.lights.new("Bulb", kind)
+    light.use_nodes = True
+    tree = light.node_tree
+    emission = next(node for node in tree.nodes if node.type == "EMISSION")
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["UV"], emission.inputs["Color"])
+    tree.links.new(tree.nodes.new("ShaderNodeObjectInfo").outputs["Random"], emission.inputs["Strength"])
+    context = Context()
+    compile_light(light, context)
+    warnings = "\n".join(context.warnings)
+    assert f"Light '{light.name}': nodes replaced by their defaults: Object Info (Random)" in warnings
+    assert ("only area lamps have UV coordinates" in warnings) != has_map
+
+
 def test_coordinates_of_another_object(empty_scene):
     other = bpy.data.objects.new("Other", None)
     other.location = (1.0, 2.0, 3.0)

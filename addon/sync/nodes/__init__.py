@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from . import closures, color, converter, inputs, sky, textures, vector  # noqa: F401 - they register their nodes
-from .compiler import Compiler, Context, flatten_shader
+from .compiler import Compiler, Context, TreeKind, flatten_shader
 from .graph import Port, Scope, Tree, active_output, socket_named, source_of
 from .instructions import COLOR, MAX_REGISTERS, constant
 from .lobes import MAX_LOBES, most_lobes
@@ -36,7 +36,7 @@ def compile_material(material: bpy.types.Material | None, context: Context) -> M
     owner = f"Material '{name}'"
     if material is None or not _uses_nodes(material):
         rgb = tuple(material.diffuse_color[:3]) if material else DEFAULT_SURFACE
-        return _compile(lambda compiler: _diffuse(compiler, rgb), name, owner, context, True)
+        return _compile(lambda compiler: _diffuse(compiler, rgb), name, owner, context, TreeKind.SURFACE)
     surface = _output_port(material.node_tree, "ShaderNodeOutputMaterial")
 
     def build(compiler: Compiler) -> None:
@@ -44,7 +44,7 @@ def compile_material(material: bpy.types.Material | None, context: Context) -> M
             _warn_other_outputs(compiler, surface)
             _flatten_surface(compiler, surface)
 
-    return _compile(build, name, owner, context, True)
+    return _compile(build, name, owner, context, TreeKind.SURFACE)
 
 
 def compile_world(world: bpy.types.World | None, context: Context) -> MaterialProgram | None:
@@ -54,14 +54,16 @@ def compile_world(world: bpy.types.World | None, context: Context) -> MaterialPr
     owner = f"World '{world.name}'"
     if not _uses_nodes(world):
         rgb = tuple(world.color[:3])
-        return _compile(lambda compiler: _emit(compiler, rgb), world.name, owner, context, False) if any(rgb) else None
+        if not any(rgb):
+            return None
+        return _compile(lambda compiler: _emit(compiler, rgb), world.name, owner, context, TreeKind.WORLD)
     surface = _output_port(world.node_tree, "ShaderNodeOutputWorld")
 
     def build(compiler: Compiler) -> None:
         _warn_other_outputs(compiler, surface)
         flatten_shader(compiler, surface, ONE)
 
-    return _compile(build, world.name, owner, context, False, needs_closures=True) if surface else None
+    return _compile(build, world.name, owner, context, TreeKind.WORLD, needs_closures=True) if surface else None
 
 
 def compile_light(light: bpy.types.Light, context: Context) -> MaterialProgram | None:
@@ -79,7 +81,8 @@ def compile_light(light: bpy.types.Light, context: Context) -> MaterialProgram |
         if surface is not None:
             flatten_shader(compiler, surface, ONE)
 
-    return _compile(build, light.name, f"Light '{light.name}'", context, False)
+    kind = TreeKind.AREA_LAMP if light.type == "AREA" else TreeKind.LAMP
+    return _compile(build, light.name, f"Light '{light.name}'", context, kind)
 
 
 def _is_plain_emission(source: Port) -> bool:
@@ -140,13 +143,13 @@ def _compile(
     name: str,
     owner: str,
     context: Context,
-    is_surface: bool,
+    kind: TreeKind,
     needs_closures: bool = False,
 ) -> MaterialProgram | None:
     """Compile; a tree too large for the core loses its bumps, then its nodes."""
     reasons: list[str] = []
     for allow_bump in (True, False):
-        compiler = Compiler(name, owner, context, is_surface)
+        compiler = Compiler(name, owner, context, kind)
         compiler.allow_bump = allow_bump
         try:
             with _deep_recursion():
@@ -154,15 +157,15 @@ def _compile(
         except RecursionError:
             break
         if len(compiler.code.needed()) <= MAX_REGISTERS:
-            if is_surface and most_lobes(compiler.code.closures) > MAX_LOBES:
+            if compiler.is_surface and most_lobes(compiler.code.closures) > MAX_LOBES:
                 reasons.append(f"more lobes than {MAX_LOBES}, of which a Principled BSDF has up to 6: light is missing")
             for reason in reasons:
                 compiler.warn(reason)
             compiler.report()
             return compiler.code.write() if compiler.code.closures or not needs_closures else None
         reasons.append("the node tree is too large for bump, which is left out")
-    compiler = Compiler(name, owner, context, is_surface)
+    compiler = Compiler(name, owner, context, kind)
     compiler.warn("the node tree is too large: plain grey is used")
-    (_diffuse if is_surface else _emit)(compiler, DEFAULT_SURFACE)
+    (_diffuse if compiler.is_surface else _emit)(compiler, DEFAULT_SURFACE)
     compiler.report()
     return compiler.code.write()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from enum import Enum
 from types import ModuleType
 from typing import Protocol
 
@@ -75,20 +76,41 @@ def default_of(socket: Socket) -> Value:
     return constant(x, y, z, letter)
 
 
+class TreeKind(Enum):
+    """What a tree shades. Worlds and lamps have no mesh under them; of lamps, area lamps have a UV map."""
+
+    SURFACE = "material"
+    WORLD = "world"
+    LAMP = "lamp"
+    AREA_LAMP = "area lamp"
+
+
 class Compiler:
     """State of one compilation: the instructions so far, the bump shift, and what to tell the user."""
 
-    def __init__(self, name: str, owner: str, context: Context, is_surface: bool) -> None:
+    def __init__(self, name: str, owner: str, context: Context, kind: TreeKind) -> None:
         self.code = InstructionList(context.core, name)
         self.owner = owner  # as shown in warnings, e.g. "Material 'Wood'"
         self.context = context
-        self.is_surface = is_surface  # worlds and lights have no mesh under them
+        self.kind = kind
         self.shift = 0  # where coordinates are read: Bump compiles its height at three places
         self.allow_bump = True
         self._values: dict[tuple, Value] = {}
         self._in_progress: set[tuple] = set()
         self._unsupported: dict[str, None] = {}  # insertion-ordered set
         self._warnings: dict[str, None] = {}
+
+    @property
+    def is_surface(self) -> bool:
+        return self.kind is TreeKind.SURFACE
+
+    @property
+    def is_world(self) -> bool:
+        return self.kind is TreeKind.WORLD
+
+    @property
+    def is_lamp(self) -> bool:
+        return self.kind in (TreeKind.LAMP, TreeKind.AREA_LAMP)
 
     def warn(self, text: str) -> None:
         self._warnings[f"{self.owner}: {text}"] = None

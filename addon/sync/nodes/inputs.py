@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from .compiler import NodeView, default_of, value_node
+from .compiler import NodeView, TreeKind, default_of, value_node
 from .enums import LIGHT_PATH_OUTPUTS, VECTOR_MATH_VALUES
 from .graph import socket_named
 from .instructions import COLOR, VECTOR, Value, constant
@@ -20,15 +20,18 @@ def plain_value(node: NodeView, output: str) -> Value:
 
 
 def uv_coordinate(node: NodeView, uv_map: str = "") -> Value:
-    """(u, v, 0) of the named map, "" is the first; 0 where there is no mesh."""
-    if not node.compiler.is_surface:
+    """(u, v, 0) of the named map, "" is the first; 0 where there is no map."""
+    kind = node.compiler.kind
+    if kind is TreeKind.LAMP:
+        node.warn("only area lamps have UV coordinates: they read 0")
+    if kind in (TreeKind.LAMP, TreeKind.WORLD):
         return vector_constant(0.0, 0.0, 0.0)
     return node.at_shift("ATTRIBUTE", (node.compiler.code.program.attribute(uv_map),))
 
 
 def position(node: NodeView) -> Value:
     """World position of the hit; in the world's own tree the direction of view, as Cycles has it."""
-    return node.at_shift("POSITION" if node.compiler.is_surface else "GENERATED")
+    return node.at_shift("GENERATED" if node.compiler.is_world else "POSITION")
 
 
 @value_node("ShaderNodeTexCoord")
@@ -51,7 +54,7 @@ def texture_coordinate(node: NodeView, output: str) -> Value | None:
 
 def _object_coordinate(node: NodeView, other: bpy.types.Object | None) -> Value:
     if other is None:
-        return node.at_shift("OBJECT_COORDINATE") if node.compiler.is_surface else position(node)
+        return position(node) if node.compiler.is_world else node.at_shift("OBJECT_COORDINATE")
     matrix = other.matrix_world.inverted_safe()
     at = position(node)
     rows = [node.emit("VECTOR_MATH_VALUE", (at, vector_constant(*row[:3])), (DOT_PRODUCT,)) for row in matrix[:3]]
@@ -70,13 +73,15 @@ def geometry(node: NodeView, output: str) -> Value | None:
     if output == "Position":
         return position(node)
     if output == "Tangent":
-        return default_tangent(node)
+        return vector_constant(0.0, 0.0, 0.0) if node.compiler.is_lamp else default_tangent(node)
     ops = {"Normal": "NORMAL", "True Normal": "TRUE_NORMAL", "Incoming": "INCOMING", "Backfacing": "BACKFACING"}
     return node.emit(ops[output]) if output in ops else None
 
 
 @value_node("ShaderNodeObjectInfo")
 def object_info(node: NodeView, output: str) -> Value | None:
+    if output == "Random" and node.compiler.is_lamp:
+        node.compiler.unsupported(node.node, output)
     if output in ("Location", "Random"):
         return node.emit("OBJECT_LOCATION" if output == "Location" else "OBJECT_RANDOM")
     defaults = {"Color": constant(1.0, 1.0, 1.0, COLOR), "Alpha": constant(1.0)}  # of a new object; indices are 0
