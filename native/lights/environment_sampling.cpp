@@ -206,7 +206,9 @@ EnvironmentSampler::Sample EnvironmentSampler::sample(Vec2 u) const {
   for (const Sun& sun : suns_) {
     if (u.y < sun.share) {
       const Vec3 direction = sample_cone(sun.cone, {u.x, u.y / sun.share});
-      return {direction, pdf(direction)};
+      // On the rim, rounding may take it out of the cone that it was drawn from: it has that density all the same.
+      const float of_rim = contains(sun.cone, direction) ? 0.0f : sun.share / sun.cone.solid_angle();
+      return {direction, pdf(direction) + of_rim};
     }
     u.y -= sun.share;
   }

@@ -231,7 +231,7 @@ Texel lookup_equirectangular(const Image& image, Vec3 direction, Interpolation i
 }
 
 Texel lookup_horizon(const Image& image, Vec3 direction, Interpolation interpolation) {
-  const float elevation = std::asin(std::clamp(normalize_or(direction, {}).z, -1.0f, 1.0f));
+  const float elevation = std::asin(std::clamp(direction.z, -1.0f, 1.0f));
   const float u = 0.5f - std::atan2(direction.y, direction.x) * (0.5f * kInvPi);
   const float v = 0.5f + std::copysign(std::sqrt(std::abs(elevation) * (0.5f * kInvPi)), elevation);
   // A row has no edge, but only two axes together can repeat: half a texel at either end comes from the other end.

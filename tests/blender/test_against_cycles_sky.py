@@ -114,21 +114,41 @@ def test_planted_bugs_seen(empty_scene: bpy.types.Scene, plant) -> None:
     assert not agrees(result), result
 
 
-def test_sky_through_other_nodes(empty_scene: bpy.types.Scene) -> None:
-    """Turned by a Mapping node, mixed with a colour, and brightened."""
-    sky = add_sky(empty_scene, SINGLE, sun_elevation=0.2, sun_size=WIDE_SUN)
-    tree = empty_scene.world.node_tree
+def mixed(sky: bpy.types.Node, scene: bpy.types.Scene) -> bpy.types.Node:
+    """Puts a mix with a colour between the sky and its background, which it makes brighter."""
+    tree = scene.world.node_tree
     background = next(n for n in tree.nodes if n.type == "BACKGROUND")
-    vector = next(s for s in sky.inputs if s.name == "Vector")
-    coordinates = tree.nodes.new("ShaderNodeTexCoord")
-    turned = build.shader(tree, "ShaderNodeMapping", Vector=coordinates.outputs["Generated"], Rotation=(0.3, 0.0, 0.2))
-    tree.links.new(turned.outputs[0], vector)
-    mixed = build.shader(tree, "ShaderNodeMixRGB", Fac=0.3, Color1=sky.outputs["Color"], Color2=(0.9, 0.2, 0.1, 1.0))
-    tree.links.new(mixed.outputs[0], background.inputs["Color"])
+    mix = build.shader(tree, "ShaderNodeMixRGB", Fac=0.3, Color1=sky.outputs["Color"], Color2=(0.9, 0.2, 0.1, 1.0))
+    tree.links.new(mix.outputs[0], background.inputs["Color"])
     background.inputs["Strength"].default_value = 1.7
+    return mix
+
+
+def test_sky_behind_other_nodes(empty_scene: bpy.types.Scene) -> None:
+    """Turned, with its disc, by the texture's own mapping; mixed with a colour, and brightened."""
+    sky = add_sky(empty_scene, SINGLE, sun_elevation=0.2, sun_size=WIDE_SUN)
+    sky.texture_mapping.rotation = (0.3, 0.0, 0.2)
+    mixed(sky, empty_scene)
     look_north(empty_scene)
     result = differences(empty_scene)
     assert agrees(result), result
+
+
+@pytest.mark.parametrize(
+    "mapping", [{"Rotation": (0.3, 0.0, 0.2)}, {"Scale": (2.0, 2.0, 2.0)}, {"Location": (0, 0, 0.3)}]
+)
+def test_sky_through_a_mapping(empty_scene: bpy.types.Scene, mapping: dict) -> None:
+    """Its Vector is open to links without a disc alone, and need not have a length of 1. Planted bug: no Mapping."""
+    sky = add_sky(empty_scene, MODELS[-1], sun_elevation=0.2, sun_disc=False)
+    tree = empty_scene.world.node_tree
+    vector = next(s for s in sky.inputs if s.name == "Vector")
+    coordinates = tree.nodes.new("ShaderNodeTexCoord")
+    mapped = build.shader(tree, "ShaderNodeMapping", Vector=coordinates.outputs["Generated"], **mapping)
+    tree.links.new(mapped.outputs[0], vector)
+    look_north(empty_scene)
+    result = differences(empty_scene)
+    assert agrees(result), result
+    assert not agrees(differences(empty_scene, lambda: tree.links.remove(vector.links[0])))
 
 
 def test_animated_elevation(empty_scene: bpy.types.Scene) -> None:

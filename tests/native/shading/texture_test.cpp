@@ -167,14 +167,15 @@ TEST(Texture, HorizonLookupHasDenseRowsThereAndExtendsAtThePoles) {
   for (int y = 0; y < 64; ++y) rows[static_cast<size_t>(y)] = static_cast<float>(y);
   const Image image = make_image<float>(1, 64, 1, PixelFormat::FLOAT, rows);
   const auto row_at = [&](float elevation) {
-    return lookup_horizon(image, {0.0f, 3.0f * std::cos(elevation), 3.0f * std::sin(elevation)}, Interpolation::LINEAR)
-        .color.r;
+    return lookup_horizon(image, {0.0f, std::cos(elevation), std::sin(elevation)}, Interpolation::LINEAR).color.r;
   };
   EXPECT_NEAR(row_at(0.0f), 31.5f, 1e-3f);
   EXPECT_NEAR(row_at(kPi / 8.0f), 47.5f, 1e-3f);  // a quarter of the way up, half of the rows
   EXPECT_NEAR(row_at(-kPi / 8.0f), 15.5f, 1e-3f);
   EXPECT_NEAR(row_at(kPi / 2.0f), 63.0f, 1e-2f);
   EXPECT_NEAR(row_at(-kPi / 2.0f), 0.0f, 1e-2f);
+  const float high = lookup_horizon(image, {0.0f, 0.1f, 2.0f}, Interpolation::LINEAR).color.r;
+  EXPECT_NEAR(high, 63.0f, 1e-2f) << "as in Cycles, the height of vectors longer than 1 is what counts";
 }
 
 }  // namespace
