@@ -17,6 +17,7 @@ SHARES = (1 / 4, 1.0)  # of the budget; the pilot is shorter
 PILOT_SAMPLES = 4
 FILLED = 0.75
 SLOWEST = 0.3
+TARGET_SEED = 1001
 TARGETS = 3  # pictures by Cycles whose mean error after denoising is to be reached
 SCALES = {"pixel": "1 px", "box4": "4 px", "box8": "8 px"}
 
@@ -60,7 +61,8 @@ class SceneScore:
     scene: Scene
     reference: Reference
     targets: list[Shot]  # Cycles with equally many samples, whose error after denoising is to be reached
-    to_cycles: Errors | None = None  # difference between Cycles and a reference that is not its own, noise left out
+    # Difference between Cycles and a reference that is not its own, noise left out, and what of it can be told.
+    to_cycles: tuple[Errors, Errors] | None = None
     shots: dict[str, list[Shot]] = field(default_factory=dict)  # by engine
 
     @property
@@ -134,7 +136,7 @@ def score(laboratory: Laboratory, scene: Scene, plan: Plan) -> SceneScore:
     def take(engine: Engine, samples: int, seed: int) -> Shot:
         return shoot(laboratory, scene, reference, engine, samples, seed)
 
-    targets = [take(engine_named(CYCLES), plan.samples, seed) for seed in range(1, TARGETS + 1)]
+    targets = [take(engine_named(CYCLES), plan.samples, TARGET_SEED + k) for k in range(TARGETS)]
     budget = plan.budget_seconds or min(target.seconds for target in targets)
     found = SceneScore(scene, reference, targets, laboratory.difference_to_cycles(scene, reference))
     for engine in plan.engines:

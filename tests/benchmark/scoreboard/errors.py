@@ -7,7 +7,7 @@ denoiser sees it: to what its pixels show would make every pixel count more that
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -73,17 +73,8 @@ class Reference:
 
     @cached_property
     def resolution(self) -> Errors:
-        """The smallest errors that can be told from none: a standard error of the mean of products of the noise of
-        both halves, which does not have to be Gaussian."""
-        half = 0.5 * (self.first - self.second)
-
-        def deviation(values: NDArray) -> float:
-            return float(2.0 * np.sqrt((values**2).sum()) / values.size)
-
-        values = relative(half**2, self.base)
-        box4, box8 = (deviation(relative(boxes(half, n) ** 2, boxes(self.base, n))) for n in BOXES)
-        kept = values[values <= np.quantile(values, 1.0 - TRIM)]
-        return Errors(deviation(kept), box4, box8, deviation(values), 0.0)
+        """The smallest errors that can be told from none."""
+        return least_told(self.first, self.second, self.base)
 
     def squares(self, picture: NDArray) -> NDArray:
         """(height, width): the square of the difference to the mean of both halves, to look at; noise included."""
@@ -95,18 +86,33 @@ class Reference:
         picture = picture.astype(np.float64)
         if not np.isfinite(picture).all():
             raise ValueError(f"{np.count_nonzero(~np.isfinite(picture).all(axis=2))} pixels are not finite")
-        found, least = self.distance(picture, picture), self.resolution
+        values = relative((picture - self.first) * (picture - self.second), self.base)
+        pixel = trimmed_mean(values, relative((picture - self.base) ** 2, self.base))
+        found, least = replace(self.common((picture, picture)), pixel=pixel), self.resolution
         told = (max(found.at(scale), least.at(scale)) for scale in ("pixel", "box4", "box8", "untrimmed"))
         return Errors(*told, found.ratio)
 
-    def distance(self, one: NDArray, other: NDArray) -> Errors:
-        """Errors of what two pictures have in common: of one with itself, with its noise; of two with independent
-        noise, without. Less than nothing by chance."""
-        values = relative((one - self.first) * (other - self.second), self.base)
-        sizes = relative((one - self.base) * (other - self.base), self.base)
-        found = []
-        for n in BOXES:
-            products = boxes(one - self.first, n) * boxes(other - self.second, n)
-            found.append(float(relative(products, boxes(self.base, n)).mean()))
-        ratio = float(0.5 * (one.mean() + other.mean()) / self.mean.mean())
-        return Errors(trimmed_mean(values, np.abs(sizes)), *found, float(values.mean()), ratio)
+    def common(self, halves: tuple[NDArray, NDArray]) -> Errors:
+        """Errors, none left out, that two pictures have in common: of two with independent noise, their noise is not
+        in it. Less than nothing by chance."""
+        first, second = halves[0] - self.first, halves[1] - self.second
+        at = [float(relative(boxes(first, n) * boxes(second, n), boxes(self.base, n)).mean()) for n in (1, *BOXES)]
+        return Errors(at[0], at[1], at[2], at[0], float(0.5 * (halves[0] + halves[1]).mean() / self.mean.mean()))
+
+    def least_common(self, halves: tuple[NDArray, NDArray]) -> Errors:
+        """Of such, the smallest that can be told from none."""
+        return least_told(halves[0] - self.first, halves[1] - self.second, self.base)
+
+
+def least_told(first: NDArray, second: NDArray, base: NDArray) -> Errors:
+    """By the noise of two halves, at least a standard error of the mean of its products, which need not be Gaussian:
+    fourth moments stand for squares of second ones."""
+    half = 0.5 * (first - second)
+
+    def deviation(values: NDArray) -> float:
+        return float(2.0 * np.sqrt((values**2).sum()) / values.size)
+
+    values = relative(half**2, base)
+    box4, box8 = (deviation(relative(boxes(half, n) ** 2, boxes(base, n))) for n in BOXES)
+    kept = values[values <= np.quantile(values, 1.0 - TRIM)]
+    return Errors(deviation(kept), box4, box8, deviation(values), 0.0)

@@ -1,7 +1,8 @@
 """Starts the processes that render, and keeps the references: one picture per scene, in two independent halves.
 
 Guides of denoisers are Cycles' in every scene. Where the reference is not, parts by Cycles also tell whether both
-engines render the same picture.
+engines render the same picture. Parts by ours are worth what the core was that rendered them: delete them when a fault
+of it was mended.
 """
 
 from __future__ import annotations
@@ -86,9 +87,12 @@ class Laboratory:
         base = without_noise(0.5 * (first + second), guides)
         return Reference(first, second, base, guides, PART_SAMPLES * len(parts))
 
-    def difference_to_cycles(self, scene: Scene, reference: Reference) -> Errors | None:
-        """What of the errors of Cycles is no noise; None where the reference is its own."""
-        return None if scene.reference == GUIDE_ENGINE else reference.distance(*halves(self.parts(scene, GUIDE_ENGINE)))
+    def difference_to_cycles(self, scene: Scene, reference: Reference) -> tuple[Errors, Errors] | None:
+        """What of the errors of Cycles is no noise, and what of it can be told; None where the reference is its own."""
+        if scene.reference == GUIDE_ENGINE:
+            return None
+        theirs = halves(self.parts(scene, GUIDE_ENGINE))
+        return reference.common(theirs), reference.least_common(theirs)
 
 
 def mean(pictures: list[NDArray]) -> NDArray[np.float64]:

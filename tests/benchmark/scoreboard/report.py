@@ -94,10 +94,10 @@ def scene_table(score: SceneScore) -> list[str]:
 def difference_to_cycles(score: SceneScore) -> list[str]:
     if score.to_cycles is None:
         return []
-    found, least = score.to_cycles, score.reference.resolution
+    found, least = score.to_cycles
     return [
-        f"Cycles' own picture differs from it by {found.pixel:.2g} per pixel and {found.box8:.2g} in boxes of 8 x 8, "
-        f"its noise left out ({least.pixel:.2g} and {least.box8:.2g} could be told); "
+        f"Cycles' own picture differs from it by {found.untrimmed:.2g} per pixel and {found.box8:.2g} in boxes of 8 x "
+        f"8, its noise left out ({least.untrimmed:.2g} and {least.box8:.2g} could be told); "
         f"its mean is {found.ratio:.4f} of it."
     ]
 
