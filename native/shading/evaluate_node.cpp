@@ -164,7 +164,14 @@ Vec3 evaluate_texture(const Instruction& instruction, const Vec3* in, const Node
     case Op::ENVIRONMENT_IMAGE:
       return to_vec(environment_image_node(c, p, in[0]).color);
     case Op::SUN_DISC:
-      return sun_disc_node({in[2], in[3].x, in[4], in[5], in[3].y, in[3].z, in[6].x}, in[0], in[1], p[0] != 0);
+      return sun_disc_node({.direction = in[2],
+                            .half_angle = in[3].x,
+                            .bottom = in[4],
+                            .top = in[5],
+                            .bottom_elevation = in[3].y,
+                            .top_elevation = in[3].z,
+                            .horizon = in[6].x},
+                           in[0], in[1], p[0] != 0);
     case Op::CHECKER:
       return checker_node(in[0] * in[3].x) ? in[1] : in[2];
     case Op::CHECKER_FACTOR:

@@ -14,7 +14,8 @@ struct SunDisc {
 };
 
 /// Op::SUN_DISC: what is seen in `direction`, where the sky alone is `sky`. The limb is darker than the middle by
-/// Eddington's law with coefficient 0.6. [Milne 1921] The disc is added to the sky, or with `hides_sky` replaces it.
+/// Eddington's law with coefficient 0.6. [Milne 1921] The disc is added to the sky, or replaces it with
+/// `hides_sky`, as in Cycles before 5.0.
 Vec3 sun_disc_node(const SunDisc& disc, Vec3 direction, Vec3 sky, bool hides_sky);
 
 }  // namespace cistern

@@ -176,9 +176,8 @@ class _ViewRays:
         passing = np.exp(-EXTINCTION.astype(np.float32) @ depth.reshape(3, -1)).reshape(-1, *along.shape)
         if sun_up < 0.0:
             passing *= along**2 < above  # else the Earth stands between
-        scattered = np.matmul(
-            self.density[:2, k].astype(np.float32), passing
-        )  # (wavelengths, air and aerosol, azimuths)
+        # By wavelength, air and aerosol, azimuth.
+        scattered = np.matmul(self.density[:2, k].astype(np.float32), passing)
         cosine = np.cos(self.elevations[k]) * cos_azimuth * sun_forward + np.sin(self.elevations[k]) * sun_up
         coefficients = np.stack((AIR_SCATTERING, np.full(len(WAVELENGTHS), AEROSOL_SCATTERING)), axis=1)
         spectrum = np.einsum("wsa,ws,as->aw", scattered, coefficients * SUNLIGHT[:, None], _phases(cosine))
