@@ -90,9 +90,8 @@ class MaterialTable:
     def set_handle(self, evaluated_object: bpy.types.Object) -> int:
         """Material set of an object's slots, whether they are linked to the object or to its data."""
         slots = evaluated_object.material_slots
-        handles = tuple(self._handle(self._override or slot.material, compile_material) for slot in slots)
-        if not handles and self._override is not None:
-            handles = (self._handle(self._override, compile_material),)
+        materials = [slot.material for slot in slots] or [None]
+        handles = tuple(self._handle(self._override or material, compile_material) for material in materials)
         sets = self._kept.sets
         if handles not in sets:
             sets[handles] = self._context.builder.add_material_set(list(handles), evaluated_object.name)

@@ -51,6 +51,12 @@ def light_casts_shadow(light: bpy.types.Light) -> bool:
     return getattr(cycles, "cast_shadow", light.use_shadow)
 
 
+def materials_are_trees() -> bool:
+    """Whether every material has nodes, as from 5.0 on. There Cycles shows what has no material as a new Principled
+    BSDF, before as diffuse."""
+    return getattr(bpy.types.Material.bl_rna.properties["use_nodes"], "is_deprecated", False)
+
+
 def cycles_setting(data_block: bpy.types.ID, name: str, default: Any) -> Any:  # noqa: ANN401
     """A setting that lives with the Cycles add-on, or `default` where that add-on is disabled."""
     return getattr(getattr(data_block, "cycles", None), name, default)

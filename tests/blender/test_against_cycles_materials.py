@@ -3,6 +3,7 @@
 import bpy
 import pytest
 
+from addon.sync import versions
 from tests.support import blender_scenes as build
 from tests.support.engines import compare_with_cycles
 
@@ -152,6 +153,25 @@ def test_terminator_of_a_coarse_smooth_mesh(empty_scene: bpy.types.Scene) -> Non
     build.stage(empty_scene, build.principled("ball", Base_Color=(0.8, 0.8, 0.8, 1.0), Roughness=1.0), segments=12)
     result = compare_with_cycles(empty_scene, blocks=8)
     assert result.largest_difference < 0.025, result
+
+
+def of_the_other_blenders(scene: bpy.types.Scene) -> None:
+    """What Blenders before 5.0 show without a material in those from 5.0 on, and the other way round."""
+    sphere = next(o for o in scene.objects if o.name.startswith("sphere"))
+    grey = build.material("grey", simple("ShaderNodeBsdfDiffuse", Color=(0.8, 0.8, 0.8, 1.0)))
+    sphere.data.materials.clear()
+    sphere.data.materials.append(grey if versions.materials_are_trees() else build.principled("new"))
+
+
+@pytest.mark.parametrize("slots", [[], [None]])
+def test_without_a_material(empty_scene: bpy.types.Scene, slots: list) -> None:
+    sphere = build.stage(empty_scene, build.principled("ball"))
+    sphere.data.materials.clear()
+    for slot in slots:
+        sphere.data.materials.append(slot)
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+    assert not compare_with_cycles(empty_scene, plant=of_the_other_blenders).agrees
 
 
 def rougher(scene: bpy.types.Scene) -> None:

@@ -11,6 +11,7 @@ import bpy
 import pytest
 from node_trees import Context, Tree, socket
 
+from addon.sync import versions
 from addon.sync.nodes import compile_light, compile_material, compile_world
 from addon.sync.nodes.graph import Scope
 
@@ -246,9 +247,15 @@ def test_volumes_and_displacement_warn(empty_scene):
     assert len(context.warnings) == 2
 
 
-def test_object_without_material_is_grey():
+def test_object_without_material_is_as_cycles_has_it(empty_scene):
     (closure,) = compile_material(None, Context()).closures
-    assert closure.inputs[1] == (0.8, 0.8, 0.8)
+    if versions.materials_are_trees():
+        (new,) = compile_material(bpy.data.materials.new("New"), Context()).closures
+        assert closure.op == "CLOSURE_PRINCIPLED"
+        for ours, theirs in zip(closure.inputs, new.inputs, strict=True):
+            assert ours.op == theirs.op if hasattr(theirs, "op") else ours == pytest.approx(theirs)
+    else:
+        assert closure.op == "CLOSURE_DIFFUSE" and closure.inputs[1] == (0.8, 0.8, 0.8)
 
 
 def test_world_reads_directions(empty_scene):

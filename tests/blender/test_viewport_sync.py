@@ -12,7 +12,7 @@ from addon.sync.nodes import sky
 
 
 def test_the_first_sync_is_the_whole_scene(watched) -> None:
-    assert watched.live.exported == Exported(materials=4, meshes=3, lamps=5, instances=True, environment=True)
+    assert watched.live.exported == Exported(materials=5, meshes=3, lamps=5, instances=True, environment=True)
     watched.expect_truth()
 
 

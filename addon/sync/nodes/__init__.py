@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from .. import versions
 from . import closures, color, converter, inputs, sky, textures, vector  # noqa: F401 - they register their nodes
 from .compiler import Compiler, Context, TreeKind, flatten_shader
 from .graph import Port, Scope, Tree, active_output, socket_named, source_of
@@ -24,16 +25,18 @@ from .lobes import MAX_LOBES, most_lobes
 if TYPE_CHECKING:
     from cistern_core import MaterialProgram
 
-DEFAULT_SURFACE = (0.8, 0.8, 0.8)  # what Blender shows without a material
+DEFAULT_SURFACE = (0.8, 0.8, 0.8)  # of what has no material, before Blender 5.0
 WHITE = (1.0, 1.0, 1.0)
 ONE = constant(1.0)
 RECURSION_LIMIT = 10000  # a node takes about seven calls
 
 
 def compile_material(material: bpy.types.Material | None, context: Context) -> MaterialProgram:
-    """The program of a material; of None, the grey of an object without one. Without a surface it is black."""
+    """The program of a material; of None, what an object without one looks like. Without a surface it is black."""
     name = material.name if material else "default"
     owner = f"Material '{name}'"
+    if material is None and versions.materials_are_trees():
+        return _compile(closures.new_principled, name, owner, context, TreeKind.SURFACE)
     if material is None or not _uses_nodes(material):
         rgb = tuple(material.diffuse_color[:3]) if material else DEFAULT_SURFACE
         return _compile(lambda compiler: _diffuse(compiler, rgb), name, owner, context, TreeKind.SURFACE)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .compiler import NodeView, closure_node, flatten_shader
+from .compiler import Compiler, NodeView, closure_node, flatten_shader
 from .enums import CLAMP_TYPES, DISTRIBUTIONS
 from .fold import Triple
 from .instructions import COLOR, VECTOR, Value, constant
@@ -47,6 +47,20 @@ def principled(node: NodeView, weight: Value) -> None:
     ]
     multiple_scattering = node.node.distribution == "MULTI_GGX"
     node.compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (int(multiple_scattering),))
+
+
+def new_principled(compiler: Compiler) -> None:
+    """With the values of a new node."""
+    white, zero, half = constant(1.0, 1.0, 1.0, COLOR), constant(0.0), constant(0.5)
+    normal = compiler.code.emit("NORMAL")
+    inputs = [
+        *(ONE, constant(0.8, 0.8, 0.8, COLOR), zero, half, constant(1.5), ONE, normal),
+        *(zero, zero, half, white),  # diffuse roughness, subsurface, specular
+        *(zero, zero, ZERO_VECTOR, zero),  # anisotropy, transmission
+        *(zero, constant(0.03), constant(1.5), white, normal),  # coat
+        *(zero, half, white, white, zero),  # sheen, emission
+    ]
+    compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (1,))
 
 
 def _coat_normal(node: NodeView) -> Value:
