@@ -209,9 +209,8 @@ class Settings:
     path_target: str  # "REFLECTED", "RADIANCE": what the choice among paths is proportional to
     path_validation: int  # frames after which paths of the history are traced again; 0: never
     path_multi_bounce: float  # share of tiles whose paths go on beyond the first sample point; 0: all
-    path_spatial_cap: (
-        float  # of spatial reservoirs' own history, in frames; 0: none, and never more neighbours than three
-    )
+    # Of spatial reservoirs' own history, in frames; 0: none, and never more neighbours than three.
+    path_spatial_cap: float
     # Of WORLD_REUSE.
     path_cell_count: int  # reservoirs that a visible point takes from its cell
     path_deep_points: bool  # whether cells hold the next vertices of paths as well

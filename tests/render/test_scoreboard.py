@@ -61,6 +61,19 @@ def test_an_error_too_small_to_be_told_counts_as_the_smallest_that_can():
     assert least.untrimmed < 0.05 * expected(1)
 
 
+def test_what_two_noisy_pictures_have_in_common_is_no_noise():
+    """Of two of the truth less than can be told from nothing, which is at least a standard error: five of them allow
+    false alarms of 6e-7. Planted bug: of one with itself it is noise, and of two that are 10 % too bright 0.01."""
+    halves = noisy(7), noisy(8)
+    least = reference().least_common(halves)
+    for scale in ("untrimmed", "box4", "box8"):
+        assert abs(reference().common(halves).at(scale)) < 5.0 * least.at(scale)
+        assert reference().common((halves[0], halves[0])).at(scale) > 5.0 * least.at(scale)
+    brighter = reference().common((1.1 * halves[0], 1.1 * halves[1]))
+    wanted = float(((0.1 * TRUTH) ** 2 / (TRUTH**2 + 0.01)).mean())
+    assert brighter.untrimmed == pytest.approx(wanted, abs=5.0 * least.untrimmed)
+
+
 def test_outliers_count_in_the_untrimmed_error_alone():
     picture = noisy(7)
     picture[3, 3] = 1e4
