@@ -110,11 +110,13 @@ void EmissiveTriangles::fill(const Scene& scene) {
     const std::vector<uint32_t>& selected = selections_[static_cast<size_t>(placements_[i].selection)].triangles;
     parallel_blocks(selected.size(), kBlockSize, [&](size_t, size_t begin, size_t end) {
       for (size_t k = begin; k < end; ++k) {
-        const TriangleIndices& v = mesh.vertices[selected[k]];
         EmissiveTriangle& t = triangles_[placements_[i].first + k];
-        t.p0 = instance.object_to_world.point(mesh.positions[v[0]]);
-        t.edge_1 = instance.object_to_world.point(mesh.positions[v[1]]) - t.p0;
-        t.edge_2 = instance.object_to_world.point(mesh.positions[v[2]]) - t.p0;
+        const std::array<Vec3, 3> vertices = mesh.triangle_positions(selected[k]);
+        t.p0 = instance.object_to_world.point(vertices[0]);
+        t.edge_1 = instance.object_to_world.point(vertices[1]) - t.p0;
+        t.edge_2 = instance.object_to_world.point(vertices[2]) - t.p0;
+        t.clearance = surface_clearance(coordinate_reach(instance.object_to_world, vertices),
+                                        normalize_or(t.scaled_normal(), {}));
         t.instance = i;
         t.triangle = selected[k];
         t.material = scene.material_of(instance, selected[k]);

@@ -13,7 +13,8 @@ struct EmissiveTriangle {
   Vec3 p0, edge_1, edge_2;
   uint32_t instance = 0, triangle = 0;
   int material = -1;
-  int uniform = -1;  // its EmissiveTriangles::uniform_emission; -1: emission varies over the object
+  float clearance = 0.0f;  // see surface_clearance
+  int uniform = -1;        // its EmissiveTriangles::uniform_emission; -1: emission varies over the object
 
   Vec3 point(Vec2 barycentric) const { return p0 + edge_1 * barycentric.x + edge_2 * barycentric.y; }
   /// Normal by the winding, as long as twice the area.
@@ -28,7 +29,7 @@ struct SideEmission {
   float mean() const { return 0.5f * (magnitude(along_normal) + magnitude(against_normal)); }
 };
 
-/// Every triangle of every instance whose material may emit, in the order of the scene. 56 bytes per triangle, and 4
+/// Every triangle of every instance whose material may emit, in the order of the scene. 60 bytes per triangle, and 4
 /// bytes per triangle of meshes only part of which emits.
 class EmissiveTriangles {
  public:

@@ -178,8 +178,9 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp
   const Rgb radiance = sample->radiance * program_factor(lamp, receiver, *sample, arriving);
   if (is_black(radiance)) return std::nullopt;
   const bool use_mis = light.use_mis && !sample->is_delta;
-  return IncidentLight{sample->wi,       sample->distance,   {},      radiance,        sample->pdf,
-                       sample->is_delta, light.casts_shadow, use_mis, light.visibility};
+  return IncidentLight{
+      sample->wi, sample->distance, {}, 0.0f, radiance, sample->pdf, sample->is_delta, light.casts_shadow,
+      use_mis,    light.visibility};
 }
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
@@ -196,6 +197,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
   light.wi = offset * (1.0f / distance);
   light.distance = distance;
   light.normal = normalize(normal);
+  light.clearance = t.clearance;
   light.pdf = 2.0f * d2 * distance / projected;
   light.visibility = scene->instances[t.instance].visibility;
   if (const SideEmission* sides = triangles.uniform_emission(t)) {

@@ -20,11 +20,12 @@ struct LightSample {
 
 /// What a light sample sends to a receiver.
 struct IncidentLight {
-  Vec3 wi;                // unit, from the receiver towards the light
-  float distance = 0.0f;  // INFINITY for sun and environment
-  Vec3 normal;            // of the surface that emits, unit; zero for lamps and distant light, which nothing can touch
-  Rgb radiance;           // for `is_delta`: irradiance on a plane facing wi
-  float pdf = 0.0f;       // of the direction, per solid angle, given the emitter; 1 for `is_delta`
+  Vec3 wi;                 // unit, from the receiver towards the light
+  float distance = 0.0f;   // INFINITY for sun and environment
+  Vec3 normal;             // of the surface that emits, unit; zero for lamps and distant light, which nothing can touch
+  float clearance = 0.0f;  // of that surface, see surface_clearance
+  Rgb radiance;            // for `is_delta`: irradiance on a plane facing wi
+  float pdf = 0.0f;        // of the direction, per solid angle, given the emitter; 1 for `is_delta`
   bool is_delta = false;
   bool casts_shadow = true;
   bool use_mis = true;      // false: a scattered ray never finds this light, so it needs no MIS

@@ -131,7 +131,8 @@ void CellSharedPaths::trace_pairs(const Group& group, size_t finder, Scratch& sc
     scratch.ray_owners.push_back(static_cast<uint32_t>(k));
   }
   const VisiblePoint& sample_point = group.links[finder]->to.point;
-  trace_to_vertex(context_, {sample_point.receiver.position, sample_point.ng}, sample_point.state, scratch.rays);
+  trace_to_vertex(context_, {sample_point.receiver.position, sample_point.ng, sample_point.clearance},
+                  sample_point.state, scratch.rays);
   for (size_t i = 0; i < scratch.rays.size(); ++i) {
     // What the sample point received may have passed as many more surfaces as were left to its path: only for vertices
     // whose paths would have as many left is it what they would have found.

@@ -51,9 +51,9 @@ struct WorldTriangle {
 WorldTriangle world_triangle(const Scene& scene, uint32_t instance, uint32_t triangle) {
   const Instance& i = scene.instances[instance];
   const Mesh& mesh = *scene.meshes[static_cast<size_t>(i.mesh)];
-  const TriangleIndices& v = mesh.vertices[triangle];
-  const Vec3 p0 = i.object_to_world.point(mesh.positions[v[0]]);
-  return {p0, i.object_to_world.point(mesh.positions[v[1]]) - p0, i.object_to_world.point(mesh.positions[v[2]]) - p0};
+  const std::array<Vec3, 3> vertices = mesh.triangle_positions(triangle);
+  const Vec3 p0 = i.object_to_world.point(vertices[0]);
+  return {p0, i.object_to_world.point(vertices[1]) - p0, i.object_to_world.point(vertices[2]) - p0};
 }
 
 /// Calls body(chunk) for all in parallel, until stopped; true if all were visited. Reports from `from` to `to`.

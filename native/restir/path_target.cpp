@@ -116,6 +116,7 @@ Rgb path_transmittance(const PathContext& context, const VisiblePoint& visible, 
   end.wi = way->wi;
   end.distance = way->distance;
   end.normal = sample.point.ng;
+  end.clearance = sample.point.clearance;
   PathState scattered = sample.point.state;
   scattered.transparent_depth = visible.state.transparent_depth;
   return transmittance_to_vertex(context, surface_point(visible), end, scattered);
@@ -127,7 +128,7 @@ bool reaches_as_found(const PathContext& context, const VisiblePoint& visible, c
   const SurfacePoint receiver = surface_point(visible);
   const VisiblePoint& vertex = sample.point;
   VertexRay ray{&receiver, way->wi, visible.state.transparent_depth};
-  trace_to_vertex(context, {vertex.receiver.position, vertex.ng}, vertex.state, {&ray, 1});
+  trace_to_vertex(context, {vertex.receiver.position, vertex.ng, vertex.clearance}, vertex.state, {&ray, 1});
   return !is_black(ray.transmittance) && ray.transparent_depth + ray.surfaces == vertex.state.transparent_depth;
 }
 

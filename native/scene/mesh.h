@@ -47,6 +47,11 @@ struct Mesh {
   uint32_t dropped_triangles = 0;         // degenerate or with non-finite coordinates: left out, reported
 
   size_t triangle_count() const { return vertices.size(); }
+  /// Of its three vertices.
+  std::array<Vec3, 3> triangle_positions(size_t triangle) const {
+    const TriangleIndices& v = vertices[triangle];
+    return {positions[v[0]], positions[v[1]], positions[v[2]]};
+  }
   /// Index of the attribute called `name`, or -1.
   int find_attribute(const std::string& name) const;
 };

@@ -4,9 +4,8 @@ namespace cistern {
 namespace {
 
 Vec3 triangle_normal(const Mesh& mesh, uint32_t triangle) {
-  const TriangleIndices& v = mesh.vertices[triangle];
-  const Vec3 p0 = mesh.positions[v[0]];
-  return cross(mesh.positions[v[1]] - p0, mesh.positions[v[2]] - p0);
+  const auto [p0, p1, p2] = mesh.triangle_positions(triangle);
+  return cross(p1 - p0, p2 - p0);
 }
 
 /// Elements of `domain` that the three vertices of a triangle read.
@@ -26,9 +25,9 @@ TriangleIndices element_indices(const Mesh& mesh, uint32_t triangle, Domain doma
 }  // namespace
 
 Vec3 interpolate_position(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
-  const TriangleIndices& v = mesh.vertices[triangle];
+  const auto [p0, p1, p2] = mesh.triangle_positions(triangle);
   const float w = 1.0f - barycentric.x - barycentric.y;
-  return w * mesh.positions[v[0]] + barycentric.x * mesh.positions[v[1]] + barycentric.y * mesh.positions[v[2]];
+  return w * p0 + barycentric.x * p1 + barycentric.y * p2;
 }
 
 Vec3 blend_normals(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {

@@ -10,10 +10,9 @@ struct WorldTriangle {
 };
 
 WorldTriangle world_triangle(const Mesh& mesh, const Instance& instance, uint32_t triangle) {
-  const TriangleIndices& v = mesh.vertices[triangle];
-  const Vec3 p0 = instance.object_to_world.point(mesh.positions[v[0]]);
-  return {p0, instance.object_to_world.point(mesh.positions[v[1]]) - p0,
-          instance.object_to_world.point(mesh.positions[v[2]]) - p0};
+  const std::array<Vec3, 3> vertices = mesh.triangle_positions(triangle);
+  const Vec3 p0 = instance.object_to_world.point(vertices[0]);
+  return {p0, instance.object_to_world.point(vertices[1]) - p0, instance.object_to_world.point(vertices[2]) - p0};
 }
 
 /// Change of the weights of vertices 1 and 2 for a step inside the triangle's plane.
@@ -50,6 +49,8 @@ SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& h
     point.ng = -point.ng;
     point.ns = -point.ns;
   }
+  point.clearance =
+      surface_clearance(coordinate_reach(instance.object_to_world, mesh.triangle_positions(hit.triangle)), point.ng);
   return point;
 }
 
@@ -83,9 +84,8 @@ std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint
   const float determinant = duv1.x * duv2.y - duv2.x * duv1.y;
   if (determinant == 0.0f || !std::isfinite(determinant)) return std::nullopt;
 
-  const TriangleIndices& v = mesh.vertices[point.triangle];
-  const Vec3 edge_1 = mesh.positions[v[1]] - mesh.positions[v[0]];
-  const Vec3 edge_2 = mesh.positions[v[2]] - mesh.positions[v[0]];
+  const auto [p0, p1, p2] = mesh.triangle_positions(point.triangle);
+  const Vec3 edge_1 = p1 - p0, edge_2 = p2 - p0;
   const float sign = determinant < 0.0f ? -1.0f : 1.0f;  // lengths do not matter, signs do
   const Vec3 dp_du = sign * (duv2.y * edge_1 - duv1.y * edge_2);
   const Vec3 dp_dv = sign * (duv1.x * edge_2 - duv2.x * edge_1);

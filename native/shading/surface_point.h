@@ -28,6 +28,7 @@ struct SurfacePoint {
   uint32_t triangle = 0;
   int material = -1;
   bool is_backface = false;
+  float clearance = 0.0f;  // see surface_clearance: metres off the surface at which rays start
   float footprint = 0.0f;  // radius in metres, for bump mapping
 };
 

@@ -188,7 +188,7 @@ class Walk {
     ray_.t_max -= state_.ray_length - travelled_;  // clipping stays measured from the last vertex
     ray_.t_min = 0.0f;
     travelled_ = state_.ray_length;
-    ray_.origin = offset_origin(point.position, point.ng, ray_.direction);
+    ray_.origin = offset_origin(point.position, point.clearance, point.ng, ray_.direction);
     return true;
   }
 
@@ -227,7 +227,7 @@ class Walk {
       scatter_pdf_ = sample->pdf * scatter_probability(bsdf);
       if constexpr (Kind::captures) capture_.mis_candidates = capture_.vertex.light_candidates;
     }
-    ray_.origin = vertex_origin_ = offset_origin(point.position, point.ng, sample->wi);
+    ray_.origin = vertex_origin_ = offset_origin(point.position, point.clearance, point.ng, sample->wi);
     ray_.direction = sample->wi;
     ray_.t_min = 0.0f;
     ray_.t_max = INFINITY;

@@ -15,7 +15,7 @@ constexpr float kShadowEpsilon = 1e-6f;
 /// Where a shadow ray towards `wi` leaves a surface: moved off it.
 Vec3 ray_start(const Scene& scene, const SurfacePoint& point, const Vec3& wi) {
   const ShadowOrigin start = shadow_origin(scene, point, wi);
-  return offset_origin(start.position, start.side, start.side);
+  return offset_origin(start.position, point.clearance, start.side, start.side);
 }
 
 Ray ray_between(Vec3 origin, Vec3 target) {
@@ -30,7 +30,7 @@ Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLigh
   const Vec3 origin = ray_start(scene, point, light.wi);
   if (!std::isfinite(light.distance)) return {origin, light.wi};
   Vec3 target = point.position + light.wi * light.distance;
-  if (light.normal != Vec3{}) target = offset_origin(target, light.normal, -light.wi);
+  if (light.normal != Vec3{}) target = offset_origin(target, light.clearance, light.normal, -light.wi);
   return ray_between(origin, target);
 }
 
@@ -56,7 +56,7 @@ Passage transparency_along(const PathContext& context, const SurfacePoint& recei
     if (is_black(passage.transmittance)) return passage;
     ++state.transparent_depth;
     // Towards the same end, which steps off surfaces would otherwise push on.
-    const Vec3 beyond = offset_origin(point.position, point.ng, ray.direction);
+    const Vec3 beyond = offset_origin(point.position, point.clearance, point.ng, ray.direction);
     if (std::isfinite(ray.t_max)) {
       ray = ray_between(beyond, end);
     } else {
@@ -101,7 +101,7 @@ void trace_to_vertex(const PathContext& context, const SeenVertex& vertex, const
   constexpr size_t kMost = 8;
   std::array<Ray, kMost> shadow_rays;
   std::array<bool, kMost> is_occluded;
-  const Vec3 target = offset_origin(vertex.position, vertex.normal, vertex.normal);
+  const Vec3 target = offset_origin(vertex.position, vertex.clearance, vertex.normal, vertex.normal);
   for (size_t begin = 0; begin < rays.size(); begin += kMost) {
     const std::span<VertexRay> batch = rays.subspan(begin, std::min(kMost, rays.size() - begin));
     for (size_t i = 0; i < batch.size(); ++i)

@@ -23,6 +23,7 @@ struct VertexRay {
 };
 struct SeenVertex {
   Vec3 position, normal;
+  float clearance = 0.0f;  // of its surface
 };
 /// The same for several receivers; their rays are traced together.
 void trace_to_vertex(const PathContext& context, const SeenVertex& vertex, const PathState& scattered,

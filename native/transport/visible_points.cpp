@@ -80,6 +80,7 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
   visible.instance = point.instance;
   visible.triangle = point.triangle;
   visible.material = point.material;
+  visible.clearance = point.clearance;
   visible.footprint = point.footprint;
   visible.is_backface = point.is_backface;
   visible.exists = true;
@@ -106,6 +107,7 @@ SurfacePoint surface_point(const VisiblePoint& visible) {
   point.triangle = visible.triangle;
   point.material = visible.material;
   point.is_backface = visible.is_backface;
+  point.clearance = visible.clearance;
   point.footprint = visible.footprint;
   return point;
 }

@@ -15,7 +15,7 @@ struct VisiblePoint {
   Vec2 barycentric;
   uint32_t instance = 0, triangle = 0;
   int material = -1;
-  float footprint = 0.0f;
+  float clearance = 0.0f, footprint = 0.0f;
   bool is_backface = false;
   bool exists = false;
   uint8_t scattered_kinds = 0;                         // RayVisibility bits of the rays that it can send on

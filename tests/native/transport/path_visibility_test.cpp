@@ -107,7 +107,7 @@ GrazingLosses grazing_losses(Vec3 at) {
     lost.now += is_black(transmittance(tracer.context(), receiver, *light, {}));
     // Planted bug: the receiver's end is moved off its surface, and the ray not aimed anew.
     lost.unjoined += tracer.context().accel.occluded(
-        {offset_origin(position, up, light->wi), light->wi, 0.0f, 0.9999f * light->distance});
+        {offset_origin(position, 1e-5f, up, light->wi), light->wi, 0.0f, 0.9999f * light->distance});
   }
   return lost;
 }
