@@ -18,6 +18,8 @@ constexpr int kFineWidth = 1024;  // maps up to this width are filtered from twi
 constexpr int kMaxSupersampling = 2;
 /// Suns bring most of the light, but none to the shadows that they cast.
 constexpr float kLargestSunShare = 0.75f;
+/// Where less than this share of the light exceeds the mean, a map is no better than none.
+constexpr float kFlat = 0.01f;
 constexpr float kBelowOne = 0x1.fffffep-1f;
 
 Vec3 direction_at(float u, float cos_theta) {
@@ -123,11 +125,13 @@ double accumulate(const float* values, int count, float* cdf) {
 
 }  // namespace
 
-std::optional<EnvironmentSampler> EnvironmentSampler::build(const Scene& scene) {
+std::optional<EnvironmentSampler> EnvironmentSampler::build(const Scene& scene, EnvironmentDensity density) {
   const Environment& environment = scene.environment;
   if (environment.material < 0 || !scene.materials[static_cast<size_t>(environment.material)]) return std::nullopt;
   const MaterialProgram& program = *scene.materials[static_cast<size_t>(environment.material)];
   if (!program.may_emit) return std::nullopt;
+  const bool is_even = program.emission_is_constant || !environment.use_importance_sampling;
+  if (density == EnvironmentDensity::COMPENSATED && is_even) return std::nullopt;
 
   EnvironmentSampler sampler;
   if (program.emission_is_constant) {
@@ -137,7 +141,7 @@ std::optional<EnvironmentSampler> EnvironmentSampler::build(const Scene& scene) 
     const int best = suns.are_all_found ? largest_image_width(scene, program) : kLargestWidth;
     const int wanted = environment.importance_width > 0 ? environment.importance_width : best;
     const int width = std::clamp(wanted > 0 ? wanted : kDefaultWidth, kSmallestWidth, kLargestWidth);
-    sampler.build_map(scene, environment.use_importance_sampling ? width : kSmallestWidth, suns.cones);
+    sampler.build_map(scene, environment.use_importance_sampling ? width : kSmallestWidth, suns.cones, density);
     sampler.share_out(scene, suns.cones);
   }
   if (!(sampler.mean_radiance_ > 0.0f)) return std::nullopt;
@@ -149,12 +153,22 @@ std::optional<EnvironmentSampler> EnvironmentSampler::build(const Scene& scene) 
   return sampler;
 }
 
-void EnvironmentSampler::build_map(const Scene& scene, int width, std::span<const SkyCone> suns) {
+void EnvironmentSampler::build_map(const Scene& scene, int width, std::span<const SkyCone> suns,
+                                   EnvironmentDensity density) {
   width_ = width + width % 2;
   height_ = width_ / 2;
   const int image_width = largest_image_width(scene, *scene.materials[static_cast<size_t>(scene.environment.material)]);
   const int s = width_ <= kFineWidth || image_width > width_ ? kMaxSupersampling : 1;
-  build_distribution(filter_lattice(evaluate_lattice(scene, width_ * s, height_ * s, suns), width_, height_, s));
+  std::vector<float> texels =
+      filter_lattice(evaluate_lattice(scene, width_ * s, height_ * s, suns), width_, height_, s);
+  build_distribution(texels);
+  if (density == EnvironmentDensity::COMPLETE) return;
+  const float mean = mean_radiance_;
+  for (float& texel : texels) texel = std::max(texel - mean, 0.0f);
+  build_distribution(texels);
+  if (mean_radiance_ >= kFlat * mean) return;
+  texels.assign(texels.size(), 0.0f);  // what is left of an even sky would be rounding errors
+  build_distribution(texels);
 }
 
 void EnvironmentSampler::share_out(const Scene& scene, std::span<const SkyCone> suns) {

@@ -8,14 +8,22 @@
 
 namespace cistern {
 
-/// Samples directions in proportion to what the environment sends from there: a latitude-longitude map of its
-/// luminance, constant on each texel, mixed with a small uniform share so that no direction is impossible. Sun discs
-/// are left out of the map, which is too coarse for them, and have uniform shares of their own. A constant environment,
-/// or one that is not to be importance sampled, is sampled uniformly. 4 bytes per texel.
+/// What directions the samples of an environment are for.
+enum class EnvironmentDensity : uint8_t {
+  COMPLETE,     // in proportion to its light: for those who may have no other samples
+  COMPENSATED,  // to what exceeds its mean: for those who also sample directions by the BSDF, which finds even light
+                // better, and weigh both. [Karlík et al. 2019, MIS Compensation]
+};
+
+/// Samples directions in proportion to what the environment sends from there, or to what of that exceeds the mean: a
+/// latitude-longitude map of its luminance, constant on each texel, mixed with a small uniform share so that no
+/// direction is impossible. Sun discs are left out of the map, which is too coarse for them, and have uniform shares of
+/// their own. A constant environment, or one that is not to be importance sampled, is sampled uniformly if at all. 4
+/// bytes per texel.
 class EnvironmentSampler {
  public:
-  /// Empty for a black environment.
-  static std::optional<EnvironmentSampler> build(const Scene& scene);
+  /// Empty for a black environment; COMPENSATED also for one that is nearly constant or not to be importance sampled.
+  static std::optional<EnvironmentSampler> build(const Scene& scene, EnvironmentDensity density);
 
   struct Sample {
     Vec3 direction;  // unit, away from the scene
@@ -25,7 +33,7 @@ class EnvironmentSampler {
   /// Density of `sample` per solid angle; positive everywhere.
   float pdf(Vec3 direction) const;
 
-  /// Luminance averaged over all directions.
+  /// Luminance that the samples are for, averaged over all directions.
   float mean_radiance() const { return mean_radiance_; }
   size_t memory_bytes() const { return (row_cdf_.capacity() + texel_cdf_.capacity()) * sizeof(float); }
 
@@ -34,7 +42,7 @@ class EnvironmentSampler {
     SkyCone cone;
     float share = 0.0f;  // of all samples
   };
-  void build_map(const Scene& scene, int width, std::span<const SkyCone> suns);
+  void build_map(const Scene& scene, int width, std::span<const SkyCone> suns, EnvironmentDensity density);
   void share_out(const Scene& scene, std::span<const SkyCone> suns);
   /// The samples that are not for a sun, and their density.
   Sample sample_sky(Vec2 u) const;

@@ -242,12 +242,12 @@ void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, const PathState& 
   hits.push_back({emitter, sample->distance, radiance, sample->pdf, light.max_bounces, light.casts_shadow});
 }
 
-LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling) {
+LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling, EnvironmentDensity density) {
   auto impl = std::make_unique<Impl>();
   impl->scene = std::move(scene);
   impl->lamps = emitting_lamps(*impl->scene);
   impl->triangles = EmissiveTriangles(*impl->scene);
-  impl->environment = EnvironmentSampler::build(*impl->scene);
+  impl->environment = EnvironmentSampler::build(*impl->scene, density);
   impl->prepare_choice(sampling);
   impl->prepare_intersection();
   impl_ = std::move(impl);

@@ -6,6 +6,7 @@
 
 #include "accel/accel.h"
 #include "base/rgb.h"
+#include "lights/environment_sampling.h"
 #include "shading/surface_point.h"
 
 namespace cistern {
@@ -52,7 +53,8 @@ struct EmitterPlace {
 /// All emitters of a scene, ready for sampling. Immutable.
 class LightSet {
  public:
-  LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling);
+  LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling,
+           EnvironmentDensity density = EnvironmentDensity::COMPLETE);
   ~LightSet();
 
   size_t emitter_count() const;
@@ -94,7 +96,8 @@ class LightSet {
     uint32_t instance, triangle;
   };
   std::optional<Triangle> triangle_of(uint32_t emitter) const;
-  /// The environment as an emitter, or none; and the density of a direction per solid angle.
+  /// The environment as an emitter, none where it is not sampled (see EnvironmentDensity); and the density of a
+  /// direction per solid angle.
   std::optional<uint32_t> environment_emitter() const;
   float environment_pdf(Vec3 direction) const;
 

@@ -14,18 +14,19 @@ std::shared_ptr<const Accel> RenderCache::accel(const std::shared_ptr<const Scen
   return accel;
 }
 
-std::shared_ptr<const LightSet> RenderCache::lights(const std::shared_ptr<const Scene>& scene, LightSampling sampling) {
+std::shared_ptr<const LightSet> RenderCache::lights(const std::shared_ptr<const Scene>& scene, LightSampling sampling,
+                                                    EnvironmentDensity density) {
   Lights previous;
   {
     const std::lock_guard lock(mutex_);
     previous = lights_;
   }
-  const bool fits = previous.lights && previous.sampling == sampling &&
+  const bool fits = previous.lights && previous.sampling == sampling && previous.density == density &&
                     has_same_emitters(*previous.scene, *scene, compare_scenes(*previous.scene, *scene));
   if (fits) return previous.lights;
-  auto lights = std::make_shared<const LightSet>(scene, sampling);
+  auto lights = std::make_shared<const LightSet>(scene, sampling, density);
   const std::lock_guard lock(mutex_);
-  lights_ = {scene, sampling, lights};
+  lights_ = {scene, sampling, density, lights};
   return lights;
 }
 

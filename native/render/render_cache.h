@@ -15,7 +15,8 @@ class RenderCache {
   /// For the scene, from parts of those built last.
   std::shared_ptr<const Accel> accel(const std::shared_ptr<const Scene>& scene, bool keep_instances);
   /// Those built last, if the same things emit light in this scene, else new ones.
-  std::shared_ptr<const LightSet> lights(const std::shared_ptr<const Scene>& scene, LightSampling sampling);
+  std::shared_ptr<const LightSet> lights(const std::shared_ptr<const Scene>& scene, LightSampling sampling,
+                                         EnvironmentDensity density);
   /// The cells kept, if they were built from the very surfaces of `scene`, else newly built ones, which are kept from
   /// then on. Null when stopped.
   std::shared_ptr<const LightCacheCells> light_cache_cells(const Scene& scene, uint32_t point_count, uint64_t seed,
@@ -40,6 +41,7 @@ class RenderCache {
   struct Lights {
     std::shared_ptr<const Scene> scene;
     LightSampling sampling{};
+    EnvironmentDensity density{};
     std::shared_ptr<const LightSet> lights;
   } lights_;
   std::shared_ptr<const LightCacheCells> cells_;

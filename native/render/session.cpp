@@ -102,7 +102,7 @@ void Session::run() {
     arena.execute([this, &reuse] {
       film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes);
       const auto accel = cache_->accel(scene_, settings_.keep_instances);
-      const auto lights = cache_->lights(scene_, settings_.light_sampling);
+      const auto lights = cache_->lights(scene_, settings_.light_sampling, settings_.environment_density());
       const Clock::time_point trial_start = Clock::now();
       const Settings decided = decided_settings(settings_, accel, lights);
       const Clock::duration trial_time = Clock::now() - trial_start;

@@ -114,6 +114,11 @@ void check_light_cache(LightCacheSettings& cache) {
 
 }  // namespace
 
+EnvironmentDensity Settings::environment_density() const {
+  return uses_reservoirs(direct) || uses_reservoirs(secondary) ? EnvironmentDensity::COMPLETE
+                                                               : EnvironmentDensity::COMPENSATED;
+}
+
 bool Settings::has_temporal_reuse() const {
   if (uses_reservoirs(direct) && direct_reuse.temporal_reuse) return true;
   if (secondary == SecondaryAnswer::CELL_RESERVOIRS && secondary_reuse.temporal_reuse) return true;

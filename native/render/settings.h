@@ -81,6 +81,8 @@ struct Settings {
   double time_limit = 0.0;   // seconds of rendering, 0: none
   std::vector<Pass> passes;  // besides Combined
 
+  /// Reservoirs resample light samples many times, the BSDF's once: theirs have to find all light.
+  EnvironmentDensity environment_density() const;
   /// Whether some answer hands its reservoirs on from frame to frame.
   bool has_temporal_reuse() const;
   /// What frames after the first are made by: these, unless paths are shared and the first alone has history.

@@ -9,13 +9,13 @@
 namespace cistern::test {
 namespace {
 
-/// Radiance 20 max(z, 0)^8 + 0.1, towards +Z.
-Scene scene_with_glow() {
+/// Radiance `glow` max(z, 0)^8 + `base`, towards +Z.
+Scene scene_with_glow(float glow = 20.0f, float base = 0.1f) {
   ProgramWriter w;
   const Operand z = w.add(Op::SEPARATE_Z, {w.add(Op::GENERATED, {}, {0})});
   const Operand up = w.add(Op::MATH, {z, w.constant(0.0f), w.constant(0.0f)}, {12, 0});
   const Operand power = w.add(Op::MATH, {up, w.constant(8.0f), w.constant(0.0f)}, {5, 0});
-  const Operand strength = w.add(Op::MATH, {power, w.constant(20.0f), w.constant(0.1f)}, {4, 0});
+  const Operand strength = w.add(Op::MATH, {power, w.constant(glow), w.constant(base)}, {4, 0});
   Scene scene;
   scene.materials = {w.emit({1, 1, 1}, strength)};
   scene.environment.material = 0;
@@ -70,14 +70,16 @@ double p_value(const EnvironmentSampler& sampler, bool plant_missing_share = fal
 TEST(EnvironmentSampling, MatchesItsDensity) {
   Scene scene = scene_with_glow();
   scene.environment.importance_width = 192;  // texels that do not straddle the test's bins
-  const auto sampler = EnvironmentSampler::build(scene);
-  ASSERT_TRUE(sampler);
-  EXPECT_GT(p_value(*sampler), kFalseAlarmRate);
-  EXPECT_LT(p_value(*sampler, true), kFalseAlarmRate) << "planted: density without the uniform share";
+  for (const EnvironmentDensity density : {EnvironmentDensity::COMPLETE, EnvironmentDensity::COMPENSATED}) {
+    const auto sampler = EnvironmentSampler::build(scene, density);
+    ASSERT_TRUE(sampler);
+    EXPECT_GT(p_value(*sampler), kFalseAlarmRate);
+    EXPECT_LT(p_value(*sampler, true), kFalseAlarmRate) << "planted: density without the uniform share";
+  }
 }
 
 TEST(EnvironmentSampling, SampleReportsItsDensity) {
-  const auto sampler = EnvironmentSampler::build(scene_with_glow());
+  const auto sampler = EnvironmentSampler::build(scene_with_glow(), EnvironmentDensity::COMPLETE);
   Rng rng(12, 0, 0, 0);
   int apart = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -89,7 +91,7 @@ TEST(EnvironmentSampling, SampleReportsItsDensity) {
 
 TEST(EnvironmentSampling, EstimatesIrradianceWithLittleNoise) {
   const Scene scene = scene_with_glow();
-  const auto sampler = EnvironmentSampler::build(scene);
+  const auto sampler = EnvironmentSampler::build(scene, EnvironmentDensity::COMPLETE);
   Moments flux;
   Rng rng(13, 0, 0, 0);
   for (int i = 0; i < 20000; ++i) {
@@ -107,7 +109,7 @@ TEST(EnvironmentSampling, FindsASingleBrightPixel) {
     for (const int x : {3, 254, 255}) {
       Scene scene = scene_with_bright_pixel(256, x, 70);
       scene.environment.importance_width = importance_width;
-      const auto sampler = EnvironmentSampler::build(scene);
+      const auto sampler = EnvironmentSampler::build(scene, EnvironmentDensity::COMPLETE);
       ASSERT_TRUE(sampler);
       Rng rng(14, 0, 0, 0);
       int hits = 0;
@@ -131,7 +133,7 @@ TEST(EnvironmentSampling, ConstantAndUnimportantEnvironmentsAreUniform) {
   Scene plain = scene_with_glow();
   plain.environment.use_importance_sampling = false;
   for (const Scene* scene : {&constant, &plain}) {
-    const auto sampler = EnvironmentSampler::build(*scene);
+    const auto sampler = EnvironmentSampler::build(*scene, EnvironmentDensity::COMPLETE);
     ASSERT_TRUE(sampler);
     EXPECT_FLOAT_EQ(sampler->pdf({0, 0, 1}), 1.0f / (4.0f * kPi));
     EXPECT_FLOAT_EQ(sampler->pdf({0, 0, -1}), 1.0f / (4.0f * kPi));
@@ -183,7 +185,7 @@ TEST(EnvironmentSampling, FindsTheSunBehindNodesThatTurnIt) {
     ASSERT_TRUE(suns.are_all_found);
     ASSERT_EQ(suns.cones.size(), 1u);
     EXPECT_GT(evaluate_environment(scene, suns.cones[0].axis, {}).r, 0.999f * kSunRadiance);
-    const auto sampler = EnvironmentSampler::build(scene);
+    const auto sampler = EnvironmentSampler::build(scene, EnvironmentDensity::COMPLETE);
     ASSERT_TRUE(sampler);
     const Moments flux = sampled_flux(scene, *sampler, 20000);
     EXPECT_GT(mean_p_value(flux, 4.0 * std::numbers::pi + sun_flux()), kFalseAlarmRate);
@@ -203,7 +205,7 @@ TEST(EnvironmentSampling, SunSamplesReportTheirDensity) {
       const SunInSky sun{square_to_sphere(rng.next_vec2()), half_angle};
       Scene scene = scene_with_sun(0.0f, 1.0f, {1, 1, 1}, sun);
       scene.environment.importance_width = 64;
-      const auto sampler = EnvironmentSampler::build(scene);
+      const auto sampler = EnvironmentSampler::build(scene, EnvironmentDensity::COMPLETE);
       ASSERT_TRUE(sampler);
       const float of_sun = sampler->pdf(sun.direction);
       for (int i = 0; i < 10000; ++i) {
@@ -223,7 +225,7 @@ TEST(EnvironmentSampling, SunSamplesReportTheirDensity) {
 
 TEST(EnvironmentSampling, AloneTheSunIsNearlyAllThatIsSampled) {
   const Scene scene = scene_with_sun(0.0f, 1.0f, {0, 0, 0});
-  const auto sampler = EnvironmentSampler::build(scene);
+  const auto sampler = EnvironmentSampler::build(scene, EnvironmentDensity::COMPLETE);
   ASSERT_TRUE(sampler);
   EXPECT_GT(mean_p_value(sampled_flux(scene, *sampler, 20000), sun_flux()), kFalseAlarmRate);
 }
@@ -231,7 +233,7 @@ TEST(EnvironmentSampling, AloneTheSunIsNearlyAllThatIsSampled) {
 TEST(EnvironmentSampling, SunThatNodesBendIsFoundByTheMap) {
   const Scene scene = scene_with_sun(0.0f, 1.7f);
   EXPECT_FALSE(find_sky_suns(scene).are_all_found);
-  const auto sampler = EnvironmentSampler::build(scene);
+  const auto sampler = EnvironmentSampler::build(scene, EnvironmentDensity::COMPLETE);
   ASSERT_TRUE(sampler);
   Rng rng(17, 0, 0, 0);
   int hits = 0;
@@ -242,12 +244,47 @@ TEST(EnvironmentSampling, SunThatNodesBendIsFoundByTheMap) {
   EXPECT_GT(hits, 200);
 }
 
+/// In numbers: the mean of 20 max(z, 0)^8 + 0.1 is 0.1 + 20 / 18, which the glow exceeds where z^8 > 1 / 18.
+TEST(EnvironmentSampling, CompensatedSamplesAreForWhatExceedsTheMean) {
+  const auto sampler = EnvironmentSampler::build(scene_with_glow(), EnvironmentDensity::COMPENSATED);
+  ASSERT_TRUE(sampler);
+  const double edge = std::pow(1.0 / 18.0, 1.0 / 8.0);
+  const double above = 0.5 * 20.0 * ((1.0 - std::pow(edge, 9.0)) / 9.0 - (1.0 - edge) / 18.0);
+  EXPECT_NEAR(sampler->mean_radiance(), above, 2e-3 * above);
+  const auto density_at = [&](float z) { return sampler->pdf({std::sqrt(1.0f - z * z), 0.0f, z}); };
+  const double uniform = 0.02 / (4.0 * std::numbers::pi);
+  EXPECT_NEAR(density_at(static_cast<float>(edge) - 0.02f), uniform, 1e-6);
+  EXPECT_NEAR(density_at(-0.5f), uniform, 1e-6);
+  const double excess = 20.0 * std::pow(0.9, 8.0) - 20.0 / 18.0;
+  EXPECT_NEAR(density_at(0.9f), uniform + 0.98 * excess / (4.0 * std::numbers::pi * above), 0.02 * density_at(0.9f));
+}
+
+TEST(EnvironmentSampling, EvenEnvironmentsAreLeftToTheBsdf) {
+  Scene constant;
+  constant.materials = {constant_emission({1, 2, 3})};
+  constant.environment.material = 0;
+  Scene plain = scene_with_glow();
+  plain.environment.use_importance_sampling = false;
+  Scene nearly = scene_with_glow(0.01f, 1.0f), less_nearly = scene_with_glow(0.4f, 1.0f);
+  for (const Scene* scene : {&constant, &plain, &nearly})
+    EXPECT_FALSE(EnvironmentSampler::build(*scene, EnvironmentDensity::COMPENSATED));
+  EXPECT_TRUE(EnvironmentSampler::build(less_nearly, EnvironmentDensity::COMPENSATED));
+}
+
+TEST(EnvironmentSampling, SunsInAnEvenSkyAreFoundWithAnyDensity) {
+  const Scene scene = scene_with_sun();
+  const auto sampler = EnvironmentSampler::build(scene, EnvironmentDensity::COMPENSATED);
+  ASSERT_TRUE(sampler);
+  EXPECT_GT(mean_p_value(sampled_flux(scene, *sampler, 20000), 4.0 * std::numbers::pi + sun_flux()), kFalseAlarmRate);
+  EXPECT_NEAR(sampler->mean_radiance(), sun_flux() / (4.0 * std::numbers::pi), 0.01);
+}
+
 TEST(EnvironmentSampling, BlackEnvironmentsAreNotSampled) {
   Scene scene;
-  EXPECT_FALSE(EnvironmentSampler::build(scene));
+  EXPECT_FALSE(EnvironmentSampler::build(scene, EnvironmentDensity::COMPLETE));
   scene.materials = {constant_emission({0, 0, 0})};
   scene.environment.material = 0;
-  EXPECT_FALSE(EnvironmentSampler::build(scene));
+  EXPECT_FALSE(EnvironmentSampler::build(scene, EnvironmentDensity::COMPLETE));
 }
 
 }  // namespace

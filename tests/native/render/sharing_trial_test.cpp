@@ -56,7 +56,8 @@ std::shared_ptr<const Scene> lit_by_a_niche() {
 Settings decided(const std::shared_ptr<const Scene>& scene, const Settings& settings) {
   RenderCache cache;
   const std::atomic<bool> cancelled{false};
-  SharingTrial trial(settings, scene, cache.accel(scene, false), cache.lights(scene, LightSampling::TREE));
+  SharingTrial trial(settings, scene, cache.accel(scene, false),
+                     cache.lights(scene, LightSampling::TREE, EnvironmentDensity::COMPENSATED));
   return trial.decide({cancelled, std::chrono::steady_clock::time_point::max()});
 }
 
@@ -78,7 +79,8 @@ TEST(SharingTrial, StoppedItDecidesNothing) {
   const std::shared_ptr<const Scene> scene = small_room();
   RenderCache cache;
   const std::atomic<bool> cancelled{true};
-  SharingTrial trial(on_trial(), scene, cache.accel(scene, false), cache.lights(scene, LightSampling::TREE));
+  SharingTrial trial(on_trial(), scene, cache.accel(scene, false),
+                     cache.lights(scene, LightSampling::TREE, EnvironmentDensity::COMPENSATED));
   EXPECT_EQ(trial.decide({cancelled, std::chrono::steady_clock::time_point::max()}), on_trial());
 }
 

@@ -82,10 +82,16 @@ class PathScene {
   /// Puts the changed copy of the instance added last in its place.
   void replace_last(const Instance& instance) { builder.add_instance(instance, last_); }
 
-  void environment(Vec3 radiance) {
-    Environment sky;
-    sky.material = emission(radiance);
-    builder.set_environment(sky);
+  void environment(Vec3 radiance) { environment_of(emission(radiance)); }
+  /// Radiance `base` from everywhere, and `more` max(z, 0)^8.
+  void glowing_environment(float base, float more) {
+    ProgramBuilder p;
+    const Operand zero = p.constant(0), z = p.add(Op::SEPARATE_Z, {p.add(Op::GENERATED, {}, {0})});
+    const Operand up = p.add(Op::MATH, {z, zero, zero}, {12, 0});
+    const Operand glow = p.add(Op::MATH, {up, p.constant(8), zero}, {5, 0});
+    const Operand sum = p.add(Op::MATH, {glow, p.constant(more), p.constant(base)}, {4, 0});
+    p.add(Op::CLOSURE_EMISSION, {p.constant(1), p.constant(1), sum});
+    environment_of(builder.add_material(p.program));
   }
   Light point_lamp(Vec3 position, float intensity, float radius = 0.0f) {
     Light light;
@@ -103,6 +109,12 @@ class PathScene {
   }
 
  private:
+  void environment_of(int material) {
+    Environment sky;
+    sky.material = material;
+    builder.set_environment(sky);
+  }
+
   int object_ = 0, last_ = 0;
 };
 
@@ -114,10 +126,11 @@ struct PathMeans {
 
 class Tracer {
  public:
-  explicit Tracer(const PathScene& scene, const PathLimits& limits = {})
+  explicit Tracer(const PathScene& scene, const PathLimits& limits = {},
+                  EnvironmentDensity density = EnvironmentDensity::COMPLETE)
       : scene_(scene.builder.snapshot()),
         accel_(Accel::build(scene_)),
-        lights_(scene_, LightSampling::POWER),
+        lights_(scene_, LightSampling::POWER, density),
         context_{*scene_,
                  *accel_,
                  lights_,
@@ -128,6 +141,7 @@ class Tracer {
                  emitters_tell_kinds(*scene_)} {}
 
   const PathContext& context() const { return context_; }
+  const std::shared_ptr<const Scene>& scene() const { return scene_; }
   /// Planted: reuse as if kinds of scattering were all the same.
   void forget_kinds() { context_.tells_kinds = context_.divides_kinds = false; }
 

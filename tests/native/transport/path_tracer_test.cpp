@@ -327,5 +327,38 @@ TEST(PathTracer, ClampsBoundWhatIsLessThanNothingToo) {
   EXPECT_EQ(clamp_contribution({-3, -6, -9}, 0.0f), Rgb(-3, -6, -9));
 }
 
+// --- environments ---------------------------------------------------------------------------------------------------
+
+/// With a wall that throws light back and hides a part of the sky, or without.
+PathScene under_the_sky(float base, float glow, bool has_wall) {
+  PathScene scene;
+  scene.floor(0.0f, 4.0f, scene.mixed(0.8f, 0.4f, 0.3f));
+  if (has_wall) scene.quad({1.25f, 0, 0.5f}, {0, 1, 0}, {0.25f, 0, 1}, scene.diffuse(0.9f));
+  scene.glowing_environment(base, glow);
+  return scene;
+}
+
+/// Eight tests of means at kFalseAlarmRate.
+TEST(PathTracer, CompensatedEnvironmentSamplesGiveTheSamePicture) {
+  constexpr int kPaths = 100000;
+  for (const bool has_wall : {false, true}) {
+    for (const float glow : {0.0f, 3.0f}) {
+      const auto trace = [&](float scale, EnvironmentDensity density) {
+        return Tracer(under_the_sky(scale, scale * glow, has_wall), {}, density).trace(kEye, kTilted, kPaths);
+      };
+      const PathMeans complete = trace(1.0f, EnvironmentDensity::COMPLETE);
+      const PathMeans compensated = trace(1.0f, EnvironmentDensity::COMPENSATED);
+      const PathMeans planted = trace(0.95f, EnvironmentDensity::COMPENSATED);
+      EXPECT_GT(same_mean_p_value(complete.direct, compensated.direct), kFalseAlarmRate);
+      EXPECT_LT(same_mean_p_value(complete.direct, planted.direct), kFalseAlarmRate) << "planted: 5 % lost";
+      // Where nothing hides the sky, and the density of the BSDF is in proportion to it.
+      if (!has_wall) EXPECT_LT(compensated.direct.variance(), 0.7 * complete.direct.variance()) << glow;
+      if (!has_wall) continue;
+      EXPECT_GT(same_mean_p_value(complete.indirect, compensated.indirect), kFalseAlarmRate);
+      EXPECT_LT(same_mean_p_value(complete.indirect, planted.indirect), kFalseAlarmRate) << "planted: 5 % lost";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace cistern::test

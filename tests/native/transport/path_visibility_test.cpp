@@ -101,13 +101,14 @@ GrazingLosses grazing_losses(Vec3 at) {
     const auto choice = tracer.context().lights.choose(position, up, rng.next_float(), rng.next_vec2());
     const auto light = tracer.context().lights.evaluate(choice->sample, position, {});
     if (!light) continue;
-    SurfacePoint receiver;
-    receiver.position = position;
-    receiver.ng = receiver.ns = up;
+    const Ray view{position + 0.25f * up, -up};
+    const std::optional<Hit> hit = tracer.context().accel.intersect(view, kVisibleToCamera);
+    SurfacePoint receiver = make_surface_point(*tracer.scene(), view, *hit);
+    receiver.position = position;  // not rounded once more
     lost.now += is_black(transmittance(tracer.context(), receiver, *light, {}));
     // Planted bug: the receiver's end is moved off its surface, and the ray not aimed anew.
     lost.unjoined += tracer.context().accel.occluded(
-        {offset_origin(position, 1e-5f, up, light->wi), light->wi, 0.0f, 0.9999f * light->distance});
+        {offset_origin(position, receiver.clearance, up, light->wi), light->wi, 0.0f, 0.9999f * light->distance});
   }
   return lost;
 }
