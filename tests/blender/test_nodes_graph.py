@@ -23,6 +23,13 @@ def emission_color(tree: Tree, context: Context | None = None):
     return closure.inputs[1]
 
 
+def shown_as_colour(tree: Tree, node: bpy.types.Node) -> bpy.types.Node:
+    emission = tree.node("ShaderNodeEmission")
+    tree.tree.links.new(emission.inputs["Color"], node.outputs[0])
+    tree.link(emission, "Emission", tree.output, "Surface")
+    return emission
+
+
 def tinting_group(name: str) -> bpy.types.NodeTree:
     """A group with input Tint (default red) and output Result; nothing inside is linked yet."""
     group = bpy.data.node_groups.new(name, "ShaderNodeTree")
@@ -91,6 +98,44 @@ def test_muted_nodes_and_links(empty_scene):
     invert.mute = False
     link.is_muted = True
     assert emission_color(tree) == pytest.approx((1.0,) * 3)
+
+
+@pytest.mark.parametrize("idname", ["ShaderNodeGamma", "ShaderNodeInvert", "ShaderNodeMath"])
+def test_a_muted_node_without_a_link_counts_as_no_link(empty_scene, idname):
+    tree = Tree()
+    muted = tree.node(idname)
+    muted.mute = True
+    emission = shown_as_colour(tree, muted)
+    emission.inputs["Color"].default_value = (0.125, 0.25, 0.5, 1.0)
+    assert emission_color(tree) == pytest.approx((0.125, 0.25, 0.5))
+    reroute = tree.node("NodeReroute")
+    tree.tree.links.new(reroute.inputs[0], muted.outputs[0])
+    tree.tree.links.new(emission.inputs["Color"], reroute.outputs[0])
+    assert emission_color(tree) == pytest.approx((0.125, 0.25, 0.5))
+
+
+def test_a_muted_normal_map_keeps_the_normal(empty_scene):
+    """Blender leads its unlinked Strength to Normal."""
+    tree = Tree()
+    muted = tree.node("ShaderNodeNormalMap")
+    muted.mute = True
+    diffuse = tree.node("ShaderNodeBsdfDiffuse")
+    tree.link(tree.node("ShaderNodeTexNoise"), "Color", muted, "Color")
+    tree.link(muted, "Normal", diffuse, "Normal")
+    tree.link(diffuse, "BSDF", tree.output, "Surface")
+    muted_program = tree.compile()
+    tree.tree.nodes.remove(muted)
+    assert muted_program.closures == tree.compile().closures
+
+
+def test_a_muted_node_converts_nothing(empty_scene):
+    tree = Tree()
+    rgb, muted = tree.node("ShaderNodeRGB"), tree.node("ShaderNodeMath")
+    rgb.outputs[0].default_value = (0.125, 0.25, 0.5, 1.0)
+    muted.mute = True
+    tree.tree.links.new(muted.inputs[0], rgb.outputs[0])
+    shown_as_colour(tree, muted)
+    assert emission_color(tree) == pytest.approx((0.125, 0.25, 0.5))
 
 
 def test_group_inside_itself_is_found_at_any_depth(empty_scene):

@@ -160,6 +160,9 @@ class Compiler:
             entry = entry_of(port)
             if entry is None:
                 return self._dead_end(port)
+            if port.node.mute:  # as if its links were joined: without one, the socket behind keeps its own value
+                source = source_of(entry)
+                return self.output(source) if source else None
             value = self.input(entry) if port.node.bl_idname == "NodeReroute" else self.input_or_default(entry)
         else:
             handler = VALUE_NODES.get(port.node.bl_idname)
