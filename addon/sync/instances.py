@@ -196,10 +196,10 @@ class InstanceSync:
 
     def _warn_of_flattened(self, arrays: dict[str, NDArray]) -> None:
         names = list(self._kept.names)  # handles count up from 0
-        objects = np.unique(arrays["object"][is_flattened(arrays["object_to_world"])])
+        objects = np.unique(arrays["object"][is_flattened(arrays["object_to_world"].transpose(0, 2, 1))])
         shown = ", ".join(f"'{names[handle]}'" for handle in objects[:_NAMES_SHOWN])
         rest = f" and {len(objects) - _NAMES_SHOWN} more" if len(objects) > _NAMES_SHOWN else ""
-        self._report.warn(f"Objects scaled to zero along an axis, or beyond all range, are left out: {shown}{rest}")
+        self._report.warn(f"Objects scaled to a line or a point, or beyond all range, are left out: {shown}{rest}")
 
     def _name_handle(self, name: str) -> int:
         names = self._kept.names

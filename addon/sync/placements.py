@@ -12,6 +12,7 @@ _UINT32_MASK = 0xFFFFFFFF
 _UINT64_MASK = 0xFFFFFFFFFFFFFFFF
 _ODD_64 = np.uint64(0x9E3779B97F4A7C15)  # multiplying by it scatters small numbers over 64 bits
 _COPLANAR = 1e-6  # kCoplanar of native/scene/scene_checks.cpp
+_CARD_THICKNESS = 1e-4  # of a flattened object, beside its narrower side
 
 # Of an object, of what instances it (0: nothing) and of its evaluated geometry or lamp.
 PrototypeKey = tuple[int, int, int]
@@ -77,6 +78,7 @@ def instance_arrays(
     random = column("random", np.float32)
     columns = np.ascontiguousarray(matrices[items])
     restore_normal_axis(columns, column("flat_axis", np.int32))
+    thicken_flattened(columns)
     return {
         "mesh": column("mesh", np.int32),
         "material_set": column("material_set", np.int32),
@@ -106,11 +108,33 @@ def restore_normal_axis(columns: NDArray[np.float32], flat_axes: NDArray[np.int3
         columns[flattened, axis, :3] = normals / np.where(lengths > 0.0, lengths, 1.0)
 
 
-def is_flattened(matrices: NDArray[np.float32]) -> NDArray[np.bool_]:
+def thicken_flattened(columns: NDArray[np.float32]) -> None:
+    """Make matrices invertible that flatten to a plane: what they show becomes a card, as thick as can be told from
+    none. Those that flatten to a line or a point stay as they are."""
+    flattened = np.flatnonzero(is_flattened(columns))
+    linear = columns[flattened, :3, :3].astype(np.float64)
+    left, sizes, right = np.linalg.svd(linear)
+    lengths = np.linalg.norm(linear, axis=2).prod(axis=1)
+    spans_plane = (sizes[:, 1] > _COPLANAR * sizes[:, 0]) & (sizes[:, 0] < np.sqrt(np.finfo(np.float32).max))
+    areas = np.where(spans_plane, sizes[:, 0] * sizes[:, 1], 1.0)
+    # Seen by `is_flattened`, edges that all lie in the plane need more.
+    thickness = np.maximum(_CARD_THICKNESS * sizes[:, 1], 4.0 * _COPLANAR * lengths / areas)
+    # Which side is the front is left to rounding, as in Cycles; where an axis is exactly 0 nothing is mirrored.
+    x, y, z = np.moveaxis(columns[flattened, :3, :3], 1, 0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        is_mirrored = (np.cross(x, y) * z).sum(axis=1, dtype=np.float32) < 0.0
+    mirror = np.linalg.det(left) * np.linalg.det(right) * np.where(is_mirrored, -1.0, 1.0)
+    sizes[:, 2] = np.copysign(thickness, mirror)
+    thickened = (left * sizes[:, None, :]) @ right
+    columns[flattened[spans_plane], :3, :3] = thickened[spans_plane]
+
+
+def is_flattened(columns: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Which object-to-world matrices the core leaves out: those without a useful inverse (scene_checks.cpp)."""
-    linear = matrices[:, :3, :3].astype(np.float64)
-    determinants = np.abs(np.linalg.det(linear))
-    edges = np.prod(np.linalg.norm(linear, axis=1), axis=1)
+    linear = np.ascontiguousarray(np.moveaxis(columns[:, :3, :3], 0, 2), np.float64)  # faster than numpy.linalg
+    (a, b, c), (d, e, f), (g, h, i) = linear
+    determinants = np.abs(a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g))
+    edges = np.sqrt((a * a + b * b + c * c) * (d * d + e * e + f * f) * (g * g + h * h + i * i))
     range_of_floats = np.finfo(np.float32)
     in_range = (determinants >= range_of_floats.tiny) & (determinants <= range_of_floats.max)
     return ~(in_range & (determinants > _COPLANAR * edges))

@@ -77,7 +77,7 @@ def test_meshes_without_area_show_nothing(change: Change, good_and_empty, tmp_pa
     assert picture_of(scene, tmp_path)[0].mean() == pytest.approx(good_and_empty[1], rel=0.05)
 
 
-@pytest.mark.parametrize("scale", [(0, 0, 0), (1, 1, 0), (1e-39, 1e-39, 1e-39), (1e20, 1e20, 1e20)])
+@pytest.mark.parametrize("scale", [(0, 0, 0), (1, 0, 0), (1e-39, 1e-39, 1e-39), (1e20, 1e20, 1e20)])
 def test_flattened_objects_are_left_out_and_named(scale, good_and_empty, tmp_path) -> None:
     scene = fresh_scene(WIDTH, HEIGHT, samples=16)
     cube().scale = scale
@@ -86,11 +86,19 @@ def test_flattened_objects_are_left_out_and_named(scale, good_and_empty, tmp_pat
     assert pixels.mean() == pytest.approx(good_and_empty[1], rel=0.05)
 
 
+def test_objects_scaled_to_zero_along_one_axis_stay(good_and_empty, tmp_path) -> None:
+    scene = fresh_scene(WIDTH, HEIGHT, samples=16)
+    cube().scale = (1, 1, 0)
+    pixels, report = picture_of(scene, tmp_path)
+    assert report.warnings == []
+    assert good_and_empty[1] < pixels.mean() < good_and_empty[0]
+
+
 def test_many_flattened_objects_are_one_warning(tmp_path) -> None:
     scene = fresh_scene(WIDTH, HEIGHT)
     for index in range(8):
         copy = bpy.data.objects.new(f"flat{index}", cube().data)
-        copy.scale = (1, 0, 1)
+        copy.scale = (1, 0, 0)
         scene.collection.objects.link(copy)
     _, report = picture_of(scene, tmp_path)
     assert len(report.warnings) == 1 and "'flat0'" in report.warnings[0] and "3 more" in report.warnings[0]

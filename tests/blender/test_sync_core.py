@@ -46,13 +46,13 @@ def test_an_empty_scene(scene, sync) -> None:
     assert exporter.builder.snapshot().instance_count == 0 and warnings == []
 
 
-def test_a_flat_object_is_left_out_and_a_mirrored_one_kept(scene, sync) -> None:
-    for scale in ((1, 1, 0), (-1, 1, 1)):
+def test_a_line_is_left_out_and_flat_and_mirrored_objects_kept(scene, sync) -> None:
+    for scale in ((1, 0, 0), (1, 1, 0), (-1, 1, 1)):
         bpy.ops.mesh.primitive_cube_add()
         bpy.context.object.scale = scale
     exporter, warnings = sync()
     assert exporter.builder.singular_instances == 1
-    assert "scaled to zero" in warnings[0]
+    assert "scaled to a line" in warnings[0]
 
 
 def test_a_plane_scaled_to_zero_across_itself_stays(scene, sync) -> None:
