@@ -21,7 +21,15 @@ from numpy.typing import NDArray
 
 from . import SyncReport, versions
 from .changes import original_uid
-from .colour import image_colour
+from .colour import ImageColour, image_colour
+from .image_alpha import (
+    FilePixels,
+    alpha_of_buffer,
+    alpha_of_file,
+    alpha_of_packed,
+    is_straight,
+    packed_needs_blender,
+)
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -29,12 +37,6 @@ if TYPE_CHECKING:
 _MISSING = -1
 _NATIVE_TYPES = (np.uint8, np.uint16, np.float16, np.float32)
 _DECODE_THREADS = 4
-_ALPHA_MODES = {
-    "STRAIGHT": "STRAIGHT",
-    "PREMUL": "PREMULTIPLIED",
-    "CHANNEL_PACKED": "INDEPENDENT",
-    "NONE": "IGNORED",
-}
 
 
 @dataclass(frozen=True)
@@ -127,21 +129,20 @@ class ImageCache:
             report.warn(f"Image '{image.name}': only the first tile is used")
         if image.source == "MOVIE":
             report.warn(f"Image '{image.name}': movies are not supported, its current frame is used")
-        pixels = self._decode(source, image).result() if source is not None else None
-        if pixels is None:
-            pixels = blender_pixels(image)
-        if pixels is None:
+        colour = image_colour(image.colorspace_settings.name, versions.working_space())
+        file = self._decode(source, image).result() if source is not None else None
+        content = _content(image, source, file, colour)
+        if content is None:
             report.warn(f"Image '{image.name}': {image_path(image, image_user=None)!r} cannot be read, shown magenta")
             return _MISSING
-        colour = image_colour(image.colorspace_settings.name, versions.working_space())
         if not colour.is_known:
             report.warn(f"Image '{image.name}': colour space {image.colorspace_settings.name} is read as sRGB")
         return builder.add_image(
             image.name,
-            pixels,
-            transfer=colour.transfer,
-            to_working_space=colour.matrix,
-            alpha=_ALPHA_MODES["CHANNEL_PACKED" if colour.is_data else image.alpha_mode],
+            content.pixels,
+            transfer=content.colour.transfer,
+            to_working_space=content.colour.matrix,
+            alpha=content.alpha,
             replace=self._handle_for(before),
         )
 
@@ -149,6 +150,31 @@ class ImageCache:
         if before is None or before == _MISSING:
             return self._free_handles.pop() if self._free_handles else None
         return before
+
+
+@dataclass(frozen=True)
+class _Content:
+    pixels: NDArray
+    colour: ImageColour
+    alpha: str
+
+
+def _content(
+    image: bpy.types.Image, source: ImageSource | None, file: FilePixels | None, colour: ImageColour
+) -> _Content | None:
+    """The file's pixels, or those of Blender's buffer where there is no file or Cycles would see another picture."""
+    mode, is_data = image.alpha_mode, colour.is_data
+    is_packed = source is not None and source.packed_in != 0
+    if file is not None and not is_packed:
+        return _Content(file.pixels, colour, alpha_of_file(mode, is_data, file.is_straight))
+    if file is not None and not packed_needs_blender(mode, is_data, file.pixels, colour.transfer == "LINEAR"):
+        return _Content(file.pixels, colour, alpha_of_packed(mode, is_data))
+    pixels = blender_pixels(image)
+    if pixels is None:
+        return None
+    if image.is_float:  # decoded by Blender already
+        colour = ImageColour("LINEAR", None, colour.is_known, is_data)
+    return _Content(pixels, colour, alpha_of_buffer(mode, is_data, pixels))
 
 
 def image_source(image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> ImageSource | None:
@@ -174,7 +200,7 @@ def image_path(image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -
     return bpy.path.abspath(path, library=image.library)
 
 
-def read_file(path: str, packed: bytes | None = None) -> NDArray | None:
+def read_file(path: str, packed: bytes | None = None) -> FilePixels | None:
     """Pixels (height, width, channels), row 0 at the bottom, in the file's own depth; None if it cannot be decoded."""
     oiio = versions.image_reader()
     if oiio is None:
@@ -186,12 +212,14 @@ def read_file(path: str, packed: bytes | None = None) -> NDArray | None:
         if reader is None:
             return None
         try:
-            pixels = reader.read_image(reader.spec().format)
+            spec = reader.spec()
+            pixels = reader.read_image(spec.format)
+            has_straight_alpha = is_straight(reader.format_name(), spec.nchannels, spec.get_int_attribute)
         finally:
             reader.close()
     if pixels is None or pixels.ndim != 3:
         return None
-    return _native(pixels)
+    return FilePixels(_native(pixels), has_straight_alpha)
 
 
 def _native(pixels: NDArray) -> NDArray:

@@ -58,7 +58,7 @@ def added(cache: ImageCache, image: bpy.types.Image, image_user=None) -> tuple[d
 def test_files_keep_their_depth_and_start_at_the_bottom(empty_scene, tmp_path, suffix, dtype) -> None:
     channels = 3 if suffix == ".hdr" else 4
     pixels = np.ascontiguousarray(ROWS[:, :, :channels]).astype(dtype)
-    decoded = read_file(str(write(tmp_path / f"image{suffix}", pixels)))
+    decoded = read_file(str(write(tmp_path / f"image{suffix}", pixels))).pixels
     assert decoded.dtype == dtype and decoded.flags.c_contiguous
     assert decoded == pytest.approx(pixels[::-1], rel=0.02 if suffix == ".hdr" else 0, abs=1 if suffix == ".hdr" else 0)
 
