@@ -12,6 +12,7 @@ from .techniques import PATH_SOURCE_ITEMS, PATH_TARGET_ITEMS
 
 # The largest values that the core takes.
 MAX_CANDIDATES = 1024
+MAX_LIGHT_SAMPLES = 64
 MAX_NEIGHBOURS = 32
 MAX_ROUNDS = 16
 MAX_GROUP = 64
@@ -24,6 +25,17 @@ MAX_VALIDATION = 2**16
 class ReuseSettings:
     """A part of `scene.cistern`."""
 
+    light_samples: IntProperty(
+        name="Light Samples",
+        description=(
+            "Lights that each sample asks at the first surface it meets, where there are more than two. More make "
+            "direct light less noisy, and samples slower. 0 means 1; the preset Final takes 2"
+        ),
+        default=0,
+        min=0,
+        soft_max=8,
+        max=MAX_LIGHT_SAMPLES,
+    )
     light_candidates: IntProperty(
         name="Light Candidates",
         description=(

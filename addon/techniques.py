@@ -144,6 +144,7 @@ PATH_REUSE = frozenset({"SCREEN_REUSE", "WORLD_REUSE"})
 CELL_REUSE = frozenset({"RESTIR_CACHE", "CELL_RESERVOIRS", "WORLD_REUSE"})  # work with cells of the scene
 
 PARAMETERS = (
+    Parameter("light_samples", {"NEE": 1}),
     Parameter("light_candidates", {"RIS": 8, "RESTIR": 32, "RESTIR_CACHE": 8}),
     Parameter("use_temporal_reuse", ON, PATH_REUSE | CELL_SHARED | {"CELL_RESERVOIRS"}),
     Parameter("confidence_cap", {"RESTIR": 20, "RESTIR_CACHE": 10}),
@@ -223,7 +224,7 @@ _PATHS = {
     "light_sampler": "TREE",
     "use_temporal_reuse": False,  # or the samples would not be independent
 }
-_FINAL = _PATHS | {"indirect": "CELL_SHARED"}
+_FINAL = _PATHS | {"indirect": "CELL_SHARED", "light_samples": 2}
 _HISTORY = _PATHS | {"use_temporal_reuse": True}
 _INTERACTIVE = _HISTORY | {"indirect": "CELL_SHARED", "use_first_frame_history": True}
 _REUSING = _HISTORY | {"light_sampler": "POWER"}

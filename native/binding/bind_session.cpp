@@ -98,6 +98,7 @@ std::map<std::string, Setter> make_setters() {
       {"is_draft", member(&Settings::is_draft)},
       {"keep_instances", member(&Settings::keep_instances)},
       {"light_sampling", member(&Settings::light_sampling)},
+      {"light_samples", member(&Settings::light_samples)},
       {"guiding", choice<Guiding>("guiding", &Settings::guiding,
                                   {{"OFF", Guiding::OFF}, {"ON", Guiding::ON}, {"AUTO", Guiding::AUTO}})},
       {"sequence", choice<SampleSequence>("sequence", &Settings::sequence,

@@ -241,6 +241,7 @@ class Settings:
     # where samples are too few to tell.
     guiding: str  # "OFF", "ON", "AUTO"
     light_sampling: LightSampling
+    light_samples: int  # of the first vertex of a path, with NEE and more than two emitters; 0: 1
     sequence: str  # "SOBOL" (Owen-scrambled), "RANDOM" (independent)
     pixel_filter: PixelFilter
     filter_width: float  # pixels

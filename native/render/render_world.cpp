@@ -11,6 +11,12 @@ bool records_surfaces(const std::vector<Pass>& passes) {
   return std::ranges::any_of(passes, [](Pass pass) { return pass >= Pass::DEPTH && pass < Pass::CELLS; });
 }
 
+/// With one or two emitters, there is little to choose between.
+int light_samples(const Settings& settings, const LightSet& lights) {
+  constexpr size_t kFew = 2;
+  return settings.direct == DirectAnswer::NEE && lights.emitter_count() > kFew ? settings.light_samples : 1;
+}
+
 }  // namespace
 
 RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene,
@@ -30,6 +36,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             records_surfaces(settings.passes),
             scatter_kinds_matter(*scene, settings.limits),
             emitters_tell_kinds(*scene),
+            light_samples(settings, *lights),
             learning ? learning->use() : nullptr,
             guiding ? guiding->use() : nullptr},
       context{settings, paths, filter, learning.get(), guiding.get()} {}

@@ -154,6 +154,8 @@ void check_settings(Settings& s) {
   check_region(s);
   require("samples", s.samples, 1, 1 << 24);
   require("threads", s.threads, 0, 1024);
+  if (s.light_samples == 0) s.light_samples = 1;
+  require("light_samples", s.light_samples, 1, 64);
   require("filter_width", s.filter_width, 0.01f, 10.0f);
   require("time_limit", s.time_limit, 0.0, 1e9);
   check_limits(s.limits);

@@ -53,6 +53,9 @@ struct PathContext {
   bool tells_kinds = false;
   /// Whether rays of a kind carry what lobes of that kind scatter, and not their share of all: emitters_tell_kinds.
   bool divides_kinds = false;
+  /// Light samples of the first vertex by next-event estimation, where the light set chooses. [Veach 1997, 9.2.1: the
+  /// multi-sample model]
+  int light_samples = 1;
   /// Null: the light set chooses everywhere.
   const LearnedLightUse* learned = nullptr;
   /// Null: directions are those of BSDFs everywhere.

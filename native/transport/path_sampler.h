@@ -38,14 +38,16 @@ class PathSampler {
     double choice;
     Vec2 position;
   };
-  LightNumbers light(int vertex) {
+  /// Of sample `index` of `count` at the vertex; those of all frames are stratified together.
+  LightNumbers light(int vertex, uint32_t index = 0, uint32_t count = 1) {
     if (!is_stratified(vertex)) {
       const double choice = rng_.next_double();
       return {choice, rng_.next_vec2()};
     }
     const uint32_t set = set_of(LIGHT, vertex);
-    const SobolPoint point = point_of(set);
-    const uint64_t below = mix_bits(hash_combine(scramble_, (uint64_t{set} << 32) | point_)) >> 40;
+    const uint32_t number = point_ * count + index;
+    const SobolPoint point = sobol_point(number, set, scramble_);
+    const uint64_t below = mix_bits(hash_combine(scramble_, (uint64_t{set} << 32) | number)) >> 40;
     return {point.third + static_cast<double>(below) * 0x1p-48, point.pair};  // a float has no bits for those
   }
 

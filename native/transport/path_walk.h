@@ -147,7 +147,10 @@ class Walk {
   /// the two add up to depends on their weights.
   PathState scattered_state(const Bsdf& bsdf) const;
   void add_light_samples(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter);
-  void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter);
+  /// How many the current vertex takes, where the light set chooses.
+  int light_samples() const;
+  /// Next-event estimation with light sample `index` of these.
+  void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter, int index);
   void keep_incident_light(const IncidentLight& light, Rgb radiance, const BsdfEvaluation& f);
   /// Adds what the current vertex reflects of a light sample.
   void add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, SourceKind source);
@@ -215,6 +218,7 @@ class Walk {
       if (capture_.vertex.sample_point_of == 0 && !goes_on_from_sample_point()) return false;
     }
     if constexpr (Kind::learns) learning_.guide_gain *= sample->guide_gain;
+    const int rivals = light_samples();
     count_bounce(*sample);
     sees_film_ &= context_.limits.film_transparent_glass && sample->is_clear;
     if constexpr (Kind::learns) learning_.of_ray = learning_.at_vertex;
@@ -224,6 +228,7 @@ class Walk {
       MisReceiver& receiver = mis_receiver_.emplace();  // in place: a copy would wait for the stores it reads
       receiver.position = point.position;
       receiver.normal = light_side(point, bsdf);
+      receiver.light_samples = rivals;
       scatter_pdf_ = sample->pdf * scatter_probability(bsdf);
       if constexpr (Kind::captures) capture_.mis_candidates = capture_.vertex.light_candidates;
     }

@@ -16,7 +16,7 @@ inline float Walk<Kind>::emitter_weight(std::optional<uint32_t> emitter, float p
     if (learning_.of_ray) return learned_emitter_weight(*emitter, pdf);
   }
   const float pmf = context_.lights.pmf(*emitter, mis_receiver_->position, mis_receiver_->normal);
-  return power_heuristic(scatter_pdf_, pmf * pdf);
+  return power_heuristic(scatter_pdf_, static_cast<float>(mis_receiver_->light_samples) * pmf * pdf);
 }
 
 template <class Kind>
@@ -93,15 +93,22 @@ inline void Walk<Kind>::add_light_samples(const SurfacePoint& point, const Bsdf&
   if constexpr (Kind::learns) {
     if (choose_by_learning(point, bsdf)) return add_learned_light(point, bsdf, p_scatter);
   }
-  add_direct_light(point, bsdf, p_scatter);
+  const int count = light_samples();
+  for (int i = 0; i < count; ++i) add_direct_light(point, bsdf, p_scatter, i);
 }
 
 template <class Kind>
-inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
+inline int Walk<Kind>::light_samples() const {
+  return state_.depth == 0 ? context_.light_samples : 1;
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter, int index) {
   const VertexUse use = vertex_use();
   const bool leaves_rough = use.light_candidates > 0.0f;
   if (leaves_rough && !has_smooth_lobe(bsdf) && !teaches_directions()) return;
-  const auto [u_choice, u_light] = sampler_.light(state_.depth);
+  const auto count = static_cast<uint32_t>(light_samples());
+  const auto [u_choice, u_light] = sampler_.light(state_.depth, static_cast<uint32_t>(index), count);
   const auto choice = context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light);
   if (!choice) return;
   const RayCone cone{point.footprint, context_.pixel.angle};
@@ -110,7 +117,7 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
   const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
   const bool keeps_light = use.sample_point_of && !leaves_rough;  // others may reflect what this path does not
   if (is_black(f.total_cos()) && !keeps_light) return;
-  const float pdf = choice->pmf * light->pdf;
+  const float pdf = static_cast<float>(count) * choice->pmf * light->pdf;  // of any of the samples
   float weight = 1.0f;
   if (!light->is_delta && light->use_mis) {
     const float bsdf_pdf = f.pdf * p_scatter;

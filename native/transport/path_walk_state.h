@@ -13,11 +13,6 @@ inline constexpr float kMostTransparency = 0.5f;
 
 enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
 
-/// The last vertex that next-event estimation could have lit.
-struct MisReceiver {
-  Vec3 position, normal;
-};
-
 /// What a walk does. Each is compiled by itself, so that the reference estimator pays for nothing but its own.
 template <bool kCaptures, bool kLearns>
 struct WalkKind {
@@ -28,6 +23,12 @@ using ReferenceWalk = WalkKind<false, false>;
 using CapturingWalk = WalkKind<true, false>;
 using LearnedWalk = WalkKind<false, true>;
 using LearnedCapturingWalk = WalkKind<true, true>;
+
+/// The last vertex that next-event estimation could have lit.
+struct MisReceiver {
+  Vec3 position, normal;
+  int light_samples;  // by which it was lit
+};
 
 /// What the current vertex of a walk is to others.
 struct VertexUse {

@@ -33,7 +33,8 @@ def path_traced_scene():
 def test_path_tracing_asks_for_no_reuse(core, tmp_path):
     settings = rendered_settings(core, path_traced_scene(), tmp_path)
     assert (settings["direct"], settings["secondary"], settings["indirect"]) == ("NEE", "NEE", "PATH")
-    assert not {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings)
+    assert {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings) == {"light_samples"}
+    assert settings["light_samples"] == 0  # one
 
 
 @pytest.mark.parametrize("direct", ["RIS", "RESTIR", "RESTIR_CACHE"])
@@ -73,7 +74,7 @@ def test_answers_about_later_points_reach_the_core_with_their_switches_alone(
     assert (settings[question], settings["bias"]) == (answer, "FAST")
     numbers = {"path_target", "path_source", "path_multi_bounce", "path_validation"}
     given = {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings)
-    assert given - numbers == switches
+    assert given - numbers - {"light_samples"} == switches
     of_answer = {"SCREEN_REUSE": numbers, "WORLD_REUSE": {"path_target"}}
     assert given & numbers == of_answer.get(answer, set())
     assert not any(settings[name] for name in switches - {"share_trial"})  # the preset keeps no history
@@ -105,7 +106,7 @@ def test_icons_reuse_nothing(core):
     scene.cistern.guiding = "ON"
     scene.cistern.direct, scene.cistern.secondary, scene.cistern.indirect = "RESTIR", "CELL_RESERVOIRS", "WORLD_REUSE"
     arguments = technique_settings(scene, core, is_preview=True)
-    assert set(arguments) == {"direct", "secondary", "indirect", "light_sampling"}
+    assert set(arguments) == {"direct", "secondary", "indirect", "light_sampling", "light_samples"}
     assert (arguments["direct"], arguments["secondary"], arguments["indirect"]) == ("NEE", "NEE", "PATH")
 
 

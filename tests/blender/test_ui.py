@@ -104,10 +104,14 @@ def editor(width, ui_scale=1.0, **context):
 
 def test_render_and_view_layer_panels_draw_every_setting():
     scene = fresh_scene()
-    scene.cistern.preset, scene.cistern.direct = "CUSTOM", "RESTIR_CACHE"
+    scene.cistern.preset = "CUSTOM"
     drawn = []
-    for indirect in ("SCREEN_REUSE", "WORLD_REUSE", "CELL_SHARED"):
-        scene.cistern.indirect = indirect
+    for direct, indirect in (
+        ("RESTIR_CACHE", "SCREEN_REUSE"),
+        ("RESTIR_CACHE", "WORLD_REUSE"),
+        ("NEE", "CELL_SHARED"),
+    ):
+        scene.cistern.direct, scene.cistern.indirect = direct, indirect
         for cls in ui.CLASSES:
             if cls.bl_context in {"render", "view_layer"}:
                 drawn += draw(cls, scene=scene, view_layer=scene.view_layers[0])
@@ -141,15 +145,16 @@ def test_techniques_are_menus_under_custom_and_read_out_under_a_preset(preset):
 @pytest.mark.parametrize(
     ("question", "answer", "count"),
     [
-        ("direct", "NEE", 0),
+        ("direct", "NEE", 1),
+        ("direct", "LEARNED", 0),
         ("direct", "RIS", 1),
         ("direct", "RESTIR", 8),
         ("direct", "RESTIR_CACHE", 11),
-        ("secondary", "RIS", 0),
-        ("secondary", "CELL_RESERVOIRS", 1),
-        ("indirect", "SCREEN_REUSE", 6),
-        ("indirect", "WORLD_REUSE", 3),
-        ("indirect", "CELL_SHARED", 5),
+        ("secondary", "RIS", 1),
+        ("secondary", "CELL_RESERVOIRS", 2),
+        ("indirect", "SCREEN_REUSE", 7),
+        ("indirect", "WORLD_REUSE", 4),
+        ("indirect", "CELL_SHARED", 6),
     ],
 )
 def test_advanced_shows_what_the_system_uses(question, answer, count):

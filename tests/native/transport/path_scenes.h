@@ -142,6 +142,7 @@ class Tracer {
 
   const PathContext& context() const { return context_; }
   const std::shared_ptr<const Scene>& scene() const { return scene_; }
+  void take_light_samples(int count) { context_.light_samples = count; }
   /// Planted: reuse as if kinds of scattering were all the same.
   void forget_kinds() { context_.tells_kinds = context_.divides_kinds = false; }
 

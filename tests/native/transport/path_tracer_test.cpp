@@ -327,6 +327,33 @@ TEST(PathTracer, ClampsBoundWhatIsLessThanNothingToo) {
   EXPECT_EQ(clamp_contribution({-3, -6, -9}, 0.0f), Rgb(-3, -6, -9));
 }
 
+// --- light samples of the first vertex ------------------------------------------------------------------------------
+
+/// Lamps near a glossy floor, of which BSDF samples find much: three panels, brighter ones less near.
+PathScene under_panels(float radiance) {
+  PathScene scene;
+  scene.floor(0.0f, 6.0f, scene.mixed(0.8f, 0.3f, 0.5f));
+  scene.quad({1.5f, 0.5f, 0.5f}, {0, 0.5f, 0}, {0.5f, 0, 0}, scene.emission(Vec3{1, 1, 1} * radiance));
+  scene.quad({1.5f, -0.8f, 1.0f}, {0, 0.5f, 0}, {0.5f, 0, 0}, scene.emission(Vec3{2, 2, 2} * radiance));
+  scene.quad({2.5f, 0.0f, 1.5f}, {0, 1.5f, 0}, {1.5f, 0, 0}, scene.emission(Vec3{1, 1, 1} * radiance));
+  return scene;
+}
+
+/// Two tests of means at kFalseAlarmRate.
+TEST(PathTracer, MoreLightSamplesGiveTheSamePictureWithLessNoise) {
+  constexpr int kPaths = 200000;
+  const auto trace = [&](int light_samples, float radiance) {
+    Tracer tracer(under_panels(radiance));
+    tracer.take_light_samples(light_samples);
+    return tracer.trace(kEye, kTilted, kPaths);
+  };
+  const PathMeans one = trace(1, 1.0f), four = trace(4, 1.0f), planted = trace(4, 0.98f);
+  for (const auto part : {&PathMeans::direct, &PathMeans::indirect})
+    EXPECT_GT(same_mean_p_value(one.*part, four.*part), kFalseAlarmRate);
+  EXPECT_LT(same_mean_p_value(one.direct, planted.direct), kFalseAlarmRate) << "planted: 2 % lost";
+  EXPECT_LT(four.direct.variance(), 0.5 * one.direct.variance());
+}
+
 // --- environments ---------------------------------------------------------------------------------------------------
 
 /// With a wall that throws light back and hides a part of the sky, or without.
