@@ -43,6 +43,8 @@ class ImageColour:
     is_known: bool = True
     is_data: bool = False
     """Not colours: alpha, if any, is a channel like the others."""
+    is_filtered_linear: bool = False
+    """Cycles decodes such an image once, before it filters; of encoded ones only sRGB is filtered as it is stored."""
 
 
 def image_colour(name: str, working_space: str) -> ImageColour:
@@ -52,11 +54,12 @@ def image_colour(name: str, working_space: str) -> ImageColour:
     known = name in _SPACES
     curve, primaries, white = _SPACES[name if known else "sRGB"]
     _, working_primaries, working_white = _SPACES[working_space]
+    filtered_linear = known and name != "sRGB" and curve != "LINEAR"
     if (primaries, white) == (working_primaries, working_white):
-        return ImageColour(curve, None, known)
+        return ImageColour(curve, None, known, is_filtered_linear=filtered_linear)
     to_xyz = _adapted(rgb_to_xyz(primaries, white), white)
     from_xyz = np.linalg.inv(_adapted(rgb_to_xyz(working_primaries, working_white), working_white))
-    return ImageColour(curve, tuple((from_xyz @ to_xyz).ravel().tolist()), known)
+    return ImageColour(curve, tuple((from_xyz @ to_xyz).ravel().tolist()), known, is_filtered_linear=filtered_linear)
 
 
 def rgb_to_xyz(primaries: tuple[tuple[float, float], ...], white: tuple[float, float]) -> NDArray[np.float64]:

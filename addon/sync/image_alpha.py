@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 # Files without a word about their alpha whose colours Cycles multiplies all the same.
 _FORMATS_TAKEN_FOR_STRAIGHT = {"dds", "psd"}
 _PREMULTIPLIED_TARGA = 4
+_ROWS_AT_A_TIME = 256
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,34 @@ def packed_needs_blender(alpha_mode: str, is_data: bool, pixels: NDArray, is_lin
     if _without_colours(alpha_mode, is_data) or pixels.shape[2] not in (2, 4):
         return False
     return alpha_mode == "PREMUL" if pixels.dtype == np.uint8 else not is_linear
+
+
+def decoded(pixels: NDArray, alpha: str) -> NDArray:
+    """Linear pixels of sRGB-encoded ones: halves, floats where those were. Alpha multiplies or ignores the colours.
+
+    Colours that stand multiplied are divided by alpha to be decoded, as Cycles' `scene/colorspace.cpp` does.
+    """
+    largest = np.iinfo(pixels.dtype).max if np.issubdtype(pixels.dtype, np.integer) else 1.0
+    linear = np.empty(pixels.shape, np.float32 if pixels.dtype == np.float32 else np.float16)
+    has_alpha = pixels.shape[2] in (2, 4)
+    colours = pixels.shape[2] - has_alpha
+    for row in range(0, len(pixels), _ROWS_AT_A_TIME):
+        values = pixels[row : row + _ROWS_AT_A_TIME].astype(np.float32) / np.float32(largest)
+        colour, weight = values[:, :, :colours], 1.0
+        if has_alpha and alpha == "STRAIGHT":
+            weight = values[:, :, colours:]
+        if has_alpha and alpha == "PREMULTIPLIED":
+            weight = np.where(values[:, :, colours:] > 0.0, values[:, :, colours:], 1.0)
+            colour = colour / weight
+        values[:, :, :colours] = weight * _srgb_to_linear(colour)
+        linear[row : row + _ROWS_AT_A_TIME] = np.clip(values, None, np.finfo(linear.dtype).max)
+    return linear
+
+
+def _srgb_to_linear(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """[IEC 61966-2-1]"""
+    above = np.maximum((values + 0.055) / 1.055, 0.0) ** 2.4
+    return np.where(values < 0.04045, np.maximum(values, 0.0) / 12.92, above)
 
 
 def _without_colours(alpha_mode: str, is_data: bool) -> str | None:

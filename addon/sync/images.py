@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Set
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +27,7 @@ from .image_alpha import (
     alpha_of_buffer,
     alpha_of_file,
     alpha_of_packed,
+    decoded,
     is_straight,
     packed_needs_blender,
 )
@@ -160,6 +161,16 @@ class _Content:
 
 
 def _content(
+    image: bpy.types.Image, source: ImageSource | None, file: FilePixels | None, colour: ImageColour
+) -> _Content | None:
+    content = _stored_content(image, source, file, colour)
+    if content is None or not content.colour.is_filtered_linear:
+        return content
+    alpha = "PREMULTIPLIED" if content.alpha == "STRAIGHT" else content.alpha
+    return _Content(decoded(content.pixels, content.alpha), replace(content.colour, transfer="LINEAR"), alpha)
+
+
+def _stored_content(
     image: bpy.types.Image, source: ImageSource | None, file: FilePixels | None, colour: ImageColour
 ) -> _Content | None:
     """The file's pixels, or those of Blender's buffer where there is no file or Cycles would see another picture."""

@@ -98,3 +98,17 @@ def test_packed_linear_floats_stay_as_stored(empty_scene, tmp_path):
     image.pack()
     assert added(image, "PREMUL")["alpha"] == "PREMULTIPLIED" and added(image, "STRAIGHT")["alpha"] == "STRAIGHT"
     assert added(image)["pixels"].dtype == np.float16
+
+
+@pytest.mark.parametrize(("suffix", "red"), [(".png", 0.3185 * 0.25), (".bmp", 1.929)])
+def test_an_encoded_space_that_is_not_srgb_is_decoded_without_alpha(empty_scene, tmp_path, suffix, red):
+    """A file with straight alpha gives decoded(0.6) * 0.25, another decoded(0.6 / 0.25) * 0.25 (alpha: 63 of 255)."""
+    image = written(tmp_path / f"a{suffix}", 4, np.uint8, is_straight=True)
+    image.colorspace_settings.name = "Display P3"
+    call = added(image)
+    assert (call["transfer"], call["alpha"]) == ("LINEAR", "PREMULTIPLIED")
+    assert call["to_working_space"] is not None and call["pixels"].dtype == np.float16
+    assert call["pixels"][0, 0, 0] == pytest.approx(red, rel=0.02)
+    assert added(image, "CHANNEL_PACKED")["pixels"][0, 0, 0] == pytest.approx(0.3185, rel=0.002)
+    image.colorspace_settings.name = "sRGB"
+    assert added(image)["pixels"].dtype == np.uint8
