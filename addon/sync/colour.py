@@ -70,6 +70,12 @@ def rgb_to_xyz(primaries: tuple[tuple[float, float], ...], white: tuple[float, f
     return columns * np.linalg.solve(columns, _white_xyz(white))
 
 
+def srgb_to_linear(values: NDArray) -> NDArray:
+    """[IEC 61966-2-1]"""
+    above = np.maximum((values + 0.055) / 1.055, 0.0) ** 2.4
+    return np.where(values < 0.04045, np.maximum(values, 0.0) / 12.92, above)
+
+
 def _adapted(to_xyz: NDArray[np.float64], white: tuple[float, float]) -> NDArray[np.float64]:
     """The same colours under D65 (Bradford)."""
     gain = (_BRADFORD @ _white_xyz(_D65)) / (_BRADFORD @ _white_xyz(white))

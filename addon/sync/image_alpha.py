@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .colour import srgb_to_linear
+
 # Files without a word about their alpha whose colours Cycles multiplies all the same.
 _FORMATS_TAKEN_FOR_STRAIGHT = {"dds", "psd"}
 _PREMULTIPLIED_TARGA = 4
@@ -80,15 +82,9 @@ def decoded(pixels: NDArray, alpha: str) -> NDArray:
         if has_alpha and alpha == "PREMULTIPLIED":
             weight = np.where(values[:, :, colours:] > 0.0, values[:, :, colours:], 1.0)
             colour = colour / weight
-        values[:, :, :colours] = weight * _srgb_to_linear(colour)
+        values[:, :, :colours] = weight * srgb_to_linear(colour)
         linear[row : row + _ROWS_AT_A_TIME] = np.clip(values, None, np.finfo(linear.dtype).max)
     return linear
-
-
-def _srgb_to_linear(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    """[IEC 61966-2-1]"""
-    above = np.maximum((values + 0.055) / 1.055, 0.0) ** 2.4
-    return np.where(values < 0.04045, np.maximum(values, 0.0) / 12.92, above)
 
 
 def _without_colours(alpha_mode: str, is_data: bool) -> str | None:

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .colour import srgb_to_linear
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
 
 # Attribute type -> (property of an element, components). Other types carry nothing a shader can read.
@@ -27,7 +28,7 @@ _READABLE_TYPES = {
     "BYTE_COLOR": ("color", 4),
     "QUATERNION": ("value", 4),
 }
-_READABLE_DOMAINS = ("POINT", "FACE", "CORNER")
+_READABLE_DOMAINS = ("POINT", "FACE", "CORNER", "EDGE")
 _LARGEST_POLYGON_OF_CORE = 4
 
 
@@ -154,4 +155,30 @@ def _attribute_values(mesh: bpy.types.Mesh, name: str) -> tuple[str, str, NDArra
     values = np.empty((len(attribute.data), components), np.float32)
     if len(values):
         attribute.data.foreach_get(member, values.ravel())
+    if attribute.domain == "EDGE":
+        return name, "POINT", _means_at_points(mesh, attribute, values)
     return name, attribute.domain, values
+
+
+def _means_at_points(
+    mesh: bpy.types.Mesh, attribute: bpy.types.Attribute, values: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Values of edges at points as Blender mixes them for Cycles: the mean over the edges there, 0 without any.
+
+    Integers are rounded, a point is true where one of its edges is, and byte colours are averaged as they are encoded.
+    """
+    kind = attribute.data_type
+    if kind == "BYTE_COLOR":
+        attribute.data.foreach_get("color_srgb", values.ravel())
+    ends = np.empty(2 * len(mesh.edges), np.int32)
+    mesh.edges.foreach_get("vertices", ends)
+    points = len(mesh.vertices)
+    sums = np.array([np.bincount(ends, np.repeat(column, 2), points) for column in values.T])
+    means = sums.T / np.maximum(np.bincount(ends, minlength=points), 1)[:, None]
+    if kind == "BOOLEAN":
+        means = means > 0.0
+    elif kind in ("INT", "INT8"):
+        means = np.copysign(np.floor(np.abs(means) + 0.5), means)
+    elif kind == "BYTE_COLOR":
+        means[:, :3] = srgb_to_linear(means[:, :3])
+    return np.ascontiguousarray(means, np.float32)

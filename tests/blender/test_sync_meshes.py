@@ -103,13 +103,38 @@ def test_other_attributes_come_when_wanted(empty_scene) -> None:
     kinds = {"FLOAT": 1, "INT": 1, "FLOAT_VECTOR": 3, "FLOAT_COLOR": 4, "BYTE_COLOR": 4, "FLOAT2": 2}
     for kind in kinds:
         mesh.attributes.new(kind, kind, "POINT")
-    mesh.attributes.new("Edges", "FLOAT", "EDGE")
+    mesh.attributes.new("Text", "STRING", "POINT")
     mesh.attributes["INT"].data.foreach_set("value", (4, 5, 6, 7))
     assert arrays_of(mesh).attributes == []
-    arrays = arrays_of(mesh, frozenset(kinds) | {"Edges", "Absent"})
+    arrays = arrays_of(mesh, frozenset(kinds) | {"Text", "Absent"})
     assert {name: values.shape[1] for name, _, values in arrays.attributes} == kinds
     assert {domain for _, domain, _ in arrays.attributes} == {"POINT"}
     assert next(v for n, _, v in arrays.attributes if n == "INT").ravel().tolist() == [4, 5, 6, 7]
+
+
+def test_values_of_edges_are_averaged_at_points(empty_scene) -> None:
+    mesh = mesh_of([*SQUARE, (5, 5, 5)], [(0, 1, 2, 3)])
+    edge_values = {(0, 1): 1.0, (1, 2): 2.0, (2, 3): 4.0, (0, 3): 8.0}
+    values = [edge_values[tuple(sorted(edge.vertices))] for edge in mesh.edges]
+    mesh.attributes.new("Crease", "FLOAT", "EDGE").data.foreach_set("value", values)
+    mesh.attributes.new("Bevel", "FLOAT_VECTOR", "EDGE").data.foreach_set("vector", np.repeat(values, 3))
+    arrays = arrays_of(mesh, {"Crease", "Bevel"})
+    assert [(name, domain) for name, domain, _ in arrays.attributes] == [("Crease", "POINT"), ("Bevel", "POINT")]
+    for _, _, means in arrays.attributes:
+        assert (means.T == [4.5, 1.5, 3.0, 6.0, 0.0]).all()
+
+
+def test_edges_mix_by_type(empty_scene) -> None:
+    mesh = mesh_of(SQUARE, [(0, 1, 2, 3)])
+    is_first = [tuple(sorted(edge.vertices)) == (0, 1) for edge in mesh.edges]
+    mesh.attributes.new("Flag", "BOOLEAN", "EDGE").data.foreach_set("value", is_first)
+    mesh.attributes.new("Count", "INT", "EDGE").data.foreach_set("value", [-3 if first else 0 for first in is_first])
+    colours = [(1.0, 1.0, 1.0, 1.0) if first else (0.0, 0.0, 0.0, 0.0) for first in is_first]
+    mesh.attributes.new("Paint", "BYTE_COLOR", "EDGE").data.foreach_set("color_srgb", np.ravel(colours))
+    values = {name: values for name, _, values in arrays_of(mesh, {"Flag", "Count", "Paint"}).attributes}
+    assert values["Flag"].ravel().tolist() == [1, 1, 0, 0]
+    assert values["Count"].ravel().tolist() == [-2, -2, 0, 0]
+    assert values["Paint"][0] == pytest.approx((0.214, 0.214, 0.214, 0.5), abs=1e-3)
 
 
 def test_byte_colours_are_linear(empty_scene) -> None:
