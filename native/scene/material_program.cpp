@@ -37,8 +37,9 @@ constexpr int kMaxProjectionBits = (1 << 17) - 1;
 ParameterRules parameter_rules(Op op) {
   switch (op) {
     case Op::ATTRIBUTE:
-    case Op::ATTRIBUTE_ALPHA:
       return {kName, kShift};
+    case Op::ATTRIBUTE_ALPHA:
+      return {kName, kFlag, kShift};
     case Op::GENERATED:
     case Op::OBJECT_COORDINATE:
     case Op::NORMAL_COORDINATE:

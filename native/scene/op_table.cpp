@@ -12,7 +12,7 @@ namespace {
 constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // Coordinates: [shift] last everywhere.
     {"ATTRIBUTE", "", 'v', 2, false},              // [name index, shift]: UV maps give (u, v, 0), colours rgb
-    {"ATTRIBUTE_ALPHA", "", 'f', 2, false},        // [name index, shift]
+    {"ATTRIBUTE_ALPHA", "", 'f', 3, false},        // [name index, alpha of a mesh without it (0 or 1), shift]
     {"GENERATED", "", 'v', 1, false},              // [shift]: mesh bounds mapped to [0,1]; world: the direction
     {"OBJECT_COORDINATE", "", 'v', 1, false},      // [shift]: object space position
     {"NORMAL_COORDINATE", "", 'v', 1, false},      // [shift]: object space shading normal

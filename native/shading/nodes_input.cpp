@@ -8,11 +8,11 @@ namespace {
 constexpr Vec3 kForwardZ{1.0f, 1.0f, -1.0f};  // cameras look along -z, Blender's coordinates along +z
 
 /// Of a lamp there is the UV map without a name.
-AttributeValue attribute_node(const NodeContext& c, int name_index, BumpShift shift) {
+AttributeValue attribute_node(const NodeContext& c, int name_index, AttributeValue missing, BumpShift shift) {
   const bool is_unnamed = c.program.attribute_names[static_cast<size_t>(name_index)].empty();
   if (c.lamp != nullptr && is_unnamed) return {{c.point.barycentric.x, c.point.barycentric.y, 0.0f}, 1.0f};
   const int index = resolve_attribute(c, name_index);
-  if (index < 0) return {};
+  if (index < 0) return missing;
   return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), index);
 }
 
@@ -94,9 +94,11 @@ Vec3 input_node(const Instruction& instruction, const NodeContext& c) {
   const int32_t* parameters = instruction.parameters;
   switch (instruction.op) {
     case Op::ATTRIBUTE:
-      return attribute_node(c, parameters[0], unpack_bump_shift(parameters[1])).value;
+      return attribute_node(c, parameters[0], {}, unpack_bump_shift(parameters[1])).value;
     case Op::ATTRIBUTE_ALPHA:
-      return as_register(attribute_node(c, parameters[0], unpack_bump_shift(parameters[1])).alpha);
+      return as_register(
+          attribute_node(c, parameters[0], {{}, static_cast<float>(parameters[1])}, unpack_bump_shift(parameters[2]))
+              .alpha);
     case Op::GENERATED:
       return generated_node(c, unpack_bump_shift(parameters[0]));
     case Op::OBJECT_COORDINATE:

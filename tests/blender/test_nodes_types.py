@@ -7,7 +7,7 @@ import contextlib
 import bpy
 import numpy as np
 import pytest
-from node_trees import Context, Tree
+from node_trees import Context, Tree, shown_value
 
 from addon.sync.nodes.compiler import CLOSURE_NODES, VALUE_NODES
 
@@ -58,6 +58,15 @@ def test_value_node_compiles_in_every_mode(empty_scene, idname):
             assert [closure.op for closure in program.closures] in (["CLOSURE_EMISSION"], [])
             replaced = any("replaced by their defaults" in warning for warning in context.warnings)
             assert replaced == ((idname, output.identifier) in PARTLY_SUPPORTED), (member, value, context.warnings)
+
+
+def test_alpha_where_a_mesh_lacks_the_attribute(empty_scene):
+    """As in Cycles: 0 of a Color Attribute node, 1 of an Attribute node, with a name and without."""
+    coloured = shown_value(lambda tree: (tree.node("ShaderNodeVertexColor", layer_name="Paint"), "Alpha"))
+    assert (coloured.op, coloured.parameters) == ("ATTRIBUTE_ALPHA", [0, 0, 0])
+    named = shown_value(lambda tree: (tree.node("ShaderNodeAttribute", attribute_name="Paint"), "Alpha"))
+    assert (named.op, named.parameters) == ("ATTRIBUTE_ALPHA", [0, 1, 0])
+    assert shown_value(lambda tree: (tree.node("ShaderNodeAttribute"), "Alpha"))[0] == 1.0
 
 
 @pytest.mark.parametrize("idname", sorted(filter(exists, CLOSURE_NODES)))

@@ -101,10 +101,12 @@ def attribute(node: NodeView, output: str) -> Value:
     name = node.node.attribute_name
     if node.node.attribute_type != "GEOMETRY":
         node.warn(f"attribute '{name}' of type {node.node.attribute_type} is not supported: it reads 0")
-        name = ""
-    if not name or not node.compiler.is_surface:
         return constant(0.0)
-    return _attribute(node, name, output)
+    if not node.compiler.is_surface:
+        return constant(0.0)
+    if not name:
+        return constant(1.0 if output == "Alpha" else 0.0)
+    return _attribute(node, name, output, missing_alpha=1)
 
 
 @value_node("ShaderNodeVertexColor")
@@ -112,13 +114,14 @@ def color_attribute(node: NodeView, output: str) -> Value:
     name = node.node.layer_name
     if not name:
         node.warn(f"a Color Attribute node without a name reads '{DEFAULT_COLOR_ATTRIBUTE}'")
-    return _attribute(node, name or DEFAULT_COLOR_ATTRIBUTE, output)
+    return _attribute(node, name or DEFAULT_COLOR_ATTRIBUTE, output, missing_alpha=0)
 
 
-def _attribute(node: NodeView, name: str, output: str) -> Value:
+def _attribute(node: NodeView, name: str, output: str, missing_alpha: int) -> Value:
+    """`missing_alpha` is that of a mesh without the attribute; its colour is black."""
     index = node.compiler.code.program.attribute(name)
     if output == "Alpha":
-        return node.at_shift("ATTRIBUTE_ALPHA", (index,))
+        return node.at_shift("ATTRIBUTE_ALPHA", (index, missing_alpha))
     value = node.at_shift("ATTRIBUTE", (index,))
     return node.emit("AVERAGE", (value,)) if output == "Fac" else value
 

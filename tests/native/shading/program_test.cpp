@@ -53,6 +53,17 @@ TEST(Program, CoordinatesAtAKnownPoint) {  // the point is (0.5, 0.5, 0) of a tr
   expect_near(at(Op::CAMERA_COORDINATE, {0}), {0.5f, 0.5f, 0.0f});
 }
 
+TEST(Program, AlphaOfAMissingAttributeIsTheParameter) {
+  ProgramBuilder b;
+  b.program.attribute_names = {"Tint", "Nothing"};
+  const auto alpha = [&](int name, int missing) {
+    return value_of(b, b.add(Op::BROADCAST, {b.add(Op::ATTRIBUTE_ALPHA, {}, {name, missing, 0})})).x;
+  };
+  EXPECT_EQ(alpha(0, 0), 0.5f);
+  EXPECT_EQ(alpha(1, 0), 0.0f);
+  EXPECT_EQ(alpha(1, 1), 1.0f);
+}
+
 TEST(Program, WindowCoordinatesCoverTheFrame) {
   ProgramBuilder b;
   b.add(Op::CLOSURE_EMISSION, {b.constant(1), b.add(Op::WINDOW_COORDINATE, {}, {0}), b.constant(1)});
