@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from . import SyncReport
 from .changes import EVERYTHING, Changes, original_uid
+from .instance_values import item_values, may_follow_moves, object_values
 from .lamp_table import KeptLamps, LampTable, edited_lamps
 from .lights import is_portal
-from .materials import MaterialTable
+from .materials import MaterialTable, TreeUses
 from .mesh_table import KeptMeshes, MeshTable, PlacedMesh
 from .meshes import has_own_texture_space
 from .placements import Lamp, Placements, PrototypeKey, Surface, instance_arrays, is_flattened, name_random
@@ -44,7 +45,9 @@ class KeptInstances:
     placements: Placements = field(default_factory=Placements)
     random_ids: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
     arrays: dict[str, NDArray] = field(default_factory=dict)
-    """As last given to the builder."""
+    """As last given to the builder, and with them the names and rows of values."""
+    value_names: tuple[str, ...] = ()
+    value_rows: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0, 4), np.float32))
 
 
 class InstanceSync:
@@ -57,7 +60,7 @@ class InstanceSync:
         depsgraph: bpy.types.Depsgraph,
         builder: SceneBuilder,
         materials: MaterialTable,
-        wanted_attributes: frozenset[str],
+        wanted: TreeUses,
         report: SyncReport,
         kept: KeptInstances | None = None,
         changes: Changes = EVERYTHING,
@@ -70,9 +73,14 @@ class InstanceSync:
         self._kept = kept if kept is not None else KeptInstances()
         self._changes = changes
         self._space = space
+        self._value_names = tuple(sorted(wanted.instance_values))
+        # Whether the values of objects that were not edited may be those of the last sync.
+        self._knows_values = self._value_names == self._kept.placements.value_names
+        self._knows_values &= not (changes.moved and may_follow_moves(self._value_names))
+        self._knows_materials = not materials.has_new_layer_values
         self._prototypes: dict[PrototypeKey, Surface | Lamp | None] = {}
         self._lights: dict[PrototypeKey, bpy.types.Light] = {}
-        self.meshes = MeshTable(builder, wanted_attributes, report, self._kept.meshes)
+        self.meshes = MeshTable(builder, wanted.attributes, report, self._kept.meshes)
         self.lamps = LampTable(builder, materials, report, self._kept.lamps, changes)
 
     def run(self) -> None:
@@ -81,15 +89,15 @@ class InstanceSync:
         matrices, random_ids = read_places(self._depsgraph)
         edited = self._place_edited_lamps(matrices, random_ids)
         placements = edited if edited is not None else self._place()
-        self._place_surfaces(instance_arrays(placements, matrices, random_ids))
+        self._place_surfaces(placements, instance_arrays(placements, matrices, random_ids))
         self.lamps.place(placements, matrices, self._lights)
         kept.placements, kept.random_ids = placements, random_ids
         if edited is None:
             kept.prototypes = self._prototypes
             self.meshes.finish()
 
-    def _place_surfaces(self, arrays: dict[str, NDArray]) -> None:
-        if not replace_instances(self._builder, self._kept, arrays):
+    def _place_surfaces(self, placements: Placements, arrays: dict[str, NDArray]) -> None:
+        if not replace_instances(self._builder, self._kept, placements, arrays):
             return
         if self._builder.singular_instances:
             self._warn_of_flattened(arrays)
@@ -98,6 +106,8 @@ class InstanceSync:
         prototypes: list[Surface | Lamp] = []
         slots: dict = {}
         slot_of: list[int] = []
+        instancers: dict = {None: -1}
+        instancer_of: list[int] = []
         read = attrgetter("show_self", "object", "object.data", "instance_object", "parent")
         for show, obj, data, instanced, parent in map(read, self._depsgraph.object_instances):
             # Instances share one temporary object, which therefore cannot be part of the key.
@@ -110,13 +120,21 @@ class InstanceSync:
                 if prototype is not None:
                     prototypes.append(prototype)
             slot_of.append(slot)
-        return Placements(prototypes, np.array(slot_of, np.int32))
+            if self._value_names:
+                instancer_of.append(instancers.setdefault(parent, len(instancers) - 1))
+        return Placements(
+            prototypes, np.array(slot_of, np.int32), self._value_names, self._item_values(instancers, instancer_of)
+        )
+
+    def _item_values(self, instancers: dict, instancer_of: list[int]) -> NDArray[np.float32] | None:
+        known = list(instancers)[1:]  # without None
+        return item_values(self._depsgraph, self._value_names, known, np.array(instancer_of, np.int32))
 
     def _place_edited_lamps(self, matrices: NDArray[np.float32], random_ids: NDArray[np.int32]) -> Placements | None:
         """The placements of the last sync with the lamps that were edited since; None if that is not all there is."""
         kept = self._kept
         is_same_list = np.array_equal(random_ids, kept.random_ids)
-        if not is_same_list or not self.meshes.knows_attributes:
+        if not is_same_list or not (self.meshes.knows_attributes and self._knows_values and self._knows_materials):
             return None
         edited = edited_lamps(self._depsgraph, kept.lamps, self._changes, matrices)
         if edited is None or any(is_portal(obj.data) for obj in edited.values()):
@@ -125,7 +143,7 @@ class InstanceSync:
         self._lights = {key: obj.data for key, obj in edited.items()}
         kept.prototypes |= lamps
         prototypes = [lamps.get(prototype.key, prototype) for prototype in kept.placements.prototypes]
-        return Placements(prototypes, kept.placements.prototype_of)
+        return replace(kept.placements, prototypes=prototypes)
 
     def _is_in_viewport(self, obj: bpy.types.Object) -> bool:
         return self._space is None or obj.original.visible_in_viewport_get(self._space)
@@ -144,7 +162,8 @@ class InstanceSync:
         return known
 
     def _is_untouched(self, key: PrototypeKey) -> bool:
-        return not (self._changes.has_unlisted or self._changes.lists_any(key))
+        is_known = self._knows_values and self._knows_materials
+        return is_known and not (self._changes.has_unlisted or self._changes.lists_any(key))
 
     def _mesh(self, obj: bpy.types.Object) -> PlacedMesh | None:
         return self.meshes.placed(obj, original_uid(obj))
@@ -176,7 +195,8 @@ class InstanceSync:
         random = name_random(obj.name) if instancer is None else math.nan
         name = self._name_handle(obj.name)
         material_set = self._materials.set_handle(obj)
-        return Surface(mesh.handle, material_set, name, visibility, holdout, random, mesh.flat_axis, key)
+        values = object_values(self._value_names, obj, instancer)
+        return Surface(mesh.handle, material_set, name, visibility, holdout, random, mesh.flat_axis, key, values)
 
     def _warn_of_what_is_ignored(self, obj: bpy.types.Object) -> None:
         linking = obj.light_linking
@@ -217,11 +237,17 @@ def read_places(depsgraph: bpy.types.Depsgraph) -> tuple[NDArray[np.float32], ND
     return matrices, random_ids
 
 
-def replace_instances(builder: SceneBuilder, kept: KeptInstances, arrays: dict[str, NDArray]) -> bool:
+def replace_instances(
+    builder: SceneBuilder, kept: KeptInstances, placements: Placements, arrays: dict[str, NDArray]
+) -> bool:
     """Give the builder these instances in place of those it has; False where they are the same."""
-    if kept.arrays and all(
-        np.array_equal(values, kept.arrays[name], equal_nan=True) for name, values in arrays.items()
-    ):
+    names, rows = placements.value_names, placements.value_rows()
+    has_same_values = names == kept.value_names and np.array_equal(rows, kept.value_rows)
+    if not has_same_values:
+        builder.set_instance_values(names, rows)
+        kept.value_names, kept.value_rows = names, rows
+    is_same = all(np.array_equal(values, kept.arrays.get(name), equal_nan=True) for name, values in arrays.items())
+    if is_same and has_same_values:
         return False
     if kept.arrays:
         builder.clear_instances()
@@ -236,9 +262,10 @@ def follow_moves(depsgraph: bpy.types.Depsgraph, builder: SceneBuilder, kept: Ke
     if kept.lamps.are_any(moved):
         return False
     matrices, random_ids = read_places(depsgraph)
-    if not np.array_equal(random_ids, kept.random_ids) or kept.lamps.have_moved(matrices):
+    may_change = may_follow_moves(kept.placements.value_names)
+    if may_change or not np.array_equal(random_ids, kept.random_ids) or kept.lamps.have_moved(matrices):
         return False
-    replace_instances(builder, kept, instance_arrays(kept.placements, matrices, random_ids))
+    replace_instances(builder, kept, kept.placements, instance_arrays(kept.placements, matrices, random_ids))
     return True
 
 

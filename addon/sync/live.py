@@ -13,7 +13,7 @@ from . import SyncReport
 from .changes import EVERYTHING, Changes, original_uid
 from .images import ImageCache
 from .instances import InstanceSync, KeptInstances, follow_moves
-from .materials import KeptMaterials, MaterialContext, MaterialTable, tree_uses
+from .materials import KeptMaterials, MaterialContext, MaterialTable, TreeUses, tree_uses
 from .scene import timed
 from .world import environment_arguments
 
@@ -46,7 +46,7 @@ class KeptScene:
     layer: str
     materials: KeptMaterials = field(default_factory=KeptMaterials)
     instances: KeptInstances = field(default_factory=KeptInstances)
-    attributes: frozenset[str] = frozenset()
+    uses: TreeUses = field(default_factory=TreeUses)
     environment: dict[str, Any] = field(default_factory=dict)
 
 
@@ -102,7 +102,7 @@ class LiveSync:
         else:
             self._images.begin_again(changes.has_images)
         with timed(report, "trees"):
-            kept.attributes = self._wanted_attributes(depsgraph, changes, kept.attributes)
+            kept.uses = self._tree_uses(depsgraph, changes, kept.uses)
         context = MaterialContext(self._core, kept.builder, depsgraph, self._images, report)
         override = depsgraph.view_layer_eval.material_override
         materials = MaterialTable(context, override, kept.materials, changes)
@@ -112,7 +112,7 @@ class LiveSync:
                 kept.builder.set_environment(**environment)
         with timed(report, "instances"):
             instances = InstanceSync(
-                depsgraph, kept.builder, materials, kept.attributes, report, kept.instances, changes, space
+                depsgraph, kept.builder, materials, kept.uses, report, kept.instances, changes, space
             )
             instances.run()
         self._images.free_unused(kept.builder, materials.finish())
@@ -121,12 +121,12 @@ class LiveSync:
         kept.environment = environment
         report.seconds["meshes"] = instances.meshes.seconds
 
-    def _wanted_attributes(
-        self, depsgraph: bpy.types.Depsgraph, changes: Changes, before: frozenset[str]
-    ) -> frozenset[str]:
-        """Mesh attributes that node trees name; starts decoding the images that they name."""
+    def _tree_uses(self, depsgraph: bpy.types.Depsgraph, changes: Changes, before: TreeUses) -> TreeUses:
+        """What node trees name, save images, which start being decoded."""
         is_partial = not (changes.has_unlisted or changes.has_images)
         uses = tree_uses(depsgraph, only_updated=is_partial)
         for image, image_user in uses.images:
             self._images.prefetch(image, image_user)
-        return before | uses.attributes if is_partial else uses.attributes
+        if not is_partial:
+            return TreeUses(uses.attributes, uses.instance_values)
+        return TreeUses(before.attributes | uses.attributes, before.instance_values | uses.instance_values)

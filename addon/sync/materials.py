@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from . import SyncReport
 from .changes import EVERYTHING, Changes, original_uid
 from .images import ImageCache
+from .instance_values import Rgba, layer_value
 from .nodes import compile_light, compile_material, compile_world
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
+from .nodes.value_names import value_names
 
 if TYPE_CHECKING:
     from cistern_core import MaterialProgram, SceneBuilder
@@ -35,6 +37,7 @@ class MaterialContext:
     report: SyncReport
     used_images: set[int] = field(default_factory=set)
     """Handles of the images that were asked for."""
+    used_layer_values: dict[str, Rgba] = field(default_factory=dict)
 
     def image_handle(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> int:
         """Handle of an image in the builder; -1 for one that cannot be read, which the core draws magenta."""
@@ -48,6 +51,11 @@ class MaterialContext:
         self.used_images.add(handle)
         return handle
 
+    def layer_value(self, name: str) -> Rgba:
+        """An attribute of the view layer, the scene or the world."""
+        self.used_layer_values[name] = layer_value(self.depsgraph, name)
+        return self.used_layer_values[name]
+
     def warn(self, text: str) -> None:
         self.report.warn(text)
 
@@ -58,6 +66,8 @@ class CompiledMaterial:
 
     handle: int | None
     images: frozenset[int]
+    layer_values: dict[str, Rgba] = field(default_factory=dict)
+    """Attributes of the view layer that it was made with."""
 
 
 @dataclass
@@ -86,6 +96,8 @@ class MaterialTable:
         self._checked: set[int] = set()
         self._in_use: set[int] = set()
         self.compiled = 0
+        self.has_new_layer_values = any(map(self._has_new_layer_values, self._kept.compiled.values()))
+        """Whether programs may be out of date although nothing that asks for them was touched."""
 
     def set_handle(self, evaluated_object: bpy.types.Object) -> int:
         """Material set of an object's slots, whether they are linked to the object or to its data."""
@@ -130,12 +142,17 @@ class MaterialTable:
 
     def _is_touched(self, uid: int, before: CompiledMaterial) -> bool:
         changes = self._changes
-        return changes.is_everything or uid in changes.shading or (changes.has_images and bool(before.images))
+        is_listed = uid in changes.shading or (changes.has_images and bool(before.images))
+        return changes.is_everything or is_listed or self._has_new_layer_values(before)
+
+    def _has_new_layer_values(self, before: CompiledMaterial) -> bool:
+        return any(layer_value(self._context.depsgraph, name) != value for name, value in before.layer_values.items())
 
     def _compile(
         self, data_block: bpy.types.ID | None, compile_tree: CompileTree, before: CompiledMaterial | None
     ) -> CompiledMaterial:
         self._context.used_images.clear()
+        self._context.used_layer_values.clear()
         program = compile_tree(data_block, self._context)
         handle = None if before is None else before.handle
         self.compiled += program is not None or handle is not None
@@ -146,32 +163,36 @@ class MaterialTable:
         elif handle is not None:
             self._kept.free_handles.append(handle)
             handle = None
-        return CompiledMaterial(handle, frozenset(self._context.used_images))
+        return CompiledMaterial(handle, frozenset(self._context.used_images), dict(self._context.used_layer_values))
 
 
 @dataclass(frozen=True)
 class TreeUses:
     """What the node trees of a scene read from elsewhere."""
 
-    attributes: frozenset[str]
-    images: list[tuple[bpy.types.Image, bpy.types.ImageUser]]
+    attributes: frozenset[str] = frozenset()
+    instance_values: frozenset[str] = frozenset()
+    images: tuple[tuple[bpy.types.Image, bpy.types.ImageUser], ...] = ()
 
 
 def tree_uses(depsgraph: bpy.types.Depsgraph, only_updated: bool = False) -> TreeUses:
-    """Mesh attributes and images that any material, world or lamp of the dependency graph names, or any of those that
-    the last evaluation touched."""
+    """Mesh attributes, values of instances and images that any material, world or lamp of the scene names, or
+    any of those that the last evaluation touched."""
     data_blocks = (update.id for update in depsgraph.updates) if only_updated else depsgraph.ids
     owners = (i for i in data_blocks if isinstance(i, bpy.types.Material | bpy.types.World | bpy.types.Light))
     attributes: set[str] = set()
+    instance_values: set[str] = set()
     images: dict[int, tuple[bpy.types.Image, bpy.types.ImageUser]] = {}
     for node in _nodes(owner.node_tree for owner in owners if owner.node_tree is not None):
-        attributes.add(getattr(node, "attribute_name", ""))
+        instance_values |= value_names(node)
+        if getattr(node, "attribute_type", "GEOMETRY") == "GEOMETRY":
+            attributes.add(getattr(node, "attribute_name", ""))
         if node.bl_idname == "ShaderNodeVertexColor":
             attributes.add(node.layer_name or DEFAULT_COLOR_ATTRIBUTE)
         image = getattr(node, "image", None)
         if image is not None and hasattr(node, "image_user"):
             images.setdefault(image.as_pointer(), (image, node.image_user))
-    return TreeUses(frozenset(attributes - {""}), list(images.values()))
+    return TreeUses(frozenset(attributes - {""}), frozenset(instance_values), tuple(images.values()))
 
 
 def _nodes(trees: Iterable[bpy.types.NodeTree]) -> Iterator[bpy.types.Node]:

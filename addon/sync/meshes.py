@@ -151,13 +151,29 @@ def _attribute_values(mesh: bpy.types.Mesh, name: str) -> tuple[str, str, NDArra
     attribute = mesh.attributes.get(name)
     if attribute is None or attribute.domain not in _READABLE_DOMAINS or attribute.data_type not in _READABLE_TYPES:
         return None
+    values = _read_values(attribute)
+    if attribute.domain == "EDGE":
+        return name, "POINT", _means_at_points(mesh, attribute, values)
+    return name, attribute.domain, values
+
+
+def attribute_rgba(attribute: bpy.types.Attribute | None) -> NDArray[np.float32] | None:
+    """As Blender turns values into colours: (n, 4), one number being grey, missing ones 0, alpha 1."""
+    if attribute is None or attribute.data_type not in _READABLE_TYPES:
+        return None
+    values = _read_values(attribute)
+    rgba = np.zeros((len(values), 4), np.float32)
+    rgba[:, 3] = 1.0
+    rgba[:, : 3 if values.shape[1] == 1 else values.shape[1]] = values
+    return rgba
+
+
+def _read_values(attribute: bpy.types.Attribute) -> NDArray[np.float32]:
     member, components = _READABLE_TYPES[attribute.data_type]
     values = np.empty((len(attribute.data), components), np.float32)
     if len(values):
         attribute.data.foreach_get(member, values.ravel())
-    if attribute.domain == "EDGE":
-        return name, "POINT", _means_at_points(mesh, attribute, values)
-    return name, attribute.domain, values
+    return values
 
 
 def _means_at_points(

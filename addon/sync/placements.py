@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from .instance_values import NOTHING, Rgba
+
 _LARGEST_BELOW_ONE = np.nextafter(np.float32(1.0), np.float32(0.0))
 _UINT32_MASK = 0xFFFFFFFF
 _UINT64_MASK = 0xFFFFFFFFFFFFFFFF
@@ -32,6 +34,8 @@ class Surface:
     flat_axis: int = -1
     """Local axis along which every coordinate of the mesh is 0; -1 for a solid."""
     key: PrototypeKey = (0, 0, 0)
+    values: tuple[Rgba, ...] = ()
+    """What materials read of it, by the names of the placements."""
 
     @property
     def identity(self) -> int:
@@ -58,6 +62,26 @@ class Placements:
 
     prototypes: list[Surface | Lamp] = field(default_factory=list)
     prototype_of: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
+    value_names: tuple[str, ...] = ()
+    item_values: NDArray[np.float32] | None = None
+    """What items have in place of their prototypes' values, (items, names, 4), where it is a number."""
+
+    def value_rows(self) -> NDArray[np.float32]:
+        """(n, names, 4): one row for each prototype, or one for each item where items differ."""
+        if not self.value_names:
+            return np.empty((0, 0, 4), np.float32)
+        nothing = (NOTHING,) * len(self.value_names)
+        rows = np.array([getattr(p, "values", nothing) for p in self.prototypes], np.float32)
+        rows = rows.reshape(-1, len(self.value_names), 4)
+        if self.item_values is None:
+            return rows
+        of_items = rows[self.prototype_of] if len(rows) else np.zeros_like(self.item_values)
+        return np.where(np.isnan(self.item_values), of_items, self.item_values)
+
+    def value_row_of(self, items: NDArray[np.intp]) -> NDArray[np.int32]:
+        if not self.value_names:
+            return np.full(len(items), -1, np.int32)
+        return self.prototype_of[items] if self.item_values is None else items.astype(np.int32)
 
     def items_showing(self, kind: type) -> NDArray[np.intp]:
         """Items that show a surface, or a lamp, in order."""
@@ -87,6 +111,7 @@ def instance_arrays(
         "visibility": column("visibility", np.uint8),
         "holdout": column("holdout", np.uint8),
         "random": np.where(np.isnan(random), random_fraction(random_ids[items]), random),
+        "values": placements.value_row_of(items),
         "keys": instance_keys(column("identity", np.uint64), random_ids[items]),
     }
 

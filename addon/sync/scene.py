@@ -90,7 +90,7 @@ def _sync(
     with timed(report, "world"):
         builder.set_environment(**environment_arguments(depsgraph, materials))
     with timed(report, "instances"):
-        instances = InstanceSync(depsgraph, builder, materials, uses.attributes, report)
+        instances = InstanceSync(depsgraph, builder, materials, uses, report)
         instances.run()
     report.seconds["meshes"] = instances.meshes.seconds
     if scene.render.use_motion_blur:

@@ -130,7 +130,7 @@ int add_image(SceneBuilder& builder, const std::string& name, const py::array& p
 int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array<int32_t>& material_set,
                   const Array<int32_t>& object, const Array<float>& object_to_world, const Array<uint8_t>& visibility,
                   const OptionalArray<uint8_t>& holdout, const OptionalArray<float>& random,
-                  const OptionalArray<uint64_t>& keys) {
+                  const OptionalArray<uint64_t>& keys, const OptionalArray<int32_t>& values) {
   const std::string owner = "instances";
   const auto count = static_cast<py::ssize_t>(checked_rows(mesh, 1, owner, "mesh"));
   const auto require_count = [&](const py::array& array, const char* what) {
@@ -143,6 +143,7 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
   if (holdout) require_count(*holdout, "holdout");
   if (random) require_count(*random, "random");
   if (keys) require_count(*keys, "keys");
+  if (values) require_count(*values, "values");
   if (object_to_world.ndim() != 3 || object_to_world.shape(0) != count || object_to_world.shape(1) < 3 ||
       object_to_world.shape(1) > 4 || object_to_world.shape(2) != 4)
     throw Error(owner, "object_to_world must have shape (n, 4, 4) or (n, 3, 4)");
@@ -157,11 +158,18 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
     instance.is_holdout = holdout && holdout->at(i) != 0;
     instance.random = random ? random->at(i) : 0.0f;
     instance.key = keys ? keys->at(i) : 0;
+    instance.values = values ? values->at(i) : -1;
     instance.object_to_world = transform_from_rows(object_to_world.data() + i * stride);
     const int handle = builder.add_instance(instance);
     if (i == 0) first = handle;
   }
   return first;
+}
+
+void set_instance_values(SceneBuilder& builder, const std::vector<std::string>& names, const Array<float>& rows) {
+  if (rows.ndim() != 3 || rows.shape(1) != static_cast<py::ssize_t>(names.size()) || rows.shape(2) != 4)
+    throw Error("instances", "values must have shape (n, " + std::to_string(names.size()) + ", 4)");
+  builder.set_instance_values(names, std::vector<float>(rows.data(), rows.data() + rows.size()));
 }
 
 /// Keyword arguments that every kind of light takes.
@@ -285,7 +293,8 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
       .def("add_instances", &add_instances, py::arg("mesh").noconvert(), py::arg("material_set").noconvert(),
            py::arg("object").noconvert(), py::arg("object_to_world").noconvert(), py::arg("visibility").noconvert(),
            py::arg("holdout").noconvert() = none, py::arg("random").noconvert() = none,
-           py::arg("keys").noconvert() = none)
+           py::arg("keys").noconvert() = none, py::arg("values").noconvert() = none)
+      .def("set_instance_values", &set_instance_values, py::arg("names"), py::arg("rows").noconvert())
       .def("take_mesh", &take_mesh, py::arg("scene"), py::arg("handle"))
       .def("remove_mesh", &SceneBuilder::remove_mesh, py::arg("handle"))
       .def("remove_instance", &SceneBuilder::remove_instance, py::arg("handle"))

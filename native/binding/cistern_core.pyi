@@ -47,7 +47,7 @@ class MaterialProgram:
     def closure(self, op: str, inputs: Sequence[int], parameters: Sequence[int] = ()) -> None:
         """Append a closure; its first input is the weight (float)."""
     def attribute(self, name: str) -> int:
-        """Index of a mesh attribute name, for ATTRIBUTE's parameter 0 and NORMAL_MAP ("" = the first UV map)."""
+        """Index of a mesh attribute name, for ATTRIBUTE's parameter 0, INSTANCE_VALUE and NORMAL_MAP ("" = the first UV map)."""
     def table(self, values: NDArray[np.float32], alpha: NDArray[np.float32] | None = None) -> int:
         """Index of a (257, 3) lookup table over [0, 1], with alpha (257,) for ramps."""
     def image(self, handle: int) -> int:
@@ -104,8 +104,11 @@ class SceneBuilder:
         holdout: NDArray[np.uint8] | None = None,
         random: NDArray[np.float32] | None = None,
         keys: NDArray[np.uint64] | None = None,
+        values: NDArray[np.int32] | None = None,  # (n,) rows of set_instance_values; -1: its materials read 0
     ) -> int:
         """Handle of the first; the others follow. Flat (singular) instances are left out and counted."""
+    def set_instance_values(self, names: Sequence[str], rows: NDArray[np.float32]) -> None:
+        """What INSTANCE_VALUE reads of all instances: (n, names, 4), finite."""
     @property
     def singular_instances(self) -> int: ...
     def add_point_light(

@@ -24,6 +24,7 @@ struct Instance {
   uint8_t visibility = kVisibleToAll;
   bool is_holdout = false;
   float random = 0.0f;        // Object Info > Random, in [0, 1)
+  int values = -1;            // row of Scene::instance_values; -1: reads 0
   Transform object_to_world;  // finite and invertible; may mirror
   uint64_t key = 0;           // the same in all snapshots that show this thing; 0: known by its handle
   friend bool operator==(const Instance&, const Instance&) = default;

@@ -49,6 +49,8 @@ ParameterRules parameter_rules(Op op) {
     case Op::POSITION:
       return {kShift};
     case Op::TANGENT:
+    case Op::INSTANCE_VALUE:
+    case Op::INSTANCE_VALUE_ALPHA:
       return {kName};
     case Op::LIGHT_PATH:
       return {up_to(12)};
@@ -408,6 +410,8 @@ bool varies_over_object(Op op) {
     case Op::BACKFACING:
     case Op::OBJECT_RANDOM:
     case Op::OBJECT_LOCATION:
+    case Op::INSTANCE_VALUE:
+    case Op::INSTANCE_VALUE_ALPHA:
       return false;
     case Op::LIGHT_PATH:
     case Op::NORMAL_MAP:

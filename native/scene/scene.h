@@ -14,6 +14,23 @@
 
 namespace cistern {
 
+/// Numbers that materials read of each instance by name: colours, custom properties, attributes. Four to a name.
+struct InstanceValues {
+  std::vector<uint32_t> name_hashes;  // attribute_name_hash
+  std::vector<float> rows;            // 4 * name_hashes.size() to a row; instances may share rows
+
+  /// Four numbers; null for a name or a row that is not there.
+  const float* find(int row, uint32_t name_hash) const {
+    const size_t names = name_hashes.size();
+    for (size_t k = 0; k < names; ++k) {
+      const size_t at = 4 * (static_cast<size_t>(row) * names + k);
+      if (name_hashes[k] == name_hash) return row >= 0 && at < rows.size() ? rows.data() + at : nullptr;
+    }
+    return nullptr;
+  }
+  friend bool operator==(const InstanceValues&, const InstanceValues&) = default;
+};
+
 /// An immutable snapshot of everything to render. Meshes, images and programs are shared between snapshots: an
 /// edit builds a new Scene that keeps every untouched part. Indices are the builder's stable handles; a removed
 /// handle leaves a null pointer (or an instance with mesh = -1, or a light with `removed`).
@@ -25,6 +42,7 @@ struct Scene {
   std::vector<std::vector<int>> material_sets;
   std::vector<std::string> object_names;
   std::vector<Instance> instances;
+  std::shared_ptr<const InstanceValues> instance_values;  // null where no material asks
   std::vector<Light> lights;
   Environment environment;
   Camera camera;

@@ -1,6 +1,7 @@
 #include "scene/scene_builder.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "base/check.h"
@@ -145,6 +146,18 @@ int SceneBuilder::add_instance(const Instance& instance, std::optional<int> repl
   }
   if (replace && is_left_out(scene_.instances[static_cast<size_t>(*replace)])) --singular_instances_;
   return store(scene_.instances, stored, replace);
+}
+
+void SceneBuilder::set_instance_values(const std::vector<std::string>& names, std::vector<float> rows) {
+  if (names.empty() ? !rows.empty() : rows.size() % (4 * names.size()) != 0)
+    throw Error("instances", "values must be 4 numbers for each name in each row");
+  for (const float value : rows)
+    if (!std::isfinite(value)) throw Error("instances", "values must be finite");
+  InstanceValues values;
+  values.rows = std::move(rows);
+  for (const std::string& name : names) values.name_hashes.push_back(attribute_name_hash(name));
+  if (scene_.instance_values && *scene_.instance_values == values) return;
+  scene_.instance_values = names.empty() ? nullptr : std::make_shared<const InstanceValues>(std::move(values));
 }
 
 int SceneBuilder::add_light(Light light, std::optional<int> replace) {

@@ -52,6 +52,8 @@ class SceneBuilder {
   /// Throws Error naming the object for a matrix with non-finite entries. A singular matrix (flat object) is not an
   /// error: returns the handle of an instance that is left out of the picture and counted in `singular_instances`.
   int add_instance(const Instance& instance, std::optional<int> replace = {});
+  /// Of all instances, before and after this call; rows without a number for each name throw.
+  void set_instance_values(const std::vector<std::string>& names, std::vector<float> rows);
   int add_light(Light light, std::optional<int> replace = {});
   void set_environment(const Environment& environment);
   void set_camera(const Camera& camera, const std::string& name);

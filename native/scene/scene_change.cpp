@@ -78,12 +78,14 @@ void compare_instances(const Scene& earlier, const Scene& later, SceneChange& ch
 }
 
 bool has_same_materials(const Scene& earlier, const Scene& later) {
+  if (!is_same_object(earlier.instance_values, later.instance_values)) return false;
   std::vector<bool> is_checked(later.material_sets.size());
   for (size_t i = 0; i < later.instances.size(); ++i) {
     if (!is_there(later.instances[i])) continue;
     const auto set = static_cast<size_t>(later.instances[i].material_set);
-    if (i >= earlier.instances.size() || earlier.instances[i].material_set != later.instances[i].material_set ||
-        set >= earlier.material_sets.size() || earlier.material_sets[set] != later.material_sets[set])
+    if (i >= earlier.instances.size() || earlier.instances[i].values != later.instances[i].values ||
+        earlier.instances[i].material_set != later.instances[i].material_set || set >= earlier.material_sets.size() ||
+        earlier.material_sets[set] != later.material_sets[set])
       return false;
     if (is_checked[set]) continue;
     is_checked[set] = true;

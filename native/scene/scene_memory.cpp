@@ -31,6 +31,7 @@ size_t memory_bytes(const MaterialProgram& program) {
 
 size_t memory_bytes(const Scene& scene) {
   size_t bytes = scene.instances.capacity() * sizeof(Instance) + scene.lights.capacity() * sizeof(Light);
+  if (scene.instance_values) bytes += scene.instance_values->rows.capacity() * sizeof(float);
   for (const auto& mesh : scene.meshes)
     if (mesh) bytes += memory_bytes(*mesh);
   for (const auto& image : scene.images)

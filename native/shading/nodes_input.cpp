@@ -72,6 +72,23 @@ Vec3 tangent_node(const NodeContext& c, int name_index) {
   return frame ? normalize_or(transform_normal(c.instance().object_to_world, frame->tangent), {}) : Vec3{};
 }
 
+/// Lamps and the sky have none.
+const float* instance_value(const NodeContext& c, int name_index) {
+  if (!c.has_mesh() || !c.scene.instance_values) return nullptr;
+  return c.scene.instance_values->find(c.instance().values,
+                                       c.program.attribute_hashes[static_cast<size_t>(name_index)]);
+}
+
+Vec3 instance_value_node(const NodeContext& c, int name_index) {
+  const float* value = instance_value(c, name_index);
+  return value != nullptr ? Vec3{value[0], value[1], value[2]} : Vec3{};
+}
+
+float instance_value_alpha_node(const NodeContext& c, int name_index) {
+  const float* value = instance_value(c, name_index);
+  return value != nullptr ? value[3] : 0.0f;
+}
+
 Vec3 as_register(float value) { return {value, value, value}; }
 
 }  // namespace
@@ -125,8 +142,12 @@ Vec3 input_node(const Instruction& instruction, const NodeContext& c) {
       return as_register(c.point.is_backface ? 1.0f : 0.0f);
     case Op::OBJECT_RANDOM:
       return as_register(c.is_environment ? 0.0f : c.instance().random);
-    default:  // Op::OBJECT_LOCATION
+    case Op::OBJECT_LOCATION:
       return c.is_environment ? Vec3{} : c.instance().object_to_world.translation;
+    case Op::INSTANCE_VALUE:
+      return instance_value_node(c, parameters[0]);
+    default:  // Op::INSTANCE_VALUE_ALPHA
+      return as_register(instance_value_alpha_node(c, parameters[0]));
   }
 }
 

@@ -162,7 +162,9 @@ class SceneBuilder:
         holdout=None,
         random=None,
         keys=None,
+        values=None,
     ) -> None:
+        check_array(values, np.int32, len(mesh))
         check_array(keys, np.uint64, len(mesh))
         for column in (mesh, material_set, object):
             check_array(column, np.int32, len(mesh))
@@ -170,6 +172,10 @@ class SceneBuilder:
         for column in (visibility, holdout):
             check_array(column, np.uint8, len(mesh))
         check_array(random, np.float32, len(mesh))
+
+    @staticmethod
+    def check_set_instance_values(names, rows) -> None:
+        check_array(rows, np.float32, None, len(names), 4)
 
     @staticmethod
     def check_add_image(name, pixels, transfer="LINEAR", to_working_space=None, **_) -> None:

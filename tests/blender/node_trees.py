@@ -24,6 +24,9 @@ class Context:
     def table_handle(self, key: tuple, name: str, make: Callable[[], Any]) -> int:
         return self._handle
 
+    def layer_value(self, name: str) -> tuple[float, float, float, float]:
+        return (0.25, 0.5, 0.75, 1.0)
+
     def warn(self, text: str) -> None:
         self.warnings.append(text)
 

@@ -17,6 +17,8 @@ class ReplayBuilder(fake_core.SceneBuilder):
         self.names: list[str] = []
         self.sets: list[list[int]] = []
         self.instances: list[dict[str, Any]] = []
+        self.value_names: list[str] = []
+        self.value_rows: np.ndarray = np.empty((0, 0, 4))
         self.environment: dict[str, Any] = {}
 
     def _record(self, method: str, positional: tuple, named: dict[str, Any]) -> int:
@@ -47,6 +49,9 @@ class ReplayBuilder(fake_core.SceneBuilder):
         assert not self.instances, "the instances before were not cleared"
         self.instances = [{name: column[i] for name, column in columns.items()} for i in range(len(columns["mesh"]))]
         return 0
+
+    def do_set_instance_values(self, names: list[str], rows: np.ndarray) -> None:
+        self.value_names, self.value_rows = names, rows
 
     def do_clear_instances(self) -> None:
         self.instances = []
@@ -90,6 +95,7 @@ class ReplayBuilder(fake_core.SceneBuilder):
             int(instance["visibility"]),
             int(instance["holdout"]),
             float(instance["random"]),
+            {name: self.value_rows[instance["values"], k].tolist() for k, name in enumerate(self.value_names)},
         )
 
     def _described_light(self, light: dict[str, Any]) -> dict[str, Any]:

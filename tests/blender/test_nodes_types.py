@@ -18,8 +18,7 @@ MODES = {  # enum members that select what a node computes
     "feature", "wave_type", "bands_direction", "rings_direction", "wave_profile", "fresnel_type",
 }  # fmt: skip
 PARTLY_SUPPORTED = {  # outputs that become defaults with a warning
-    ("ShaderNodeObjectInfo", "Color"), ("ShaderNodeObjectInfo", "Alpha"), ("ShaderNodeObjectInfo", "Object Index"),
-    ("ShaderNodeObjectInfo", "Material Index"), ("ShaderNodeNewGeometry", "Parametric"),
+    ("ShaderNodeNewGeometry", "Parametric"),
     ("ShaderNodeNewGeometry", "Pointiness"), ("ShaderNodeNewGeometry", "Random Per Island"),
     ("ShaderNodeTexVoronoi", "W"), ("ShaderNodeLightFalloff", "Linear"), ("ShaderNodeLightFalloff", "Constant"),
     ("ShaderNodeMix", "Result_Rotation"),

@@ -43,6 +43,7 @@ def compile_material(material: bpy.types.Material | None, context: Context) -> M
     surface = _output_port(material.node_tree, "ShaderNodeOutputMaterial")
 
     def build(compiler: Compiler) -> None:
+        compiler.pass_index = material.pass_index
         if surface is not None:
             _warn_other_outputs(compiler, surface)
             _flatten_surface(compiler, surface)

@@ -36,6 +36,9 @@ class Context(Protocol):
     def table_handle(self, key: tuple, name: str, make: Callable[[], NDArray]) -> int:
         """Handle of an image whose colours, in the working space, a node computes; equal keys have equal ones."""
 
+    def layer_value(self, name: str) -> tuple[float, float, float, float]:
+        """Colour and alpha of an attribute of the view layer, the scene or the world; 0 where there is none."""
+
     def warn(self, text: str) -> None:
         """Tell the user."""
 
@@ -95,6 +98,7 @@ class Compiler:
         self.kind = kind
         self.shift = 0  # where coordinates are read: Bump compiles its height at three places
         self.allow_bump = True
+        self.pass_index = 0  # of a material
         self._values: dict[tuple, Value] = {}
         self._in_progress: set[tuple] = set()
         self._unsupported: dict[str, None] = {}  # insertion-ordered set

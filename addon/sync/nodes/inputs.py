@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 
+from . import value_names
 from .compiler import NodeView, TreeKind, default_of, value_node
 from .enums import LIGHT_PATH_OUTPUTS, VECTOR_MATH_VALUES
 from .graph import socket_named
@@ -84,6 +85,10 @@ def object_info(node: NodeView, output: str) -> Value | None:
         node.compiler.unsupported(node.node, output)
     if output in ("Location", "Random"):
         return node.emit("OBJECT_LOCATION" if output == "Location" else "OBJECT_RANDOM")
+    if output == "Material Index":
+        return constant(node.compiler.pass_index)
+    if node.compiler.is_surface:
+        return _instance_value(node, value_names.INFO_OUTPUTS[output], output)
     defaults = {"Color": constant(1.0, 1.0, 1.0, COLOR), "Alpha": constant(1.0)}  # of a new object; indices are 0
     node.compiler.unsupported(node.node, output)
     return defaults.get(output, constant(0.0))
@@ -98,15 +103,37 @@ def light_path(node: NodeView, output: str) -> Value:
 
 @value_node("ShaderNodeAttribute")
 def attribute(node: NodeView, output: str) -> Value:
-    name = node.node.attribute_name
-    if node.node.attribute_type != "GEOMETRY":
-        node.warn(f"attribute '{name}' of type {node.node.attribute_type} is not supported: it reads 0")
-        return constant(0.0)
+    name, kind = node.node.attribute_name, node.node.attribute_type
+    if kind == value_names.VIEW_LAYER:
+        return _layer_value(node, name, output)
     if not node.compiler.is_surface:
+        if kind != "GEOMETRY":
+            node.warn(f"attribute '{name}' of type {kind} is not supported: it reads 0")
         return constant(0.0)
+    if kind == value_names.INSTANCER and not hasattr(bpy.types.Object, "evaluated_geometry"):
+        node.warn(f"attribute '{name}': what geometry nodes give to instances is read from Blender 5.0 on")
+    if kind in (value_names.OBJECT, value_names.INSTANCER):
+        return _instance_value(node, value_names.attribute_value_name(kind, name), output)
     if not name:
         return constant(1.0 if output == "Alpha" else 0.0)
     return _attribute(node, name, output, missing_alpha=1)
+
+
+def _instance_value(node: NodeView, name: str, output: str) -> Value:
+    index = node.compiler.code.program.attribute(name)
+    if output == "Alpha":
+        return node.emit("INSTANCE_VALUE_ALPHA", (), (index,))
+    value = node.emit("INSTANCE_VALUE", (), (index,))
+    if output == "Object Index":
+        return separate(node, value, 0)
+    return node.emit("AVERAGE", (value,)) if output == "Fac" else value
+
+
+def _layer_value(node: NodeView, name: str, output: str) -> Value:
+    *rgb, alpha = node.compiler.context.layer_value(name)
+    if output == "Alpha":
+        return constant(alpha)
+    return constant(sum(rgb) / 3.0) if output == "Fac" else vector_constant(*rgb)
 
 
 @value_node("ShaderNodeVertexColor")

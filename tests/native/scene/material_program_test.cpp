@@ -177,10 +177,13 @@ TEST(MaterialProgram, EmissionIsDerived) {
   EXPECT_TRUE(principled({{23, 0.5f}, {24, 3.0f}, {5, 0.9f}}).emission_is_uniform);
   EXPECT_FALSE(principled({{23, 0.5f}, {24, 3.0f}, {15, 0.1f}}).emission_is_uniform);
   EXPECT_FALSE(principled({{23, 0.5f}, {24, 3.0f}, {20, 0.1f}}).emission_is_uniform);
-  for (const Op op : {Op::BACKFACING, Op::OBJECT_RANDOM}) {
+  for (const Op op : {Op::BACKFACING, Op::OBJECT_RANDOM, Op::INSTANCE_VALUE_ALPHA}) {
     ProgramBuilder b;
-    b.add(Op::CLOSURE_EMISSION, {b.constant(1), b.constant(2), b.add(op, {})});
-    EXPECT_TRUE(finished(b).emission_is_uniform) << describe(op).name;
+    b.program.attribute_names = {"tint"};
+    const bool has_name = describe(op).parameter_count > 0;
+    const Operand strength = has_name ? b.add(op, {}, {0}) : b.add(op, {});
+    b.add(Op::CLOSURE_EMISSION, {b.constant(1), b.constant(2), strength});
+    EXPECT_TRUE(finished(b).emission_is_uniform && !finished(b).emission_is_constant) << describe(op).name;
   }
   for (const Op op : {Op::POSITION, Op::INCOMING}) {
     ProgramBuilder b;

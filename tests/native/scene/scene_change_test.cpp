@@ -57,6 +57,20 @@ TEST(SceneChange, FollowsAnInstance) {
   EXPECT_NEAR(length(there - Vec3{0.25f, -0.5f, 0.125f}), 0.0f, 1e-6f);
 }
 
+TEST(SceneChange, ValuesOfInstancesAreLikeMaterials) {
+  Stage stage;
+  stage.scene.builder.set_instance_values({"tint"}, {1, 2, 3, 4});
+  EXPECT_TRUE(stage.change().materials);
+  stage.before = stage.scene.builder.snapshot();
+  stage.scene.builder.set_instance_values({"tint"}, {1, 2, 3, 4});
+  EXPECT_FALSE(stage.change().affects_light());
+  Instance other = stage.floor;
+  other.values = 0;
+  stage.scene.replace_last(other);
+  EXPECT_TRUE(stage.change().materials);
+  EXPECT_FALSE(stage.change().surfaces);
+}
+
 TEST(SceneChange, KeysNameThingsWhateverTheirOrder) {
   Stage stage;
   stage.scene.builder.clear_instances();

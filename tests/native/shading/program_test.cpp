@@ -108,6 +108,29 @@ TEST(Program, LightPathReadsThePath) {
   }
 }
 
+TEST(Program, ValuesOfInstancesAreFoundByNameAndRow) {
+  for (const int row : {-1, 0, 1, 2}) {
+    ProgramBuilder b;
+    b.program.attribute_names = {"INFO:color", "unknown", "OBJECT:tint"};
+    const Operand tint = b.add(Op::INSTANCE_VALUE, {}, {2}), unknown = b.add(Op::INSTANCE_VALUE, {}, {1});
+    const Operand alpha = b.add(Op::BROADCAST, {b.add(Op::INSTANCE_VALUE_ALPHA, {}, {0})});
+    b.add(Op::CLOSURE_EMISSION, {b.constant(1), tint, b.constant(1)});
+    b.add(Op::CLOSURE_EMISSION, {b.constant(1), unknown, b.constant(1)});
+    b.add(Op::CLOSURE_EMISSION, {b.constant(1), alpha, b.constant(1)});
+    Scene scene = scene_of(b);
+    InstanceValues values;
+    values.name_hashes = {attribute_name_hash("OBJECT:tint"), attribute_name_hash("INFO:color")};
+    for (int i = 0; i < 16; ++i) values.rows.push_back(static_cast<float>(i));
+    scene.instance_values = std::make_shared<const InstanceValues>(values);
+    scene.instances[0].values = row;
+    const SurfacePoint point = test::point_at(scene, {0.25f, 0.5f}, kDown);
+    const float first = 8.0f * static_cast<float>(row);  // of the row; the alpha of the second name is 7 on
+    const bool is_there = row == 0 || row == 1;
+    const Vec3 expected = is_there ? Vec3{2 * first + 7, 2 * first + 8, 2 * first + 9} : Vec3{};
+    expect_near(to_vec(evaluate_emission(scene, point, {})), expected);
+  }
+}
+
 TEST(Program, ConversionsAndMixes) {
   ProgramBuilder b;
   const Operand color = b.add(Op::COMBINE_XYZ, {b.constant(0.1f), b.constant(0.5f), b.constant(0.9f)});

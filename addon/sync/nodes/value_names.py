@@ -1,0 +1,29 @@
+"""Names of the numbers that materials read of each instance (`INSTANCE_VALUE` of the core)."""
+
+from __future__ import annotations
+
+import bpy
+
+COLOR, INDEX = "INFO:color", "INFO:index"
+OBJECT, INSTANCER, VIEW_LAYER = "OBJECT", "INSTANCER", "VIEW_LAYER"  # types of Attribute nodes
+INFO_OUTPUTS = {"Color": COLOR, "Alpha": COLOR, "Object Index": INDEX}
+
+
+def attribute_value_name(attribute_type: str, name: str) -> str:
+    return f"{attribute_type}:{name}"
+
+
+def split_value_name(value_name: str) -> tuple[str, str]:
+    """The type and name of an attribute; another first word for Object Info."""
+    kind, _, name = value_name.partition(":")
+    return kind, name
+
+
+def value_names(node: bpy.types.Node) -> set[str]:
+    """Of the values that a node reads."""
+    if node.bl_idname == "ShaderNodeObjectInfo":
+        linked = [socket.identifier for socket in node.outputs if socket.is_linked]
+        return {INFO_OUTPUTS[output] for output in linked if output in INFO_OUTPUTS}
+    if node.bl_idname == "ShaderNodeAttribute" and node.attribute_type in (OBJECT, INSTANCER) and node.attribute_name:
+        return {attribute_value_name(node.attribute_type, node.attribute_name)}
+    return set()

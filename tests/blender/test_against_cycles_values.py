@@ -1,0 +1,165 @@
+"""What materials read of objects and instances, against Cycles: Object Info and Attribute nodes, one to a card.
+
+Cards shine evenly, one to a block: what is compared are numbers, within `ROUNDING` of them."""
+
+from collections.abc import Callable
+
+import bpy
+import pytest
+
+from tests.support import blender_scenes as build
+from tests.support.engines import compare_with_cycles
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+ROUNDING = 1e-4
+SIDE = 4
+Read = Callable[[bpy.types.NodeTree], bpy.types.NodeSocket]
+
+
+def info(output: str) -> Read:
+    return lambda tree: tree.nodes.new("ShaderNodeObjectInfo").outputs[output]
+
+
+def attribute(kind: str, name: str, output: str = "Color") -> Read:
+    def read(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        node = tree.nodes.new("ShaderNodeAttribute")
+        node.attribute_type, node.attribute_name = kind, name
+        return node.outputs[output]
+
+    return read
+
+
+OBJECT_READS = [
+    *(info(output) for output in ("Color", "Alpha", "Object Index", "Material Index")),
+    *(attribute("OBJECT", "tint", output) for output in ("Color", "Fac", "Vector", "Alpha")),
+    *(attribute("OBJECT", name) for name in ("grey", "two", "of mesh", "location", "color", "missing")),
+    attribute("OBJECT", "missing", "Alpha"),
+    attribute("OBJECT", "two", "Alpha"),
+]
+INSTANCE_READS = [
+    *(info(output) for output in ("Color", "Alpha", "Object Index")),
+    *(attribute("INSTANCER", "tint", output) for output in ("Color", "Alpha")),
+    *(attribute("OBJECT", "tint", output) for output in ("Color", "Fac")),
+    *(attribute("INSTANCER", name) for name in ("grey", "two", "of mesh", "location", "color", "missing")),
+    attribute("OBJECT", "color"),
+    attribute("INSTANCER", "missing", "Alpha"),
+    attribute("INSTANCER", "color", "Alpha"),
+]
+LAYER_READS = [
+    *(attribute("VIEW_LAYER", "tint", output) for output in ("Color", "Fac", "Vector", "Alpha")),
+    *(attribute("VIEW_LAYER", name) for name in ("of scene", "of world", "frame_current", "missing")),
+    attribute("VIEW_LAYER", "missing", "Alpha"),
+]
+
+
+def add_cards(scene: bpy.types.Scene, collection: bpy.types.Collection, reads: list[Read]) -> None:
+    for index, read in enumerate(reads):
+        surface = build.material(
+            f"card {index}",
+            lambda tree, read=read: build.shader(tree, "ShaderNodeEmission", Color=read(tree)).outputs[0],
+        )
+        surface.pass_index = 1 + index % 3
+        x, y = index % SIDE - SIDE / 2, index // SIDE - SIDE / 2
+        card = build.add_mesh(scene, "card", [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2, 3)], surface)
+        card.location = (x, y, 0)
+        scene.collection.objects.unlink(card)
+        collection.objects.link(card)
+        card.color, card.pass_index = (0.1 + 0.05 * index, 0.5, 0.3, 0.7), 2 + index % 3
+        card["tint"], card["grey"], card["two"] = [0.2, 0.04 * index, 0.6, 0.4], 0.35, [0.3, 0.5]
+        card.data["of mesh"] = 3
+
+
+def look_down(scene: bpy.types.Scene) -> None:
+    camera = build.add_camera(scene, (0, 0, 5), (0, 0, 0))
+    camera.data.type, camera.data.ortho_scale = "ORTHO", SIDE
+
+
+def expect_equal(scene: bpy.types.Scene, plant: Callable[[bpy.types.Scene], None]) -> None:
+    """And Cycles sees `plant`."""
+    result = compare_with_cycles(scene, (16, 16), samples=4, count=3, blocks=SIDE, floor=ROUNDING)
+    assert result.agrees, result
+    assert not compare_with_cycles(scene, (16, 16), samples=4, count=3, blocks=SIDE, floor=ROUNDING, plant=plant).agrees
+
+
+def other_tint(scene: bpy.types.Scene) -> None:
+    for owner in (*scene.objects, *scene.view_layers):
+        if "tint" in owner:
+            owner["tint"] = [0.21, 0.1, 0.6, 0.4]
+
+
+def test_objects(empty_scene) -> None:
+    add_cards(empty_scene, empty_scene.collection, OBJECT_READS)
+    look_down(empty_scene)
+    expect_equal(empty_scene, other_tint)
+
+
+def test_instances_of_a_collection(empty_scene) -> None:
+    """Some have a property that their instancer has too."""
+    collection = bpy.data.collections.new("cards")
+    add_cards(empty_scene, collection, INSTANCE_READS)
+    instancer = bpy.data.objects.new("instancer", None)
+    instancer.instance_type, instancer.instance_collection = "COLLECTION", collection
+    empty_scene.collection.objects.link(instancer)
+    instancer["tint"], instancer.color, instancer.pass_index = [0.9, 0.05, 0.3, 0.2], (0.9, 0.8, 0.1, 0.5), 7
+    look_down(empty_scene)
+    expect_equal(empty_scene, other_tint)
+
+
+def test_view_layers(empty_scene) -> None:
+    add_cards(empty_scene, empty_scene.collection, LAYER_READS)
+    build.set_world(empty_scene)["of world"] = 0.4
+    empty_scene.view_layers[0]["tint"] = [0.5, 0.1, 0.2, 0.3]
+    empty_scene["of scene"], empty_scene.world["of scene"] = [0.1, 0.6, 0.2], 0.9
+    look_down(empty_scene)
+    expect_equal(empty_scene, other_tint)
+
+
+def instances_on_points(scene: bpy.types.Scene, card: bpy.types.Object, data_type: str, has_mesh: bool) -> None:
+    """Cards on a grid by geometry nodes, each with a random attribute "tint"."""
+    tree = bpy.data.node_groups.new("scatter", "GeometryNodeTree")
+    for direction in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
+    kinds = "NodeGroupInput NodeGroupOutput GeometryNodeMeshGrid GeometryNodeObjectInfo GeometryNodeInstanceOnPoints"
+    begin, end, grid, source, scatter = map(tree.nodes.new, kinds.split())
+    store, number, join = map(
+        tree.nodes.new, ("GeometryNodeStoreNamedAttribute", "FunctionNodeRandomValue", "GeometryNodeJoinGeometry")
+    )
+    for name, value in {"Size X": 3, "Size Y": 3, "Vertices X": 4, "Vertices Y": 4}.items():
+        grid.inputs[name].default_value = value
+    source.inputs["Object"].default_value = card
+    store.domain, store.data_type, number.data_type = "INSTANCE", data_type, "FLOAT_VECTOR"
+    store.inputs["Name"].default_value = "tint"
+    join_links = [(begin.outputs[0], join.inputs[0])] if has_mesh else []
+    value_in = next(socket for socket in store.inputs if socket.name == "Value" and socket.enabled)
+    for link in (
+        (grid.outputs["Mesh"], scatter.inputs["Points"]),
+        (source.outputs["Geometry"], scatter.inputs["Instance"]),
+        (scatter.outputs[0], store.inputs[0]),
+        (number.outputs[0], value_in),
+        (store.outputs[0], join.inputs[0]),
+        *join_links,
+        (join.outputs[0], end.inputs[0]),
+    ):
+        tree.links.new(*link)
+    holder = build.add_floor(scene, half=SIDE / 2)
+    holder.location = (-0.5, -0.5, -0.5)
+    holder["tint"] = 0.3
+    holder.modifiers.new("scatter", "NODES").node_group = tree
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="bpy tells nothing of instances of geometry nodes")
+@pytest.mark.parametrize(("data_type", "has_mesh"), [("FLOAT_COLOR", False), ("FLOAT_VECTOR", True), ("FLOAT", False)])
+def test_instances_of_geometry_nodes(empty_scene, data_type, has_mesh) -> None:
+    hidden = bpy.data.collections.new("hidden")
+    add_cards(empty_scene, hidden, [attribute("INSTANCER", "tint")])
+    card = hidden.objects[0]
+    instances_on_points(empty_scene, card, data_type, has_mesh)
+    look_down(empty_scene)
+    empty_scene.camera.location = (0, 0, 5)
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        node = next(n for n in card.data.materials[0].node_tree.nodes if n.bl_idname == "ShaderNodeAttribute")
+        node.attribute_type = "OBJECT"
+
+    expect_equal(empty_scene, plant)
