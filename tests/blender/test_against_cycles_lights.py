@@ -95,6 +95,60 @@ def test_nodes_of_lamps(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+def falling_off(tree: bpy.types.NodeTree, output: str, smooth: float) -> None:
+    """The strength of its Emission node by distance."""
+    emission = next(node for node in tree.nodes if node.type == "EMISSION")
+    falloff = build.shader(tree, "ShaderNodeLightFalloff", Strength=0.5, Smooth=smooth)
+    tree.links.new(falloff.outputs[output], emission.inputs["Strength"])
+
+
+FALLOFFS = [
+    (lamp, *how) for lamp in ("point soft", "spot", "area square") for how in (("Linear", 0.0), ("Constant", 2.0))
+]
+FALLOFFS += [("point sphere", "Quadratic", 3.0), ("sun wide", "Quadratic", 1.0), ("point", "Constant", -1.0)]
+
+
+@pytest.mark.parametrize(("lamp", "output", "smooth"), FALLOFFS)
+def test_light_falloff(empty_scene: bpy.types.Scene, lamp: str, output: str, smooth: float) -> None:
+    """Planted bug: Cycles takes another output, or a tenth more where the distance is that of a sun."""
+    kind, members = LIGHTS[lamp]
+    lit_stage(empty_scene)
+    placed = build.add_light(empty_scene, kind, (0.3, 0.1, 2.2), rotation=TILT, **members)
+    placed.data.use_nodes = True
+    tree = placed.data.node_tree
+    falling_off(tree, output, smooth)
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        link = next(link for link in tree.links if link.from_node.type == "LIGHT_FALLOFF")
+        other = "Linear" if output == "Quadratic" else "Quadratic"
+        if kind == "SUN":
+            link.from_node.inputs["Strength"].default_value *= 1.1
+        else:
+            tree.links.new(link.from_node.outputs[other], link.to_socket)
+
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+    assert not compare_with_cycles(empty_scene, plant=plant).agrees
+
+
+def test_light_falloff_of_meshes(empty_scene: bpy.types.Scene) -> None:
+    """Planted bug: the quadratic falloff of light without the node."""
+    lit_stage(empty_scene)
+    empty_scene.camera.data.clip_start = 1e-3  # from where Cycles measures the length of camera rays
+    glow = build.material("glow", lambda tree: build.shader(tree, "ShaderNodeEmission", Strength=2.0).outputs[0])
+    glow.cycles.emission_sampling = "FRONT_BACK"  # by itself, Cycles takes a falloff for dark
+    falling_off(glow.node_tree, "Linear", 0.5)
+    points = [(-1.0, -0.5, 1.8), (-0.4, -0.5, 1.6), (-0.4, 0.4, 1.6), (-1.0, 0.4, 2.0)]
+    build.add_mesh(empty_scene, "glow", points, [(0, 1, 2), (0, 2, 3)], glow)
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        glow.node_tree.links.remove(next(k for k in glow.node_tree.links if k.from_node.type == "LIGHT_FALLOFF"))
+
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+    assert not compare_with_cycles(empty_scene, plant=plant).agrees
+
+
 def test_scaled_lights(empty_scene: bpy.types.Scene) -> None:
     """Object scale: the area light's shape but not its power, an elliptical spot cone."""
     lit_stage(empty_scene)

@@ -20,8 +20,7 @@ MODES = {  # enum members that select what a node computes
 PARTLY_SUPPORTED = {  # outputs that become defaults with a warning
     ("ShaderNodeNewGeometry", "Parametric"),
     ("ShaderNodeNewGeometry", "Pointiness"), ("ShaderNodeNewGeometry", "Random Per Island"),
-    ("ShaderNodeTexVoronoi", "W"), ("ShaderNodeLightFalloff", "Linear"), ("ShaderNodeLightFalloff", "Constant"),
-    ("ShaderNodeMix", "Result_Rotation"),
+    ("ShaderNodeTexVoronoi", "W"), ("ShaderNodeMix", "Result_Rotation"),
 }  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from .graph import socket_named
 from .instructions import COLOR, VECTOR, Value, constant
 from .vector import default_tangent, separate, vector_constant
 
+_POWERS_OF_DISTANCE = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 DOT_PRODUCT = VECTOR_MATH_VALUES.index("DOT_PRODUCT")
 DEFAULT_COLOR_ATTRIBUTE = "Color"  # Blender's name for a new colour attribute
 
@@ -182,5 +183,13 @@ def ambient_occlusion(node: NodeView, output: str) -> Value:
 
 
 @value_node("ShaderNodeLightFalloff")
-def light_falloff(node: NodeView, output: str) -> Value | None:
-    return node.value("Strength") if output == "Quadratic" else None
+def light_falloff(node: NodeView, output: str) -> Value:
+    """svm_node_light_falloff of Cycles, with 1 / (1 + s / d^2) in place of d^2 / (s + d^2): suns are 1e38 m away."""
+    strength, smooth = node.value("Strength"), node.value("Smooth")
+    length = node.emit("LIGHT_PATH", (), (LIGHT_PATH_OUTPUTS["Ray Length"],))
+    for _ in range(_POWERS_OF_DISTANCE[output]):
+        strength = node.math("MULTIPLY", strength, length)
+    if smooth.constant is not None and smooth.constant[0] <= 0.0:
+        return strength
+    part = node.math("DIVIDE", node.math("MAXIMUM", smooth, constant(0.0)), node.math("MULTIPLY", length, length))
+    return node.math("DIVIDE", strength, node.math("ADD", constant(1.0), part))
