@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .colour import srgb_to_linear
+from .islands import random_per_island
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
+from .nodes.value_names import RANDOM_PER_ISLAND
 
 # Attribute type -> (property of an element, components). Other types carry nothing a shader can read.
 _READABLE_TYPES = {
@@ -135,6 +137,8 @@ def _attributes(mesh: bpy.types.Mesh, wanted: Set[str]) -> list[tuple[str, str, 
     names = [layer.name for layer in uv_maps]
     names += [a.name for a in mesh.attributes if a.name in wanted and a.name not in names]
     columns = [column for column in (_attribute_values(mesh, name) for name in names) if column is not None]
+    if RANDOM_PER_ISLAND in wanted and len(mesh.polygons):
+        columns.append((RANDOM_PER_ISLAND, "FACE", random_per_island(mesh)))
     return columns + _unnamed_color(mesh, wanted, names)
 
 

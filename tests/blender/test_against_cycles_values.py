@@ -115,6 +115,34 @@ def test_view_layers(empty_scene) -> None:
     expect_equal(empty_scene, other_tint)
 
 
+def test_islands(empty_scene) -> None:
+    """A mesh of 16 cards of 9 vertices each, some of which are triangles. Planted bug: two of the cards are joined."""
+    surface = build.material(
+        "islands",
+        lambda tree: build.shader(
+            tree, "ShaderNodeEmission", Color=tree.nodes.new("ShaderNodeNewGeometry").outputs["Random Per Island"]
+        ).outputs[0],
+    )
+    points, polygons = [], []
+    for card in range(SIDE * SIDE):
+        corner = [3 * j + i + len(points) for j in range(2) for i in range(2)]
+        points += [
+            (card % SIDE - SIDE / 2 + 0.49 * i, card // SIDE - SIDE / 2 + 0.49 * j, 0)
+            for j in range(3)
+            for i in range(3)
+        ]
+        polygons += [(k, k + 1, k + 4, k + 3) for k in corner[1:]]
+        polygons += [(corner[0] + 4, corner[0] + 3, corner[0]), (corner[0], corner[0] + 1, corner[0] + 4)]
+    cards = build.add_mesh(empty_scene, "cards", points, polygons, surface)
+    look_down(empty_scene)
+
+    def join(_scene: bpy.types.Scene) -> None:
+        cards.data.edges.add(1)
+        cards.data.edges[-1].vertices = (20, 40)
+
+    expect_equal(empty_scene, join)
+
+
 def instances_on_points(scene: bpy.types.Scene, card: bpy.types.Object, data_type: str, has_mesh: bool) -> None:
     """Cards on a grid by geometry nodes, each with a random attribute "tint"."""
     tree = bpy.data.node_groups.new("scatter", "GeometryNodeTree")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 
+RANDOM_PER_ISLAND = "INFO:island"  # of a mesh attribute
 COLOR, INDEX = "INFO:color", "INFO:index"
 OBJECT, INSTANCER, VIEW_LAYER = "OBJECT", "INSTANCER", "VIEW_LAYER"  # types of Attribute nodes
 INFO_OUTPUTS = {"Color": COLOR, "Alpha": COLOR, "Object Index": INDEX}
