@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from .colour import srgb_to_linear
 from .islands import random_per_island
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
-from .nodes.value_names import RANDOM_PER_ISLAND
+from .nodes.value_names import POINTINESS, RANDOM_PER_ISLAND
+from .pointiness import pointiness
 
 # Attribute type -> (property of an element, components). Other types carry nothing a shader can read.
 _READABLE_TYPES = {
@@ -139,6 +140,8 @@ def _attributes(mesh: bpy.types.Mesh, wanted: Set[str]) -> list[tuple[str, str, 
     columns = [column for column in (_attribute_values(mesh, name) for name in names) if column is not None]
     if RANDOM_PER_ISLAND in wanted and len(mesh.polygons):
         columns.append((RANDOM_PER_ISLAND, "FACE", random_per_island(mesh)))
+    if POINTINESS in wanted and len(mesh.polygons):
+        columns.append((POINTINESS, "POINT", pointiness(mesh)))
     return columns + _unnamed_color(mesh, wanted, names)
 
 

@@ -143,6 +143,30 @@ def test_islands(empty_scene) -> None:
     expect_equal(empty_scene, join)
 
 
+def test_pointiness(empty_scene) -> None:
+    """Of pyramids of different heights, some of whose sides are apart. Planted bug: one of them is 5 cm higher."""
+
+    def shade(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        sharp = tree.nodes.new("ShaderNodeNewGeometry").outputs["Pointiness"]
+        wide = build.shader(tree, "ShaderNodeMapRange", Value=sharp, From_Min=0.2, From_Max=0.8)
+        return build.shader(tree, "ShaderNodeEmission", Color=wide.outputs[0]).outputs[0]
+
+    surface = build.material("pointy", shade)
+    for index in range(SIDE * SIDE):
+        x, y, top = index % SIDE - SIDE / 2, index // SIDE - SIDE / 2, 0.1 * index - 0.7
+        points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, top), (0.5, 0.5, top)]
+        sides = [(0, 1, 4), (1, 2, 4), (2, 3, 4 + index % 2), (3, 0, 4 + index % 2)]
+        pyramid = build.add_mesh(empty_scene, "pyramid", points, sides, surface, smooth=True)
+        pyramid.location = (x, y, 0)
+    look_down(empty_scene)
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        for vertex in pyramid.data.vertices[4:]:
+            vertex.co.z += 0.05
+
+    expect_equal(empty_scene, plant)
+
+
 def instances_on_points(scene: bpy.types.Scene, card: bpy.types.Object, data_type: str, has_mesh: bool) -> None:
     """Cards on a grid by geometry nodes, each with a random attribute "tint"."""
     tree = bpy.data.node_groups.new("scatter", "GeometryNodeTree")

@@ -19,7 +19,6 @@ MODES = {  # enum members that select what a node computes
 }  # fmt: skip
 PARTLY_SUPPORTED = {  # outputs that become defaults with a warning
     ("ShaderNodeNewGeometry", "Parametric"),
-    ("ShaderNodeNewGeometry", "Pointiness"),
     ("ShaderNodeTexVoronoi", "W"), ("ShaderNodeMix", "Result_Rotation"),
 }  # fmt: skip
 

@@ -76,8 +76,8 @@ def geometry(node: NodeView, output: str) -> Value | None:
         return position(node)
     if output == "Tangent":
         return vector_constant(0.0, 0.0, 0.0) if node.compiler.is_lamp else default_tangent(node)
-    if output == "Random Per Island" and node.compiler.is_surface:
-        return _attribute(node, value_names.RANDOM_PER_ISLAND, "Fac", missing_alpha=0)
+    if output in value_names.GEOMETRY_OUTPUTS and node.compiler.is_surface:
+        return _attribute(node, value_names.GEOMETRY_OUTPUTS[output], "Fac", missing_alpha=0)
     ops = {"Normal": "NORMAL", "True Normal": "TRUE_NORMAL", "Incoming": "INCOMING", "Backfacing": "BACKFACING"}
     return node.emit(ops[output]) if output in ops else None
 

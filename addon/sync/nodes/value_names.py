@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import bpy
 
-RANDOM_PER_ISLAND = "INFO:island"  # of a mesh attribute
+# Mesh attributes that outputs of the Geometry node read.
+RANDOM_PER_ISLAND, POINTINESS = "INFO:island", "INFO:pointiness"
+GEOMETRY_OUTPUTS = {"Random Per Island": RANDOM_PER_ISLAND, "Pointiness": POINTINESS}
 COLOR, INDEX = "INFO:color", "INFO:index"
 OBJECT, INSTANCER, VIEW_LAYER = "OBJECT", "INSTANCER", "VIEW_LAYER"  # types of Attribute nodes
 INFO_OUTPUTS = {"Color": COLOR, "Alpha": COLOR, "Object Index": INDEX}
