@@ -70,8 +70,10 @@ def _property(owner: bpy.types.bpy_struct, name: str) -> Rgba | None:
 def _rgba(value: object) -> Rgba | None:
     if isinstance(value, int | float):
         return _grey(value)
+    if isinstance(value, str):
+        return None
     try:
-        numbers = [float(number) for number in value]
+        numbers = [float(number) for number in value if not isinstance(number, bool | str)]
     except (TypeError, ValueError):
         return None
     return _finite((*numbers, *(0.0, 0.0, 0.0, 1.0)[len(numbers) :])) if 0 < len(numbers) <= 4 else None

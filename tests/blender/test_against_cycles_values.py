@@ -48,7 +48,10 @@ INSTANCE_READS = [
 ]
 LAYER_READS = [
     *(attribute("VIEW_LAYER", "tint", output) for output in ("Color", "Fac", "Vector", "Alpha")),
-    *(attribute("VIEW_LAYER", name) for name in ("of scene", "of world", "frame_current", "missing")),
+    *(
+        attribute("VIEW_LAYER", name)
+        for name in ("of scene", "of world", "frame_current", "missing", "", "text", "five")
+    ),
     attribute("VIEW_LAYER", "missing", "Alpha"),
 ]
 
@@ -110,6 +113,7 @@ def test_view_layers(empty_scene) -> None:
     add_cards(empty_scene, empty_scene.collection, LAYER_READS)
     build.set_world(empty_scene)["of world"] = 0.4
     empty_scene.view_layers[0]["tint"] = [0.5, 0.1, 0.2, 0.3]
+    empty_scene["text"], empty_scene["five"] = "12", [0.1, 0.2, 0.3, 0.4, 0.5]
     empty_scene["of scene"], empty_scene.world["of scene"] = [0.1, 0.6, 0.2], 0.9
     look_down(empty_scene)
     expect_equal(empty_scene, other_tint)
