@@ -55,7 +55,7 @@ class EnvironmentSampler {
   float map_pdf(int x, int y) const;
 
   int width_ = 0, height_ = 0;  // 0: uniform
-  float mean_radiance_ = 0.0f;
+  float mean_radiance_ = 0.0f, uniform_share_ = 0.0f;
   // Row 0 is around +Z. Cumulative probabilities start with 0 and end with 1; `texel_cdf_` has width + 1 per row.
   std::vector<float> row_cdf_, texel_cdf_;
   std::vector<float> row_cos_;  // cosine of the polar angle at the rows' edges

@@ -149,9 +149,10 @@ inline void Walk<Kind>::add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb r
   Rgb& seen = source == SourceKind::ENVIRONMENT ? record_.environment : record_.emission;
   const PathLimits& limits = context_.limits;
   const Rgb total_cos = rough_cos + smooth_cos;
+  const float clamp_direct = limits.clamp_direct / static_cast<float>(light_samples());  // of all samples together
   const bool is_captured = vertex_use().sample_point_of == 0;
-  seen += clamp_contribution(throughput_.smooth * smooth_cos * radiance, limits.clamp_direct);
-  record_.direct += clamp_contribution(throughput_.smooth * rough_cos * radiance, limits.clamp_direct);
+  seen += clamp_contribution(throughput_.smooth * smooth_cos * radiance, clamp_direct);
+  record_.direct += clamp_contribution(throughput_.smooth * rough_cos * radiance, clamp_direct);
   const Rgb indirect_cos = is_captured ? smooth_cos : total_cos;
   record_.indirect +=
       clamp_contribution((throughput_.direct + throughput_.indirect) * indirect_cos * radiance, limits.clamp_indirect);

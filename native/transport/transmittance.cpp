@@ -12,6 +12,15 @@ namespace {
 /// Shadow rays end this much before the light, relative to their length: a few roundings.
 constexpr float kShadowEpsilon = 1e-6f;
 
+/// The end of a ray is known to a few roundings of its length: it has to stop so much farther from the surface it is
+/// aimed at, or light at grazing angles would end behind what it leaves.
+constexpr float kEndRounding = 0x1p-22f;
+
+/// Where a ray of length `distance` to a surface ends.
+Vec3 ray_end(const Vec3& position, float clearance, float distance, const Vec3& normal, const Vec3& wi) {
+  return offset_origin(position, clearance + kEndRounding * distance, normal, -wi);
+}
+
 /// Where a shadow ray towards `wi` leaves a surface: moved off it.
 Vec3 ray_start(const Scene& scene, const SurfacePoint& point, const Vec3& wi) {
   const ShadowOrigin start = shadow_origin(scene, point, wi);
@@ -30,7 +39,7 @@ Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLigh
   const Vec3 origin = ray_start(scene, point, light.wi);
   if (!std::isfinite(light.distance)) return {origin, light.wi};
   Vec3 target = point.position + light.wi * light.distance;
-  if (light.normal != Vec3{}) target = offset_origin(target, light.clearance, light.normal, -light.wi);
+  if (light.normal != Vec3{}) target = ray_end(target, light.clearance, light.distance, light.normal, light.wi);
   return ray_between(origin, target);
 }
 
@@ -101,11 +110,14 @@ void trace_to_vertex(const PathContext& context, const SeenVertex& vertex, const
   constexpr size_t kMost = 8;
   std::array<Ray, kMost> shadow_rays;
   std::array<bool, kMost> is_occluded;
-  const Vec3 target = offset_origin(vertex.position, vertex.clearance, vertex.normal, vertex.normal);
   for (size_t begin = 0; begin < rays.size(); begin += kMost) {
     const std::span<VertexRay> batch = rays.subspan(begin, std::min(kMost, rays.size() - begin));
-    for (size_t i = 0; i < batch.size(); ++i)
-      shadow_rays[i] = ray_between(ray_start(context.scene, *batch[i].receiver, batch[i].wi), target);
+    for (size_t i = 0; i < batch.size(); ++i) {
+      const Vec3 start = ray_start(context.scene, *batch[i].receiver, batch[i].wi);
+      const float distance = length(vertex.position - start);
+      const Vec3 end = ray_end(vertex.position, vertex.clearance, distance, vertex.normal, -vertex.normal);
+      shadow_rays[i] = ray_between(start, end);
+    }
     context.accel.occluded({shadow_rays.data(), batch.size()}, scattered.ray_kind, is_occluded);
     for (size_t i = 0; i < batch.size(); ++i) {
       PathState state = scattered;

@@ -354,6 +354,19 @@ TEST(PathTracer, MoreLightSamplesGiveTheSamePictureWithLessNoise) {
   EXPECT_LT(four.direct.variance(), 0.5 * one.direct.variance());
 }
 
+TEST(PathTracer, LightSamplesAreClampedTogether) {
+  PathScene scene;
+  scene.floor(0.0f, 4.0f, scene.diffuse(0.5f));
+  for (const float x : {-0.5f, 0.5f}) scene.point_lamp({x, 0, 1}, 100.0f);
+  PathLimits limits;
+  limits.clamp_direct = 0.5f;
+  for (const int count : {1, 2, 5}) {
+    Tracer tracer(scene, limits);
+    tracer.take_light_samples(count);
+    EXPECT_NEAR(tracer.trace({0, 0, 2}, kDown, 20).direct.mean(), 0.5, 1e-6) << count;
+  }
+}
+
 // --- environments ---------------------------------------------------------------------------------------------------
 
 /// With a wall that throws light back and hides a part of the sky, or without.

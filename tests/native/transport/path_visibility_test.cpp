@@ -118,6 +118,44 @@ TEST(PathTracer, GrazingEmittersDoNotOccludeThemselves) {
   EXPECT_GT(grazing_losses({1000, -3000, 20}).unjoined, 0);
 }
 
+/// Of light samples of a small tilted emitter that receivers see from afar at a grazing angle, those that end in it;
+/// and the same where rays stop as far off it as its own coordinates ask for, and the length of the ray does not count.
+struct FarLosses {
+  int now = 0, planted = 0;
+};
+
+FarLosses far_losses(float distance) {
+  const Vec3 n = normalize(Vec3{0.5f, -0.3f, 0.7f}), u = normalize(cross(n, {0, 0, 1})), v = cross(n, u);
+  PathScene scene;
+  scene.quad({0, 0, 1.5f}, u, v, scene.emission({1, 1, 1}));
+  const Tracer tracer(scene);
+  Rng rng(4, 0, 0, 0);
+  FarLosses lost;
+  for (int i = 0; i < 4000; ++i) {
+    const float phi = 2.0f * kPi * rng.next_float(), cosine = 0.004f + 0.04f * rng.next_float();
+    SurfacePoint receiver;
+    receiver.position = distance * normalize(cosine * n + std::cos(phi) * u + std::sin(phi) * v);
+    receiver.ng = receiver.ns = -normalize(receiver.position);
+    receiver.clearance = 1e-4f;
+    const auto choice =
+        tracer.context().lights.choose(receiver.position, receiver.ng, rng.next_float(), rng.next_vec2());
+    const auto light = tracer.context().lights.evaluate(choice->sample, receiver.position, {});
+    if (!light) continue;
+    lost.now += is_black(transmittance(tracer.context(), receiver, *light, {}));
+    const Vec3 end =
+        offset_origin(receiver.position + light->distance * light->wi, light->clearance, light->normal, -light->wi);
+    const Vec3 way = end - receiver.position;
+    lost.planted +=
+        tracer.context().accel.occluded({receiver.position, normalize(way), 0.0f, (1.0f - 1e-6f) * length(way)});
+  }
+  return lost;
+}
+
+TEST(PathTracer, EmittersFarAwayDoNotOccludeThemselves) {
+  for (const float distance : {3.0f, 30.0f, 300.0f, 3000.0f}) EXPECT_EQ(far_losses(distance).now, 0) << distance;
+  EXPECT_GT(far_losses(300.0f).planted, 100);
+}
+
 // --- alpha and visibility -------------------------------------------------------------------------------------------
 
 TEST(PathTracer, HoldoutsCutHolesIntoAlpha) {
