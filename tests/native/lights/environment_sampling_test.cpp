@@ -126,18 +126,21 @@ TEST(EnvironmentSampling, FindsASingleBrightPixel) {
   }
 }
 
-TEST(EnvironmentSampling, ConstantAndUnimportantEnvironmentsAreUniform) {
+TEST(EnvironmentSampling, EvenEnvironmentsAreUniformOrLeftToTheBsdf) {
   Scene constant;
   constant.materials = {constant_emission({1, 2, 3})};
   constant.environment.material = 0;
   Scene plain = scene_with_glow();
   plain.environment.use_importance_sampling = false;
   for (const Scene* scene : {&constant, &plain}) {
+    EXPECT_FALSE(EnvironmentSampler::build(*scene, EnvironmentDensity::COMPENSATED));
     const auto sampler = EnvironmentSampler::build(*scene, EnvironmentDensity::COMPLETE);
     ASSERT_TRUE(sampler);
     EXPECT_FLOAT_EQ(sampler->pdf({0, 0, 1}), 1.0f / (4.0f * kPi));
     EXPECT_FLOAT_EQ(sampler->pdf({0, 0, -1}), 1.0f / (4.0f * kPi));
   }
+  EXPECT_FALSE(EnvironmentSampler::build(scene_with_glow(0.01f, 1.0f), EnvironmentDensity::COMPENSATED));
+  EXPECT_TRUE(EnvironmentSampler::build(scene_with_glow(0.4f, 1.0f), EnvironmentDensity::COMPENSATED));
 }
 
 constexpr float kSunRadiance = 40000.0f, kSunAngle = 0.005f;
@@ -257,18 +260,6 @@ TEST(EnvironmentSampling, CompensatedSamplesAreForWhatExceedsTheMean) {
   EXPECT_NEAR(density_at(-0.5f), uniform, 1e-6);
   const double excess = 20.0 * std::pow(0.9, 8.0) - 20.0 / 18.0;
   EXPECT_NEAR(density_at(0.9f), uniform + 0.8 * excess / (4.0 * std::numbers::pi * above), 0.02 * density_at(0.9f));
-}
-
-TEST(EnvironmentSampling, EvenEnvironmentsAreLeftToTheBsdf) {
-  Scene constant;
-  constant.materials = {constant_emission({1, 2, 3})};
-  constant.environment.material = 0;
-  Scene plain = scene_with_glow();
-  plain.environment.use_importance_sampling = false;
-  Scene nearly = scene_with_glow(0.01f, 1.0f), less_nearly = scene_with_glow(0.4f, 1.0f);
-  for (const Scene* scene : {&constant, &plain, &nearly})
-    EXPECT_FALSE(EnvironmentSampler::build(*scene, EnvironmentDensity::COMPENSATED));
-  EXPECT_TRUE(EnvironmentSampler::build(less_nearly, EnvironmentDensity::COMPENSATED));
 }
 
 TEST(EnvironmentSampling, SunsInAnEvenSkyAreFoundWithAnyDensity) {
