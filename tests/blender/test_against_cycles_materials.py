@@ -140,11 +140,12 @@ def test_sheen_over_a_base_differs_within_bounds(empty_scene: bpy.types.Scene) -
 
 
 def test_outline_of_a_coarse_smooth_mesh(empty_scene: bpy.types.Scene) -> None:
-    """Interpolated normals that look away from the camera still reflect."""
+    """Interpolated normals that look away from the camera still reflect. 0.4 % of the picture's mean was measured in a
+    block of the outline, of 24 replicas in Blenders 4.5 and 5.0."""
     surface = build.principled("ball", Base_Color=GOLD, Metallic=1.0, Roughness=0.4)
     build.stage(empty_scene, surface, segments=12)
-    result = compare_with_cycles(empty_scene)
-    assert result.agrees, result
+    result = compare_with_cycles(empty_scene, count=24)
+    assert result.largest_difference < 0.006, result
 
 
 def test_terminator_of_a_coarse_smooth_mesh(empty_scene: bpy.types.Scene) -> None:
