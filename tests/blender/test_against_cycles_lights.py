@@ -87,6 +87,8 @@ READS = {
 def test_nodes_of_lamps(empty_scene: bpy.types.Scene, case: str) -> None:
     """They read of some mesh what they should of the lamp: black, or up to 3 times too bright."""
     lamp, node, output = READS[case]
+    if output in {"Object", "Generated"} and bpy.app.version < (4, 5, 0):
+        pytest.skip("Cycles 4.2 has other coordinates on lamps, which are here as in 4.5")
     kind, members = LIGHTS[lamp]
     lit_stage(empty_scene)
     placed = build.add_light(empty_scene, kind, (0.3, 0.1, 2.2), rotation=TILT, **members)
