@@ -47,7 +47,7 @@ class MaterialProgram:
     def closure(self, op: str, inputs: Sequence[int], parameters: Sequence[int] = ()) -> None:
         """Append a closure; its first input is the weight (float)."""
     def attribute(self, name: str) -> int:
-        """Index of a mesh attribute name, for ATTRIBUTE's parameter 0, INSTANCE_VALUE and NORMAL_MAP ("" = the first UV map)."""
+        """Index of an attribute name, for ATTRIBUTE, INSTANCE_VALUE (parameter 0) and NORMAL_MAP ("" = first UV map)."""
     def table(self, values: NDArray[np.float32], alpha: NDArray[np.float32] | None = None) -> int:
         """Index of a (257, 3) lookup table over [0, 1], with alpha (257,) for ramps."""
     def image(self, handle: int) -> int:
