@@ -270,16 +270,16 @@ void for_directions(const Check& check) {
 TEST(Closures, TheEvenPartDoesNotKnowTheView) {
   std::vector<NamedClosure> closures = diffuse_closures();
   for (const NamedClosure& odd : odd_closures()) closures.push_back(odd);
-  for (const auto& [name, op, inputs] : closures) {
+  for (const NamedClosure& closure : closures) {
     for (const auto& point_at : {make_point, leaning_point}) {
-      const Bsdf head_on = build(op, inputs, point_at(1.0f));
+      const Bsdf head_on = build(closure.op, closure.inputs, point_at(1.0f));
       for (const float cosine : {0.9f, 0.4f, 0.05f}) {
-        const Bsdf bsdf = build(op, inputs, point_at(cosine));
-        EXPECT_TRUE(bsdf.even_shade == head_on.even_shade || is_black(bsdf.lobes[0].even)) << name;
+        const Bsdf bsdf = build(closure.op, closure.inputs, point_at(cosine));
+        EXPECT_TRUE(bsdf.even_shade == head_on.even_shade || is_black(bsdf.lobes[0].even)) << closure.name;
         for_directions([&](Vec3 wi) {
           const BsdfEvaluation f = evaluate_bsdf(bsdf, wi);
-          EXPECT_EQ(f.even_cos, evaluate_bsdf(head_on, wi).even_cos) << name;
-          EXPECT_TRUE(is_black(f.even_cos) || f.pdf > 0.0f) << name;
+          EXPECT_EQ(f.even_cos, evaluate_bsdf(head_on, wi).even_cos) << closure.name;
+          EXPECT_TRUE(is_black(f.even_cos) || f.pdf > 0.0f) << closure.name;
         });
       }
     }

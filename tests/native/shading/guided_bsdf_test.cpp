@@ -92,7 +92,8 @@ TEST(GuidedBsdf, PlantedBugsInTheDensityAreSeen) {
 }
 
 TEST(GuidedBsdf, WeightsAddUpToTheAlbedo) {
-  for (const auto& [name, bsdf] : cases()) {
+  for (const auto& guided : cases()) {
+    const Bsdf& bsdf = guided.bsdf;
     Moments red;
     Rng rng(2, 0, 0, 0);
     for (int i = 0; i < 40000; ++i) {
@@ -104,7 +105,7 @@ TEST(GuidedBsdf, WeightsAddUpToTheAlbedo) {
       ASSERT_NEAR(sample->guide_gain * evaluation.unguided_pdf, evaluation.pdf, 1e-5f * evaluation.pdf);
     }
     const double integral = integrate_sphere(kFrame, [&](Vec3 wi) { return evaluate_bsdf(bsdf, wi).total_cos().r; });
-    EXPECT_GT(mean_p_value(red, integral), kFalseAlarmRate) << name;
+    EXPECT_GT(mean_p_value(red, integral), kFalseAlarmRate) << guided.name;
   }
 }
 

@@ -18,7 +18,9 @@ Scene scene_of(ProgramBuilder& b, const Transform& object_to_world = {}) {
 }
 
 /// What the program's node `value` gives at the point, by emitting it.
-Vec3 value_of(ProgramBuilder b, Operand value, const SurfacePoint* at = nullptr, const PathState& path = {}) {
+Vec3 value_of(const ProgramBuilder& program, Operand value, const SurfacePoint* at = nullptr,
+              const PathState& path = {}) {
+  ProgramBuilder b = program;
   b.add(Op::CLOSURE_EMISSION, {b.constant(1), value, b.constant(1)});
   const Scene scene = scene_of(b);
   const SurfacePoint point = at != nullptr ? *at : test::point_at(scene, {0.25f, 0.5f}, kDown);
