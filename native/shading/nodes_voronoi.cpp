@@ -2,141 +2,40 @@
 
 #include <cfloat>
 
-#include "shading/nodes_hash.h"
 #include "shading/nodes_math.h"
+#include "shading/voronoi_cells.h"
 
 // Cellular texture after [Worley 1996, A Cellular Texture Basis Function]: one point per cell of the integer grid.
 
 namespace cistern {
 namespace {
 
-template <size_t N>
-using Point = std::array<float, N>;
-template <size_t N>
-using Cell = std::array<int32_t, N>;
+using namespace voronoi;
 
-constexpr float kMaxCoordinate = 1e9f;        // cells stay within int32
 constexpr float kSamePointDistance2 = 1e-4f;  // closer cell points share no edge worth measuring
 
-template <size_t N>
-Point<N> operator-(const Point<N>& a, const Point<N>& b) {
-  Point<N> r;
-  for (size_t i = 0; i < N; ++i) r[i] = a[i] - b[i];
-  return r;
+/// What an axis adds to the key of a distance, from the difference along it.
+float key_part(float difference, const VoronoiSettings& s) {
+  if (s.metric == VoronoiMetric::EUCLIDEAN) return difference * difference;
+  const float x = std::abs(difference);
+  return s.metric == VoronoiMetric::MINKOWSKI ? std::pow(x, s.exponent) : x;
 }
 
+/// The key from the parts of all axes.
 template <size_t N>
-float dot(const Point<N>& a, const Point<N>& b) {
-  float sum = 0.0f;
-  for (size_t i = 0; i < N; ++i) sum += a[i] * b[i];
-  return sum;
-}
-
-/// The grid cell that holds a coordinate and the place inside it.
-template <size_t N>
-struct Lookup {
-  Cell<N> cell;
-  Point<N> base, local;
-
-  explicit Lookup(const Point<N>& p) {
-    for (size_t i = 0; i < N; ++i) {
-      const float x = std::abs(p[i]) < kMaxCoordinate ? p[i] : 0.0f;
-      base[i] = std::floor(x);
-      cell[i] = static_cast<int32_t>(base[i]);
-      local[i] = x - base[i];
-    }
-  }
-};
-
-template <size_t N>
-Cell<N> sum(const Cell<N>& a, const Cell<N>& b) {
-  Cell<N> r;
-  for (size_t i = 0; i < N; ++i) r[i] = a[i] + b[i];
-  return r;
-}
-
-/// The point of the cell at `offset` from the looked up one, relative to that cell's corner.
-template <size_t N>
-Point<N> cell_point(const Lookup<N>& at, const Cell<N>& offset, float randomness) {
-  Point<N> r;
-  if constexpr (N == 1) {
-    const float o = static_cast<float>(offset[0]);
-    r[0] = o + hash_floats(at.base[0] + o) * randomness;
-  } else {
-    const std::array<float, N> h = hash_pcg<N>(sum(at.cell, offset));
-    for (size_t i = 0; i < N; ++i) r[i] = static_cast<float>(offset[i]) + h[i] * randomness;
-  }
-  return r;
-}
-
-template <size_t N>
-Vec3 cell_color(const Lookup<N>& at, const Cell<N>& offset) {
-  if constexpr (N == 1) {
-    return hash_color(at.base[0] + static_cast<float>(offset[0]));
-  } else {
-    const Cell<N> cell = sum(at.cell, offset);
-    if constexpr (N == 2) {
-      const auto h = hash_pcg<3>({cell[0], cell[1], 0});
-      return {h[0], h[1], h[2]};
-    } else {
-      const auto h = hash_pcg<N>(cell);
-      return {h[0], h[1], h[2]};
-    }
-  }
-}
-
-template <size_t N>
-struct CellFeature {
-  Point<N> place;
-  Vec3 color;
-};
-
-/// cell_point and cell_color together; from three dimensions on they are the same hash.
-template <size_t N>
-CellFeature<N> cell_feature(const Lookup<N>& at, const Cell<N>& offset, float randomness) {
-  if constexpr (N < 3) {
-    return {cell_point(at, offset, randomness), cell_color(at, offset)};
-  } else {
-    const std::array<float, N> h = hash_pcg<N>(sum(at.cell, offset));
-    CellFeature<N> feature{{}, {h[0], h[1], h[2]}};
-    for (size_t i = 0; i < N; ++i) feature.place[i] = static_cast<float>(offset[i]) + h[i] * randomness;
-    return feature;
-  }
-}
-
-/// Calls visit(offset) for all cells within `reach`, the first axis running fastest.
-template <size_t N, typename Visit>
-void for_each_cell(int32_t reach, Visit visit) {
-  Cell<N> offset;
-  offset.fill(-reach);
-  for (;;) {
-    visit(offset);
-    size_t axis = 0;
-    while (axis < N && offset[axis] == reach) offset[axis++] = -reach;
-    if (axis == N) return;
-    ++offset[axis];
-  }
+float combine(const Point<N>& parts, const VoronoiSettings& s) {
+  float key = 0.0f;
+  for (const float part : parts) key = s.metric == VoronoiMetric::CHEBYCHEV ? std::max(key, part) : key + part;
+  return key;
 }
 
 /// A monotone function of the distance, cheaper than the distance.
 template <size_t N>
 float distance_key(const Point<N>& a, const Point<N>& b, const VoronoiSettings& s) {
-  const Point<N> d = a - b;
-  float key = 0.0f;
+  Point<N> d = a - b;
   if (N == 1) return std::abs(d[0]);  // every metric is the same on a line
-  switch (s.metric) {
-    case VoronoiMetric::EUCLIDEAN:
-      return dot(d, d);
-    case VoronoiMetric::MANHATTAN:
-      for (float x : d) key += std::abs(x);
-      return key;
-    case VoronoiMetric::CHEBYCHEV:
-      for (float x : d) key = std::max(key, std::abs(x));
-      return key;
-    default:
-      for (float x : d) key += std::pow(std::abs(x), s.exponent);
-      return key;
-  }
+  for (float& x : d) x = key_part(x, s);
+  return combine(d, s);
 }
 
 template <size_t N>
@@ -144,6 +43,14 @@ float distance_of_key(float key, const VoronoiSettings& s) {
   if (N == 1) return key;
   if (s.metric == VoronoiMetric::EUCLIDEAN) return std::sqrt(key);
   return s.metric == VoronoiMetric::MINKOWSKI ? std::pow(key, 1.0f / s.exponent) : key;
+}
+
+/// Below 0 for what is below 0.
+template <size_t N>
+float key_of_distance(float distance, const VoronoiSettings& s) {
+  if (N == 1 || !(distance > 0.0f)) return distance;
+  if (s.metric == VoronoiMetric::EUCLIDEAN) return distance * distance;
+  return s.metric == VoronoiMetric::MINKOWSKI ? std::pow(distance, s.exponent) : distance;
 }
 
 template <size_t N>
@@ -158,16 +65,48 @@ VoronoiResult make_result(const Lookup<N>& at, float distance, Vec3 color, const
   return r;
 }
 
-/// Distance key below which no point of the cell at `offset` can lie: that of the nearest place a point can be at.
-template <size_t N>
-float least_key(const Lookup<N>& at, const Cell<N>& offset, const VoronoiSettings& s) {
-  Point<N> nearest;
-  for (size_t i = 0; i < N; ++i) {
-    const float corner = static_cast<float>(offset[i]);
-    nearest[i] = std::clamp(at.local[i], corner, corner + s.randomness);
+/// Visits the cells of a block that may have points near the looked up place, the first axis running fastest.
+template <size_t N, int32_t kReach>
+class NearCells {
+ public:
+  NearCells(const Lookup<N>& at, const VoronoiSettings& s) : settings_(s) {
+    for (size_t axis = 0; axis < N; ++axis) {
+      for (int32_t i = -kReach; i <= kReach; ++i) {
+        const float corner = static_cast<float>(i);
+        const float gap = std::clamp(at.local[axis], corner, corner + s.randomness) - at.local[axis];
+        least_[axis][static_cast<size_t>(i + kReach)] = N == 1 ? std::abs(gap) : key_part(gap, s);
+      }
+    }
   }
-  return distance_key(nearest, at.local, s);
-}
+
+  /// Calls visit(offset), which may lower `most_key`: cells all of whose points are further than that are left out.
+  template <typename Visit>
+  void visit(const float& most_key, Visit visit) const {
+    Cell<N> offset;
+    descend<N - 1>(offset, 0.0f, most_key, visit);
+  }
+
+ private:
+  static constexpr float kRounding = 1.0f - 1e-5f;  // keys of points add up in another order
+
+  template <size_t kAxis, typename Visit>
+  void descend(Cell<N>& offset, float key, const float& most_key, Visit& visit) const {
+    for (int32_t i = -kReach; i <= kReach; ++i) {
+      const float part = least_[kAxis][static_cast<size_t>(i + kReach)];
+      const float least = settings_.metric == VoronoiMetric::CHEBYCHEV ? std::max(key, part) : key + part;
+      if (least * kRounding > most_key) continue;
+      offset[kAxis] = i;
+      if constexpr (kAxis == 0)
+        visit(offset);
+      else
+        descend<kAxis - 1>(offset, least, most_key, visit);
+    }
+  }
+
+  const VoronoiSettings& settings_;
+  std::array<std::array<float, 2 * kReach + 1>, N>
+      least_;  // by axis and offset, of the nearest place a point can be at
+};
 
 /// Nearest (rank 0) or second nearest (rank 1) point. The own cell first: it rules out most of the others.
 template <size_t N>
@@ -187,8 +126,8 @@ VoronoiResult ranked(const Lookup<N>& at, const VoronoiSettings& s, int rank) {
     }
   };
   consider(Cell<N>{});
-  for_each_cell<N>(1, [&](const Cell<N>& offset) {
-    if (offset != Cell<N>{} && least_key(at, offset, s) < key[r]) consider(offset);
+  NearCells<N, 1>(at, s).visit(key[r], [&](const Cell<N>& offset) {
+    if (offset != Cell<N>{}) consider(offset);
   });
   return make_result(at, distance_of_key<N>(key[r], s), cell_color(at, cell[r]), place[r]);
 }
@@ -196,21 +135,20 @@ VoronoiResult ranked(const Lookup<N>& at, const VoronoiSettings& s, int rank) {
 /// Points blended by a polynomial smooth minimum, in the order of the cells.
 template <size_t N>
 VoronoiResult smooth_nearest(const Lookup<N>& at, const VoronoiSettings& s, float smoothness) {
-  float distance = 0.0f;
+  float distance = 0.0f, most_key = INFINITY;
   Vec3 color;
   Point<N> place{};
   bool is_first = true;
-  for_each_cell<N>(2, [&](const Cell<N>& offset) {
-    // A point further than the blend by more than the smoothness leaves it as it is.
-    const float reach = distance + smoothness;
-    if (!is_first && distance_of_key<N>(least_key(at, offset, s), s) >= reach) return;
+  NearCells<N, 2>(at, s).visit(most_key, [&](const Cell<N>& offset) {
     const auto [p, cell_colors] = cell_feature(at, offset, s.randomness);
     const float d = distance_of_key<N>(distance_key(p, at.local, s), s);
-    if (!is_first && d >= reach) return;
+    // A point further than the blend by more than the smoothness leaves it as it is.
+    if (!is_first && d >= distance + smoothness) return;
     const float h = is_first ? 1.0f : smoothstep01(0.5f + 0.5f * (distance - d) / smoothness);
     is_first = false;
     const float correction = smoothness * h * (1.0f - h);
     distance = lerp(distance, d, h) - correction;
+    most_key = key_of_distance<N>(distance + smoothness, s);
     const float weak = correction / (1.0f + 3.0f * smoothness);
     color = lerp(color, cell_colors, h) - Vec3{weak, weak, weak};
     for (size_t i = 0; i < N; ++i) place[i] = lerp(place[i], p[i], h) - weak;
@@ -267,7 +205,7 @@ float sphere_radius(const Lookup<N>& at, float randomness) {
 }
 
 template <size_t N>
-VoronoiResult voronoi(const Point<N>& p, const VoronoiSettings& s) {
+VoronoiResult evaluate(const Point<N>& p, const VoronoiSettings& s) {
   const Lookup<N> at(p);
   const float smoothness = 0.5f * clamp01(s.smoothness);
   switch (s.feature) {
@@ -292,13 +230,13 @@ VoronoiResult voronoi_node(Vec3 p, float w, int dimensions, const VoronoiSetting
   s.randomness = clamp01(s.randomness);
   switch (dimensions) {
     case 1:
-      return voronoi<1>({w}, s);
+      return evaluate<1>({w}, s);
     case 2:
-      return voronoi<2>({p.x, p.y}, s);
+      return evaluate<2>({p.x, p.y}, s);
     case 3:
-      return voronoi<3>({p.x, p.y, p.z}, s);
+      return evaluate<3>({p.x, p.y, p.z}, s);
     default:
-      return voronoi<4>({p.x, p.y, p.z, w}, s);
+      return evaluate<4>({p.x, p.y, p.z, w}, s);
   }
 }
 

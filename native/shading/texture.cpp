@@ -25,46 +25,72 @@ float stored_value(const void* pixels, size_t i) {
   if constexpr (F == PixelFormat::FLOAT) return static_cast<const float*>(pixels)[i];
 }
 
-/// Three or four channels from `i` on; without a fourth the last lane is 0.
+/// Three channels from `i` on; the last lane is 0.
 template <PixelFormat F>
-Rgba stored_color(const void* pixels, size_t i, bool has_four) {
+Rgba three_channels(const void* pixels, size_t i) {
   if constexpr (F == PixelFormat::U8) {
     const uint8_t* p = static_cast<const uint8_t*>(pixels) + i;
     uint16_t low;
     std::memcpy(&low, p, sizeof(low));
-    const unsigned high = p[2] | (has_four ? unsigned{p[3]} << 8 : 0u);
-    const __m128i bytes = _mm_cvtsi32_si128(static_cast<int>(low | high << 16));
+    const __m128i bytes = _mm_cvtsi32_si128(low | p[2] << 16);
     return _mm_cvtepi32_ps(_mm_cvtepu8_epi32(bytes)) * _mm_set1_ps(1.0f / 255.0f);
   } else {
     return _mm_setr_ps(stored_value<F>(pixels, i), stored_value<F>(pixels, i + 1), stored_value<F>(pixels, i + 2),
-                       has_four ? stored_value<F>(pixels, i + 3) : 0.0f);
+                       0.0f);
   }
 }
 
 template <PixelFormat F>
-Rgba fetch(const Image& image, int x, int y) {
-  constexpr int kAlphaLane = 8;
-  const size_t channels = static_cast<size_t>(image.channels);
-  const size_t i = (static_cast<size_t>(y) * static_cast<size_t>(image.width) + static_cast<size_t>(x)) * channels;
-  const void* p = image.pixels.get();
-  const bool has_alpha = (channels == 2 || channels == 4) && image.alpha != AlphaMode::IGNORED;
-  if (channels >= 3) {
-    const Rgba color = stored_color<F>(p, i, has_alpha);
-    if (!has_alpha) return _mm_blend_ps(color, _mm_set1_ps(1.0f), kAlphaLane);
-    if (image.alpha != AlphaMode::STRAIGHT) return color;
-    return _mm_blend_ps(color * _mm_permute_ps(color, 0xff), color, kAlphaLane);
+Rgba four_channels(const void* pixels, size_t i) {
+  if constexpr (F == PixelFormat::U8) {
+    int32_t bytes;
+    std::memcpy(&bytes, static_cast<const uint8_t*>(pixels) + i, sizeof(bytes));
+    return _mm_cvtepi32_ps(_mm_cvtepu8_epi32(_mm_cvtsi32_si128(bytes))) * _mm_set1_ps(1.0f / 255.0f);
+  } else if constexpr (F == PixelFormat::FLOAT) {
+    return _mm_loadu_ps(static_cast<const float*>(pixels) + i);
+  } else {
+    return _mm_setr_ps(stored_value<F>(pixels, i), stored_value<F>(pixels, i + 1), stored_value<F>(pixels, i + 2),
+                       stored_value<F>(pixels, i + 3));
   }
-  const float value = stored_value<F>(p, i), alpha = has_alpha ? stored_value<F>(p, i + 1) : 1.0f;
-  const float scale = image.alpha == AlphaMode::STRAIGHT ? alpha : 1.0f;
-  return _mm_blend_ps(_mm_set1_ps(scale * value), _mm_set1_ps(alpha), kAlphaLane);
 }
 
-/// Outside of the image: transparent black. Only CLIP asks for such texels.
+/// The texels of an image as filters read them. What all of them have in common is looked up once.
 template <PixelFormat F>
-Rgba fetch_clipped(const Image& image, int x, int y) {
-  if (x < 0 || y < 0 || x >= image.width || y >= image.height) return _mm_setzero_ps();
-  return fetch<F>(image, x, y);
-}
+class Texels {
+ public:
+  Texels(const Image& image, Extension extension)
+      : pixels_(image.pixels.get()),
+        width_(image.width),
+        height_(image.height),
+        channels_(image.channels),
+        has_alpha_((channels_ == 2 || channels_ == 4) && image.alpha != AlphaMode::IGNORED),
+        multiplies_(has_alpha_ && image.alpha == AlphaMode::STRAIGHT),
+        clips_(extension == Extension::CLIP) {}
+
+  /// Outside of the image, where CLIP alone asks: transparent black.
+  Rgba operator()(int x, int y) const {
+    if (clips_ && (x < 0 || y < 0 || x >= width_ || y >= height_)) return _mm_setzero_ps();
+    const size_t i = (static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)) *
+                     static_cast<size_t>(channels_);
+    const Rgba color = read(i);
+    if (!has_alpha_) return _mm_blend_ps(color, _mm_set1_ps(1.0f), kAlphaLane);
+    return multiplies_ ? _mm_blend_ps(color * _mm_permute_ps(color, 0xff), color, kAlphaLane) : color;
+  }
+
+ private:
+  static constexpr int kAlphaLane = 8;
+
+  Rgba read(size_t i) const {
+    if (channels_ == 4) return four_channels<F>(pixels_, i);
+    if (channels_ == 3) return three_channels<F>(pixels_, i);
+    const Rgba grey = _mm_set1_ps(stored_value<F>(pixels_, i));
+    return has_alpha_ ? _mm_blend_ps(grey, _mm_set1_ps(stored_value<F>(pixels_, i + 1)), kAlphaLane) : grey;
+  }
+
+  const void* pixels_;
+  int width_, height_, channels_;
+  bool has_alpha_, multiplies_, clips_;
+};
 
 // --- Where texels lie ---
 
@@ -102,22 +128,22 @@ TexelPosition texel_position(float coordinate) {
 
 template <PixelFormat F>
 Rgba filter_closest(const Image& image, float u, float v, Extension extension) {
+  const Texels<F> texels(image, extension);
   const int x = wrap(texel_position(u * static_cast<float>(image.width)).index, image.width, extension);
   const int y = wrap(texel_position(v * static_cast<float>(image.height)).index, image.height, extension);
-  return fetch_clipped<F>(image, x, y);
+  return texels(x, y);
 }
 
 /// Bilinear; texel centres lie at half-integers.
 template <PixelFormat F>
 Rgba filter_linear(const Image& image, float u, float v, Extension extension) {
+  const Texels<F> texels(image, extension);
   const TexelPosition px = texel_position(u * static_cast<float>(image.width) - 0.5f);
   const TexelPosition py = texel_position(v * static_cast<float>(image.height) - 0.5f);
   const int x0 = wrap(px.index, image.width, extension), x1 = wrap(px.index + 1, image.width, extension);
   const int y0 = wrap(py.index, image.height, extension), y1 = wrap(py.index + 1, image.height, extension);
   const float tx = px.fraction, ty = py.fraction;
-  const auto row = [&](int y) {
-    return (1.0f - tx) * fetch_clipped<F>(image, x0, y) + tx * fetch_clipped<F>(image, x1, y);
-  };
+  const auto row = [&](int y) { return (1.0f - tx) * texels(x0, y) + tx * texels(x1, y); };
   return (1.0f - ty) * row(y0) + ty * row(y1);
 }
 
@@ -130,6 +156,7 @@ std::array<float, 4> spline_weights(float t) {
 
 template <PixelFormat F>
 Rgba filter_cubic(const Image& image, float u, float v, Extension extension) {
+  const Texels<F> texels(image, extension);
   const TexelPosition px = texel_position(u * static_cast<float>(image.width) - 0.5f);
   const TexelPosition py = texel_position(v * static_cast<float>(image.height) - 0.5f);
   const std::array<float, 4> wx = spline_weights(px.fraction), wy = spline_weights(py.fraction);
@@ -139,7 +166,7 @@ Rgba filter_cubic(const Image& image, float u, float v, Extension extension) {
     Rgba row = _mm_setzero_ps();
     for (int i = 0; i < 4; ++i) {
       const int x = wrap(px.index + i - 1, image.width, extension);
-      row = row + wx[static_cast<size_t>(i)] * fetch_clipped<F>(image, x, y);
+      row = row + wx[static_cast<size_t>(i)] * texels(x, y);
     }
     sum = sum + wy[static_cast<size_t>(j)] * row;
   }
