@@ -106,6 +106,7 @@ class LiveSync:
         context = MaterialContext(self._core, kept.builder, depsgraph, self._images, report)
         override = depsgraph.view_layer_eval.material_override
         materials = MaterialTable(context, override, kept.materials, changes)
+        materials.refresh()
         with timed(report, "world"):
             environment = environment_arguments(depsgraph, materials)
             if environment != kept.environment:

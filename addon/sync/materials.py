@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Set
 from dataclasses import dataclass, field
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 CompileTree = Callable[[bpy.types.ID, "MaterialContext"], "MaterialProgram | None"]
 
+SHADED = bpy.types.Material | bpy.types.World | bpy.types.Light
 _EMPTY_SLOT = 0
 
 
@@ -94,10 +95,18 @@ class MaterialTable:
         self._kept = kept if kept is not None else KeptMaterials()
         self._changes = changes
         self._checked: set[int] = set()
+        self._asked: set[int] = set()
         self._in_use: set[int] = set()
         self.compiled = 0
         self.has_new_layer_values = any(map(self._has_new_layer_values, self._kept.compiled.values()))
         """Whether programs may be out of date although nothing that asks for them was touched."""
+
+    def refresh(self) -> None:
+        """Compile anew what was touched, whoever asks: geometry nodes give materials to objects that are not listed."""
+        compiled = {} if self._changes.is_everything else self._kept.compiled
+        touched = {uid for uid, before in compiled.items() if uid != _EMPTY_SLOT and self._is_touched(uid, before)}
+        for uid, data_block in shaded_data_blocks(self._context.depsgraph, touched).items():
+            self._compiled_handle(uid, data_block, _compiler_of(data_block))
 
     def set_handle(self, evaluated_object: bpy.types.Object) -> int:
         """Material set of an object's slots, whether they are linked to the object or to its data."""
@@ -125,7 +134,7 @@ class MaterialTable:
         """Images in use. Forgets the programs that nothing asked for, if whatever may ask has done so."""
         kept = self._kept
         if self._changes.has_unlisted:
-            for uid in set(kept.compiled) - self._checked - self._in_use:
+            for uid in set(kept.compiled) - self._asked - self._in_use:
                 handle = kept.compiled.pop(uid).handle
                 if handle is not None:
                     kept.free_handles.append(handle)
@@ -133,6 +142,10 @@ class MaterialTable:
 
     def _handle(self, data_block: bpy.types.ID | None, compile_tree: CompileTree) -> int | None:
         uid = _EMPTY_SLOT if data_block is None else original_uid(data_block)
+        self._asked.add(uid)
+        return self._compiled_handle(uid, data_block, compile_tree)
+
+    def _compiled_handle(self, uid: int, data_block: bpy.types.ID | None, compile_tree: CompileTree) -> int | None:
         if uid not in self._checked:
             self._checked.add(uid)
             before = self._kept.compiled.get(uid)
@@ -166,6 +179,21 @@ class MaterialTable:
         return CompiledMaterial(handle, frozenset(self._context.used_images), dict(self._context.used_layer_values))
 
 
+def _compiler_of(data_block: bpy.types.ID) -> CompileTree:
+    if isinstance(data_block, bpy.types.Light):
+        return compile_light
+    return compile_world if isinstance(data_block, bpy.types.World) else compile_material
+
+
+def shaded_data_blocks(depsgraph: bpy.types.Depsgraph, uids: Set[int]) -> dict[int, bpy.types.ID]:
+    """The evaluated materials, worlds and lamps of these ids, as far as the dependency graph has them."""
+    found: dict[int, bpy.types.ID] = {}
+    for data_blocks in ((update.id for update in depsgraph.updates), depsgraph.ids):
+        if found.keys() < uids:
+            found |= {original_uid(i): i for i in data_blocks if isinstance(i, SHADED) and original_uid(i) in uids}
+    return found
+
+
 @dataclass(frozen=True)
 class TreeUses:
     """What the node trees of a scene read from elsewhere."""
@@ -179,7 +207,7 @@ def tree_uses(depsgraph: bpy.types.Depsgraph, only_updated: bool = False) -> Tre
     """Mesh attributes, values of instances and images that any material, world or lamp of the scene names, or
     any of those that the last evaluation touched."""
     data_blocks = (update.id for update in depsgraph.updates) if only_updated else depsgraph.ids
-    owners = (i for i in data_blocks if isinstance(i, bpy.types.Material | bpy.types.World | bpy.types.Light))
+    owners = (i for i in data_blocks if isinstance(i, SHADED))
     attributes: set[str] = set()
     instance_values: set[str] = set()
     images: dict[int, tuple[bpy.types.Image, bpy.types.ImageUser]] = {}
@@ -191,10 +219,13 @@ def tree_uses(depsgraph: bpy.types.Depsgraph, only_updated: bool = False) -> Tre
             attributes.add(getattr(node, "attribute_name", ""))
         if node.bl_idname == "ShaderNodeVertexColor":
             attributes.add(node.layer_name or DEFAULT_COLOR_ATTRIBUTE)
-        image = getattr(node, "image", None)
-        if image is not None and hasattr(node, "image_user"):
-            images.setdefault(image.as_pointer(), (image, node.image_user))
+        if _has_image(node):
+            images.setdefault(node.image.as_pointer(), (node.image, node.image_user))
     return TreeUses(frozenset(attributes - {""}), frozenset(instance_values), tuple(images.values()))
+
+
+def _has_image(node: bpy.types.Node) -> bool:
+    return getattr(node, "image", None) is not None and hasattr(node, "image_user")
 
 
 def _nodes(trees: Iterable[bpy.types.NodeTree]) -> Iterator[bpy.types.Node]:
