@@ -1,7 +1,7 @@
 """Images to pixel arrays in their native depth.
 
 Files are decoded by OpenImageIO on a thread pool that starts before the materials are compiled; what it cannot open,
-and images painted or generated inside Blender, come from Blender's own pixels.
+movies, and images painted or generated inside Blender, come from Blender's own pixels.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Set
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,6 +31,7 @@ from .image_alpha import (
     is_straight,
     packed_needs_blender,
 )
+from .image_source import ImageSource, file_source, image_path, is_packed, packed_source
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -38,18 +39,6 @@ if TYPE_CHECKING:
 _MISSING = -1
 _NATIVE_TYPES = (np.uint8, np.uint16, np.float16, np.float32)
 _DECODE_THREADS = 4
-
-
-@dataclass(frozen=True)
-class ImageSource:
-    """Where the pixels of an image come from; equal sources give equal pixels."""
-
-    path: str
-    modified: float = 0.0
-    """Time of the last change of a file on disk."""
-    packed_in: int = 0
-    """Session id of the image that carries the file; 0 for a file on disk. Packed files may share a path."""
-    packed_size: int = 0
 
 
 class ImageCache:
@@ -62,18 +51,25 @@ class ImageCache:
         self._handles: dict[tuple, int] = {}
         self._before: dict[tuple, int] = {}
         self._free_handles: list[int] = []
+        self._packed: dict[tuple[int, int], ImageSource] = {}
+        """By image and size: to look at all bytes takes 1.4 ms for each megabyte."""
+        self._scene_frame: int | None = None
 
-    def begin(self) -> None:
-        """Forget the builder's handles, and the files that the sync before did not use."""
+    def begin(self, scene_frame: int | None = None) -> None:
+        """Forget the builder's handles, and the files that the sync before did not use. `scene_frame` moves movies and
+        sequences; None: as they were evaluated."""
         self._decoded = {source: pixels for source, pixels in self._decoded.items() if source in self._used}
-        self._used = set()
+        self._used, self._packed = set(), {}
         self._handles, self._before, self._free_handles = {}, {}, []
+        self._scene_frame = scene_frame
 
-    def begin_again(self, has_changes: bool) -> None:
+    def begin_again(self, has_changes: bool, scene_frame: int | None = None) -> None:
         """Go on with the same builder. With changes, images keep their handles but are taken over anew."""
         self._decoded, self._used = {}, set()
+        self._scene_frame = scene_frame
         if has_changes:
             self._before, self._handles = self._handles | self._before, {}
+            self._packed = {}
 
     def free_unused(self, builder: SceneBuilder, used: Set[int]) -> None:
         """Drop the pixels of images that no program uses; their handles are given to others."""
@@ -90,15 +86,15 @@ class ImageCache:
 
     def prefetch(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> None:
         """Start decoding an image that `handle` will be asked for."""
-        source = image_source(image, image_user)
-        if source is not None and (original_uid(image), source) not in self._handles:
+        source = self._source(image, image_user)
+        if source is not None and not source.is_movie and (original_uid(image), source) not in self._handles:
             self._decode(source, image)
 
     def handle(
         self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None, builder: SceneBuilder, report: SyncReport
     ) -> int:
         """The builder's handle, or -1 after a warning for an image that cannot be read."""
-        source = image_source(image, image_user)
+        source = self._source(image, image_user)
         key = (original_uid(image), source)
         if key not in self._handles:
             self._handles[key] = self._add(image, source, builder, report, self._before.pop(key, None))
@@ -111,10 +107,21 @@ class ImageCache:
             self._handles[key] = builder.add_image(name, make(), alpha="IGNORED", replace=before)
         return self._handles[key]
 
-    def _decode(self, source: ImageSource, image: bpy.types.Image) -> Future:
+    def _source(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> ImageSource | None:
+        if not is_packed(image):
+            return file_source(image, image_user, self._scene_frame)
+        key = (original_uid(image), image.packed_file.size)
+        if key not in self._packed:
+            data = image.packed_file.data
+            self._packed[key] = packed_source(image, data)
+            self._decode(self._packed[key], image, data)
+        return self._packed[key]
+
+    def _decode(self, source: ImageSource, image: bpy.types.Image, packed: bytes | None = None) -> Future:
         self._used.add(source)
         if source not in self._decoded:
-            packed = bytes(image.packed_file.data) if source.packed_in else None
+            if source.packed_in and packed is None:
+                packed = image.packed_file.data
             self._decoded[source] = self._pool.submit(read_file, source.path, packed)
         return self._decoded[source]
 
@@ -128,13 +135,13 @@ class ImageCache:
     ) -> int:
         if image.source == "TILED":
             report.warn(f"Image '{image.name}': only the first tile is used")
-        if image.source == "MOVIE":
-            report.warn(f"Image '{image.name}': movies are not supported, its current frame is used")
         colour = image_colour(image.colorspace_settings.name, versions.working_space())
-        file = self._decode(source, image).result() if source is not None else None
+        is_file = source is not None and not source.is_movie
+        file = self._decode(source, image).result() if is_file else None
         content = _content(image, source, file, colour)
         if content is None:
-            report.warn(f"Image '{image.name}': {image_path(image, image_user=None)!r} cannot be read, shown magenta")
+            path = image_path(image) if source is None else source.path
+            report.warn(f"Image '{image.name}': {path!r} cannot be read, shown magenta")
             return _MISSING
         if not colour.is_known:
             report.warn(f"Image '{image.name}': colour space {image.colorspace_settings.name} is read as sRGB")
@@ -180,35 +187,12 @@ def _stored_content(
         return _Content(file.pixels, colour, alpha_of_file(mode, is_data, file.is_straight))
     if file is not None and not packed_needs_blender(mode, is_data, file.pixels, colour.transfer == "LINEAR"):
         return _Content(file.pixels, colour, alpha_of_packed(mode, is_data))
-    pixels = blender_pixels(image)
+    pixels = blender_pixels(image, None if source is None else source.frame)
     if pixels is None:
         return None
-    if image.is_float:  # decoded by Blender already
+    if pixels.dtype == np.float32:  # decoded by Blender already
         colour = ImageColour("LINEAR", None, colour.is_known, is_data)
     return _Content(pixels, colour, alpha_of_buffer(mode, is_data, pixels))
-
-
-def image_source(image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> ImageSource | None:
-    """The file behind an image, or None where only Blender has its pixels or there is no file."""
-    if image.is_dirty or image.source not in {"FILE", "SEQUENCE", "TILED"}:
-        return None
-    path = image_path(image, image_user)
-    if image.packed_file is not None and image.source == "FILE":
-        return ImageSource(path, packed_in=original_uid(image), packed_size=image.packed_file.size)
-    try:
-        return ImageSource(path, Path(path).stat().st_mtime)
-    except OSError:
-        return None
-
-
-def image_path(image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> str:
-    """Absolute path of an image, of the current frame of a sequence, or of the first tile."""
-    path = image.filepath
-    if image.source == "SEQUENCE" and image_user is not None:
-        path = image.filepath_from_user(image_user=image_user)
-    if image.source == "TILED" and len(image.tiles):
-        path = path.replace("<UDIM>", str(image.tiles[0].number))
-    return bpy.path.abspath(path, library=image.library)
 
 
 def read_file(path: str, packed: bytes | None = None) -> FilePixels | None:
@@ -259,13 +243,33 @@ def _file(path: str, packed: bytes | None) -> Iterator[str]:
             yield str(name)
 
 
-def blender_pixels(image: bpy.types.Image) -> NDArray | None:
-    """Blender's own copy: uint8 for byte images (the stored code values), float32 (linear) otherwise."""
-    width, height = image.size
-    if width == 0 or height == 0:
-        return None
-    pixels = np.empty((height, width, image.channels), np.float32)
-    image.pixels.foreach_get(pixels.ravel())
-    if image.is_float:
-        return pixels
+def blender_pixels(image: bpy.types.Image, frame: int | None = None) -> NDArray | None:
+    """Blender's own copy: uint8 for byte images (the stored code values), float32 (linear) otherwise.
+
+    `frame`: of a movie or sequence, 1 the first; without it they are those of the frame that was decoded last."""
+    with _decoded_frame(image, frame) if frame is not None and not image.is_dirty else nullcontext():
+        width, height = image.size
+        if width == 0 or height == 0:
+            return None
+        pixels = np.empty((height, width, image.channels), np.float32)
+        image.pixels.foreach_get(pixels.ravel())
+        if image.is_float:
+            return pixels
     return np.rint(np.clip(pixels, 0.0, 1.0) * 255.0).astype(np.uint8)
+
+
+@contextmanager
+def _decoded_frame(image: bpy.types.Image, frame: int) -> Iterator[None]:
+    """Lets `image.pixels` be those of a frame.
+
+    Of all that Python may call without a GPU only `scale` decodes a frame that it is told. To the size that the image
+    has it does no more, but marks it as painted, which is undone by dropping what is decoded."""
+    try:
+        with suppress(RuntimeError):  # where there is no such frame
+            if not any(image.size):  # as long as nothing was decoded
+                image.scale(1, 1, frame=max(frame, 0))
+                image.buffers_free()
+            image.scale(*image.size, frame=max(frame, 0))
+        yield
+    finally:
+        image.buffers_free()

@@ -98,9 +98,9 @@ class LiveSync:
         report: SyncReport,
     ) -> None:
         if changes.is_everything:
-            self._images.begin()
+            self._images.begin(depsgraph.scene_eval.frame_current)
         else:
-            self._images.begin_again(changes.has_images)
+            self._images.begin_again(changes.has_images, depsgraph.scene_eval.frame_current)
         with timed(report, "trees"):
             kept.uses = self._tree_uses(depsgraph, changes, kept.uses)
         context = MaterialContext(self._core, kept.builder, depsgraph, self._images, report)

@@ -82,7 +82,7 @@ def _sync(
         builder.set_camera(**camera_arguments(scene, camera_object, report))
     with timed(report, "trees"):
         uses = tree_uses(depsgraph)
-        images.begin()
+        images.begin(scene.frame_current)
         for image, image_user in uses.images:
             images.prefetch(image, image_user)
     context = MaterialContext(core, builder, depsgraph, images, report)

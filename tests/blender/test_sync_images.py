@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from fake_core import SceneBuilder
 
-from addon.sync import SyncReport, versions
+from addon.sync import SyncReport, images, versions
 from addon.sync.colour import image_colour, rgb_to_xyz
+from addon.sync.image_source import packed_source
 from addon.sync.images import ImageCache, blender_pixels, read_file
 
 # 2 x 3 pixels, the first row is the top of the picture.
@@ -75,6 +76,47 @@ def test_a_file_is_decoded_once_and_again_when_it_changes(empty_scene, cache, tm
     assert (added(cache, image)[0]["pixels"] == 255 - first["pixels"]).all()
 
 
+def test_a_file_that_changes_at_one_time_and_size_is_decoded_again(empty_scene, cache, tmp_path) -> None:
+    """As a copy does that keeps the time."""
+    path = write(tmp_path / "a.tif", ROWS.astype(np.uint8))
+    image = bpy.data.images.load(str(path))
+    first, _ = added(cache, image)
+    before = path.stat()
+    write(path, 255 - ROWS.astype(np.uint8))
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert path.stat().st_size == before.st_size
+    assert (added(cache, image)[0]["pixels"] == 255 - first["pixels"]).all()
+
+
+def test_packed_pixels_that_change_at_one_size_are_decoded_again(empty_scene, cache) -> None:
+    image = bpy.data.images.new("Painted", 4, 4, float_buffer=True)
+    sizes = set()
+    for color in ((1, 0, 0, 1), (0, 1, 0, 1)):
+        image.pixels.foreach_set(np.tile(np.float32(color), 16))
+        image.pack()
+        sizes.add(image.packed_file.size)
+        assert added(cache, image)[0]["pixels"].argmax(axis=2).tolist() == np.full((4, 4), color.index(1)).tolist()
+    assert len(sizes) == 1
+
+
+def test_packed_bytes_are_looked_at_once_in_a_sync(empty_scene, cache, tmp_path, monkeypatch) -> None:
+    image = bpy.data.images.load(str(write(tmp_path / "a.png", ROWS.astype(np.uint8))))
+    image.pack()
+    looks = []
+    monkeypatch.setattr(images, "packed_source", lambda *given: looks.append(given) or packed_source(*given))
+    builder, report = SceneBuilder(), SyncReport()
+    cache.begin()
+    for _ in range(2):
+        cache.prefetch(image, None)
+        cache.handle(image, None, builder, report)
+    cache.begin_again(has_changes=False)
+    cache.handle(image, None, builder, report)
+    assert len(looks) == 1
+    cache.begin_again(has_changes=True)
+    cache.handle(image, None, builder, report)
+    assert len(looks) == 2
+
+
 def test_one_handle_for_one_image(empty_scene, cache, tmp_path) -> None:
     image = bpy.data.images.load(str(write(tmp_path / "a.png", ROWS.astype(np.uint8))))
     builder, report = SceneBuilder(), SyncReport()
@@ -95,14 +137,14 @@ def test_packed_files(empty_scene, cache, tmp_path, suffix) -> None:
 
 
 def test_packed_files_of_one_path_are_told_apart(empty_scene, cache, tmp_path) -> None:
-    images = []
+    packed = []
     for value in (10, 20):
         path = write(tmp_path / "same.tif", np.full((2, 2, 3), value, np.uint8))
-        images.append(bpy.data.images.load(str(path)))
-        images[-1].pack()
-    assert images[0].packed_file.size == images[1].packed_file.size
+        packed.append(bpy.data.images.load(str(path)))
+        packed[-1].pack()
+    assert packed[0].packed_file.size == packed[1].packed_file.size
     builder, report = SceneBuilder(), SyncReport()
-    for image in images:
+    for image in packed:
         cache.handle(image, None, builder, report)
     assert [call["pixels"].max() for call in builder.of("add_image")] == [10, 20]
 
