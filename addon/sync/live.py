@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -82,6 +82,8 @@ class LiveSync:
         if kept is None or (kept.scene, kept.layer) != (scene, layer):
             kept, changes = KeptScene(self._core.SceneBuilder(), scene, layer), EVERYTHING
         self._kept = None
+        animated = kept.materials.with_new_frames(depsgraph)
+        changes = replace(changes, shading=changes.shading | animated) if animated else changes
         placed = kept.instances.arrays
         if not (changes.are_moves_only and follow_moves(depsgraph, kept.builder, kept.instances, changes.moved)):
             self._sync(depsgraph, kept, changes, space, report)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import SyncReport
 from .changes import EVERYTHING, Changes, original_uid
+from .image_source import ImageSource, animated_source
 from .images import ImageCache
 from .instance_values import Rgba, layer_value
 from .nodes import compile_light, compile_material, compile_world
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from cistern_core import MaterialProgram, SceneBuilder
 
 CompileTree = Callable[[bpy.types.ID, "MaterialContext"], "MaterialProgram | None"]
+Animations = frozenset[tuple[int, ImageSource | None]]
 
 SHADED = bpy.types.Material | bpy.types.World | bpy.types.Light
 _EMPTY_SLOT = 0
@@ -69,6 +71,8 @@ class CompiledMaterial:
     images: frozenset[int]
     layer_values: dict[str, Rgba] = field(default_factory=dict)
     """Attributes of the view layer that it was made with."""
+    animations: Animations = frozenset()
+    """The images that follow the scene's frame."""
 
 
 @dataclass
@@ -78,6 +82,18 @@ class KeptMaterials:
     compiled: dict[int, CompiledMaterial] = field(default_factory=dict)
     sets: dict[tuple[int, ...], int] = field(default_factory=dict)
     free_handles: list[int] = field(default_factory=list)
+    frame: int = 0
+    """Of the scene, when animations were last looked at."""
+
+    def with_new_frames(self, depsgraph: bpy.types.Depsgraph) -> frozenset[int]:
+        """Data-blocks whose images show another frame now, which Blender does not list."""
+        frame, before = depsgraph.scene_eval.frame_current, self.frame
+        self.frame = frame
+        candidates = {uid for uid, compiled in self.compiled.items() if compiled.animations}
+        if frame == before or not candidates:
+            return frozenset()
+        owners = shaded_data_blocks(depsgraph, candidates)
+        return frozenset(i for i in candidates if animations(owners.get(i), frame) != self.compiled[i].animations)
 
 
 class MaterialTable:
@@ -176,7 +192,12 @@ class MaterialTable:
         elif handle is not None:
             self._kept.free_handles.append(handle)
             handle = None
-        return CompiledMaterial(handle, frozenset(self._context.used_images), dict(self._context.used_layer_values))
+        return CompiledMaterial(
+            handle,
+            frozenset(self._context.used_images),
+            dict(self._context.used_layer_values),
+            animations(data_block, self._context.depsgraph.scene_eval.frame_current),
+        )
 
 
 def _compiler_of(data_block: bpy.types.ID) -> CompileTree:
@@ -192,6 +213,14 @@ def shaded_data_blocks(depsgraph: bpy.types.Depsgraph, uids: Set[int]) -> dict[i
         if found.keys() < uids:
             found |= {original_uid(i): i for i in data_blocks if isinstance(i, SHADED) and original_uid(i) in uids}
     return found
+
+
+def animations(owner: bpy.types.ID | None, frame: int) -> Animations:
+    """The images of a node tree that follow the scene's frame, as they are at one."""
+    tree = getattr(owner, "node_tree", None)
+    images = ((node.image, node.image_user) for node in _nodes([tree] if tree else []) if _has_image(node))
+    sources = (animated_source(image, image_user, frame) for image, image_user in images)
+    return frozenset(source for source in sources if source is not None)
 
 
 @dataclass(frozen=True)
