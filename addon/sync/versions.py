@@ -57,6 +57,11 @@ def materials_are_trees() -> bool:
     return getattr(bpy.types.Material.bl_rna.properties["use_nodes"], "is_deprecated", False)
 
 
+def bump_filter_width() -> float:
+    """Of a new Bump node, in pixels, which is that of displacement too; 1 before it could be chosen (Blender 4.2)."""
+    return 0.1 if hasattr(bpy.types, "ShaderNodeBsdfMetallic") else 1.0
+
+
 def cycles_setting(data_block: bpy.types.ID, name: str, default: Any) -> Any:  # noqa: ANN401
     """A setting that lives with the Cycles add-on, or `default` where that add-on is disabled."""
     return getattr(getattr(data_block, "cycles", None), name, default)

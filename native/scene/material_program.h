@@ -41,6 +41,8 @@ enum class Op : uint8_t {
   // Closures: first input is the weight (float), no output.
   CLOSURE_PRINCIPLED, CLOSURE_DIFFUSE, CLOSURE_GLOSSY, CLOSURE_GLASS, CLOSURE_REFRACTION, CLOSURE_TRANSLUCENT,
   CLOSURE_TRANSPARENT, CLOSURE_EMISSION, CLOSURE_SHEEN, CLOSURE_METALLIC, CLOSURE_HOLDOUT,
+  // No shader, but no value either: the normal that displacement bends, for the closures after it.
+  CLOSURE_NORMAL,
   COUNT
 };
 // clang-format on

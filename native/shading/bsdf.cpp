@@ -49,7 +49,7 @@ LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, 
         if ((dot(model.n, wi) > 0.0f) != is_above || (kIsMicrofacet && !can_leave)) return {};
         LobeEvaluation evaluation = evaluate_lobe(model, bsdf.wo, wi);
         if constexpr (!kIsMicrofacet) {
-          const float shadowing = bump_shadowing(bsdf.ns, model.n, wi);
+          const float shadowing = bump_shadowing(bump_reference(bsdf), model.n, wi);
           if (shadowing == 0.0f) return {};
           evaluation.f_cos *= shadowing;
           evaluation.even_cos = evaluation.pdf * shadowing;
@@ -202,6 +202,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   ng = other.ng;
   wo = other.wo;
   ns = other.ns;
+  bump_ns = other.bump_ns;
   total_sample_weight = other.total_sample_weight;
   even_shade = other.even_shade;
   even_normal = other.even_normal;

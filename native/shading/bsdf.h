@@ -84,6 +84,7 @@ struct Bsdf {
   float holdout = 0.0f;              // in [0, 1]
   Vec3 ng, wo;                       // of the surface point: unit, same side
   Vec3 ns;                           // interpolated normal, before bump mapping; zero: ng, without bump shadowing
+  Vec3 bump_ns;                      // bent by displacement: what bump shadowing compares normals with; zero: ns
   float total_sample_weight = 0.0f;  // of the lobes, transparency not included
   float even_shade = 0.0f;           // of the layers above diffuse lobes, see even_transmittance
   Vec3 even_normal;                  // of those layers
@@ -102,11 +103,13 @@ struct Bsdf {
   bool scatters() const { return count > 0; }
 };
 
+inline const Vec3& bump_reference(const Bsdf& bsdf) { return bsdf.bump_ns == Vec3{} ? bsdf.ns : bsdf.bump_ns; }
+
 /// Whether the lobe is black for all directions: bump shadowing leaves nothing of diffuse ones whose normal is bent
-/// away from ns by more than a right angle.
+/// away from its reference by more than a right angle.
 template <class Model>
 bool is_bent_away(const Bsdf& bsdf, const Model& model) {
-  return !std::is_same_v<Model, MicrofacetLobe> && dot(model.n, bsdf.ns) < 0.0f;
+  return !std::is_same_v<Model, MicrofacetLobe> && dot(model.n, bump_reference(bsdf)) < 0.0f;
 }
 
 /// The lobe of that model and normal, or none; of models that have nothing but a normal.

@@ -106,6 +106,9 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
     case Op::CLOSURE_HOLDOUT:
       bsdf.holdout = clamp01(bsdf.holdout + inputs[0].x);
       return;
+    case Op::CLOSURE_NORMAL:
+      bsdf.bump_ns = closure_normal(inputs[1], point);
+      return;
     default:
       return;  // not a closure
   }

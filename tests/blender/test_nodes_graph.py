@@ -283,13 +283,12 @@ def test_too_large_a_tree_loses_its_bumps_first(empty_scene):
     assert context.warnings == ["Material 'Test': the node tree is too large for bump, which is left out"]
 
 
-def test_volumes_and_displacement_warn(empty_scene):
+def test_volumes_warn(empty_scene):
     tree = Tree()
     tree.link(tree.node("ShaderNodeVolumeScatter"), "Volume", tree.output, "Volume")
-    tree.link(tree.node("ShaderNodeDisplacement"), "Displacement", tree.output, "Displacement")
     context = Context()
     assert [closure.op for closure in tree.compile(context).closures] == ["CLOSURE_TRANSPARENT"]
-    assert len(context.warnings) == 2
+    assert len(context.warnings) == 1
 
 
 def test_object_without_material_is_as_cycles_has_it(empty_scene):

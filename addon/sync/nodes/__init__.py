@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from .. import versions
-from . import closures, color, converter, inputs, sky, textures, vector  # noqa: F401 - they register their nodes
+from . import closures, color, converter, displacement, inputs, sky, textures, vector  # noqa: F401 - they register
 from .compiler import Compiler, Context, TreeKind, flatten_shader
 from .graph import Port, Scope, Tree, active_output, socket_named, source_of
 from .instructions import COLOR, MAX_REGISTERS, constant
@@ -45,7 +45,8 @@ def compile_material(material: bpy.types.Material | None, context: Context) -> M
     def build(compiler: Compiler) -> None:
         compiler.pass_index = material.pass_index
         if surface is not None:
-            _warn_other_outputs(compiler, surface)
+            _warn_volume(compiler, surface)
+            displacement.bump_by_displacement(compiler, surface, material.displacement_method)
             _flatten_surface(compiler, surface)
 
     return _compile(build, name, owner, context, TreeKind.SURFACE)
@@ -64,7 +65,7 @@ def compile_world(world: bpy.types.World | None, context: Context) -> MaterialPr
     surface = _output_port(world.node_tree, "ShaderNodeOutputWorld")
 
     def build(compiler: Compiler) -> None:
-        _warn_other_outputs(compiler, surface)
+        _warn_volume(compiler, surface)
         flatten_shader(compiler, surface, ONE)
 
     return _compile(build, world.name, owner, context, TreeKind.WORLD, needs_closures=True) if surface else None
@@ -106,11 +107,10 @@ def _output_port(tree: Tree, idname: str) -> Port | None:
     return Port(Scope(tree), node, socket_named(node.inputs, "Surface")) if node else None
 
 
-def _warn_other_outputs(compiler: Compiler, surface: Port) -> None:
-    for identifier, text in (("Volume", "volumes are"), ("Displacement", "displacement is")):
-        socket = socket_named(surface.node.inputs, identifier)
-        if socket is not None and surface.scope.link_into(surface.node, socket) is not None:
-            compiler.warn(f"{text} not supported and ignored")
+def _warn_volume(compiler: Compiler, surface: Port) -> None:
+    socket = socket_named(surface.node.inputs, "Volume")
+    if socket is not None and surface.scope.link_into(surface.node, socket) is not None:
+        compiler.warn("volumes are not supported and ignored")
 
 
 def _flatten_surface(compiler: Compiler, surface: Port) -> None:

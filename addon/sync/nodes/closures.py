@@ -66,7 +66,7 @@ def new_principled(compiler: Compiler) -> None:
 def _coat_normal(node: NodeView) -> Value:
     """Without a coat its normal is not read: do not compile a bump for it."""
     weight = node.value("Coat Weight")
-    return node.emit("NORMAL") if weight.constant == (0.0, 0.0, 0.0) else node.normal("Coat Normal")
+    return node.shading_normal() if weight.constant == (0.0, 0.0, 0.0) else node.normal("Coat Normal")
 
 
 def _tangent(node: NodeView, anisotropy: Value) -> Value:
@@ -194,4 +194,4 @@ def unsupported(node: NodeView, weight: Value) -> None:
     if output == "Volume" or (node.port("Color") is None and node.port("Base Color") is None):
         return
     color = node.value("Color") if node.port("Color") else node.value("Base Color")
-    node.compiler.code.closure("CLOSURE_DIFFUSE", (weight, color, constant(0.0), node.emit("NORMAL")))
+    node.compiler.code.closure("CLOSURE_DIFFUSE", (weight, color, constant(0.0), node.shading_normal()))

@@ -96,6 +96,7 @@ class Compiler:
         self.owner = owner  # as shown in warnings, e.g. "Material 'Wood'"
         self.context = context
         self.kind = kind
+        self.normal: Value | None = None  # the shading normal, where displacement has bent it
         self.shift = 0  # where coordinates are read: Bump compiles its height at three places
         self.allow_bump = True
         self.pass_index = 0  # of a material
@@ -136,6 +137,13 @@ class Compiler:
             yield
         finally:
             self.shift = before
+
+    def forget_values(self) -> None:
+        """Nodes are compiled anew where they are asked again: they read another normal now."""
+        self._values.clear()
+
+    def shading_normal(self) -> Value:
+        return self.normal or self.code.emit("NORMAL")
 
     def input(self, port: Port) -> Value | None:
         """The linked value, converted to the socket's type; None when nothing reaches the socket."""
@@ -232,8 +240,11 @@ class NodeView:
         """The linked normal, else the shading normal; a zero vector from a group's default counts as no link."""
         value = self.linked(identifier)
         if value is None or value.constant == (0.0, 0.0, 0.0):
-            return self.emit("NORMAL")
+            return self.shading_normal()
         return value
+
+    def shading_normal(self) -> Value:
+        return self.compiler.shading_normal()
 
     def at_shift(self, op: str, parameters: Sequence[int] = ()) -> Value:
         """A coordinate at the current bump shift."""

@@ -6,10 +6,10 @@ import bpy
 
 from . import value_names
 from .compiler import NodeView, TreeKind, default_of, value_node
-from .enums import LIGHT_PATH_OUTPUTS, VECTOR_MATH_VALUES
+from .enums import LIGHT_PATH_OUTPUTS, SPACES, VECTOR_MATH_VALUES
 from .graph import socket_named
 from .instructions import COLOR, VECTOR, Value, constant
-from .vector import default_tangent, separate, vector_constant
+from .vector import NORMAL_TRANSFORM, default_tangent, separate, vector_constant
 
 _POWERS_OF_DISTANCE = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 DOT_PRODUCT = VECTOR_MATH_VALUES.index("DOT_PRODUCT")
@@ -51,7 +51,19 @@ def texture_coordinate(node: NodeView, output: str) -> Value | None:
         "Window": "WINDOW_COORDINATE",
         "Reflection": "REFLECTION_COORDINATE",
     }
+    if node.compiler.normal is not None and output in ("Normal", "Reflection"):
+        return _of_bent_normal(node, output)
     return node.at_shift(ops[output]) if output in ops else None
+
+
+def _of_bent_normal(node: NodeView, output: str) -> Value:
+    normal = node.shading_normal()
+    if output == "Normal":
+        return node.emit(
+            "VECTOR_TRANSFORM", (normal,), (NORMAL_TRANSFORM, SPACES.index("WORLD"), SPACES.index("OBJECT"))
+        )
+    from_eye = node.vector_math("MULTIPLY", node.emit("INCOMING"), vector_constant(-1.0, -1.0, -1.0))
+    return node.vector_math("REFLECT", from_eye, normal)
 
 
 def _object_coordinate(node: NodeView, other: bpy.types.Object | None) -> Value:
@@ -78,7 +90,9 @@ def geometry(node: NodeView, output: str) -> Value | None:
         return vector_constant(0.0, 0.0, 0.0) if node.compiler.is_lamp else default_tangent(node)
     if output in value_names.GEOMETRY_OUTPUTS and node.compiler.is_surface:
         return _attribute(node, value_names.GEOMETRY_OUTPUTS[output], "Fac", missing_alpha=0)
-    ops = {"Normal": "NORMAL", "True Normal": "TRUE_NORMAL", "Incoming": "INCOMING", "Backfacing": "BACKFACING"}
+    if output == "Normal":
+        return node.shading_normal()
+    ops = {"True Normal": "TRUE_NORMAL", "Incoming": "INCOMING", "Backfacing": "BACKFACING"}
     return node.emit(ops[output]) if output in ops else None
 
 

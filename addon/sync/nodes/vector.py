@@ -141,15 +141,9 @@ def radial_tangent(node: NodeView, axis: str) -> Value:
 
 
 def _in_tangent_plane(node: NodeView, direction: Value) -> Value:
-    shading_normal = node.emit("NORMAL")
+    shading_normal = node.shading_normal()
     side = node.vector_math("NORMALIZE", node.vector_math("CROSS_PRODUCT", direction, shading_normal))
     return node.vector_math("CROSS_PRODUCT", shading_normal, side)
-
-
-@value_node("ShaderNodeDisplacement", "ShaderNodeVectorDisplacement")
-def displacement(node: NodeView, output: str) -> Value:
-    node.warn("displacement is not supported and is ignored")
-    return vector_constant(0.0, 0.0, 0.0)
 
 
 @value_node("ShaderNodeCombineXYZ")

@@ -218,6 +218,20 @@ TEST(Bsdf, BumpShadowingFadesTowardsTheHorizon) {
   EXPECT_LT(ratio(0.02f), 0.35f);
 }
 
+TEST(Bsdf, BumpShadowingIsMeasuredFromTheDisplacedNormal) {
+  const Vec3 bent = normalize(kTestNormal + 0.6f * kFrame.s), wi = at_angle(kFrame, 0.3f);
+  const auto reflected = [&](Vec3 displaced, Vec3 n) {
+    Bsdf bsdf = make_bsdf(kTestNormal);
+    bsdf.bump_ns = displaced;
+    add_lobe(bsdf, LambertLobe{n}, Rgb(1.0f), 1.0f);
+    return evaluate_bsdf(bsdf, wi).rough_cos.g / (dot(n, wi) * kInvPi);
+  };
+  EXPECT_NEAR(reflected(bent, bent), 1.0f, 1e-6f);
+  EXPECT_LT(reflected({}, bent), 0.999f);
+  EXPECT_LT(reflected(bent, kTestNormal), 0.999f);
+  EXPECT_NEAR(reflected({}, kTestNormal), 1.0f, 1e-6f);
+}
+
 TEST(Bsdf, DiffuseLobesBentAwayAreBlackAndLeftOut) {
   const Vec3 above = at_angle(kFrame, 0.03f), below = at_angle(kFrame, -0.03f);
   Bsdf bsdf = make_bsdf(kTestNormal);
