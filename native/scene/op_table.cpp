@@ -76,7 +76,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // Vectors.
     {"MAPPING", "vvvv", 'v', 1, false},        // vector, location, rotation (XYZ Euler), scale; [0 POINT 1 TEXTURE 2 VECTOR 3 NORMAL]
     // colour, strength -> world normal facing wo; [space: 0 TANGENT 1 OBJECT 2 WORLD, name index of the UV map, 1 = DirectX green]
-    {"NORMAL_MAP", "cf", 'v', 3, false},
+    {"NORMAL_MAP", "cfv", 'v', 3, false},
     // height, height at +dx, height at +dy (steps 1 and 2), strength, distance, normal; [invert, shift of any step] -> world normal facing wo
     {"BUMP", "fffffv", 'v', 2, false},
     {"VECTOR_TRANSFORM", "v", 'v', 3, false},  // [kind 0 POINT 1 VECTOR 2 NORMAL, from, to: 0 WORLD 1 OBJECT 2 CAMERA]
@@ -87,11 +87,11 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"LAYER_WEIGHT_FRESNEL", "fv", 'f', 0, false}, // blend, normal
     {"LAYER_WEIGHT_FACING", "fv", 'f', 0, false},  // blend, normal
     // Textures.
-    // vector; [image index, interpolation: 0 LINEAR 1 CLOSEST 2 CUBIC, extension: 0 REPEAT 1 EXTEND 2 CLIP 3 MIRROR,
+    // vector, shading normal for BOX; [image index, interpolation: 0 LINEAR 1 CLOSEST 2 CUBIC, extension: 0 REPEAT 1 EXTEND 2 CLIP 3 MIRROR,
     // projection: 0 FLAT 2 SPHERE 3 TUBE; 1 BOX with the blend factor in percent in bits 8 to 15;
     // bit 16: the colour stays multiplied by alpha]
-    {"IMAGE", "v", 'c', 4, false},
-    {"IMAGE_ALPHA", "v", 'f', 4, false},
+    {"IMAGE", "vv", 'c', 4, false},
+    {"IMAGE_ALPHA", "vv", 'f', 4, false},
     // direction; [image index, interpolation, 0 EQUIRECTANGULAR 1 MIRROR_BALL 2 HORIZON: equirectangular with rows that
     // are dense where z = 0: v = 1/2 + sign(e) sqrt(|e| / 2 pi) for the elevation e, nothing repeats up and down]
     {"ENVIRONMENT_IMAGE", "v", 'c', 3, false},

@@ -105,7 +105,7 @@ Vec3 evaluate_vector(const Instruction& instruction, const Vec3* in, const NodeC
     case Op::MAPPING:
       return mapping_node(p[0], in[0], in[1], in[2], in[3]);
     case Op::NORMAL_MAP:
-      return normal_map_node(c, p, in[0], in[1].x);
+      return normal_map_node(c, p, in[0], in[1].x, in[2]);
     case Op::BUMP:
       return bump_node(c.point, {in[0].x, in[1].x, in[2].x, in[3].x, in[4].x, in[5], unpack_bump_shift(p[1]).width},
                        p[0] != 0);
@@ -158,9 +158,9 @@ Vec3 evaluate_texture(const Instruction& instruction, const Vec3* in, const Node
   const int32_t* p = instruction.parameters;
   switch (instruction.op) {
     case Op::IMAGE:
-      return to_vec(image_node(c, p, in[0]).color);
+      return to_vec(image_node(c, p, in[0], in[1]).color);
     case Op::IMAGE_ALPHA:
-      return broadcast(image_node(c, p, in[0]).alpha);
+      return broadcast(image_node(c, p, in[0], in[1]).alpha);
     case Op::ENVIRONMENT_IMAGE:
       return to_vec(environment_image_node(c, p, in[0]).color);
     case Op::SUN_DISC:

@@ -56,9 +56,9 @@ Vec3 box_weights(Vec3 n, float blend) {
   return {middle(n.x), middle(n.y), middle(n.z)};
 }
 
-Texel box_lookup(const NodeContext& c, const Image& image, Vec3 p, float blend, Interpolation interpolation,
-                 Extension extension, ColorAlpha color_alpha) {
-  const Vec3 n = c.is_environment ? c.point.ns : c.instance().object_to_world.transposed_vector(c.point.ns);
+Texel box_lookup(const NodeContext& c, const Image& image, Vec3 p, Vec3 normal, float blend,
+                 Interpolation interpolation, Extension extension, ColorAlpha color_alpha) {
+  const Vec3 n = c.is_environment ? normal : c.instance().object_to_world.transposed_vector(normal);
   const Vec3 magnitude{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
   const Vec3 weight = box_weights(magnitude / (magnitude.x + magnitude.y + magnitude.z), blend);
   Texel sum{Rgb{}, 0.0f};
@@ -77,7 +77,7 @@ Texel box_lookup(const NodeContext& c, const Image& image, Vec3 p, float blend, 
 
 }  // namespace
 
-Texel image_node(const NodeContext& c, const int32_t* parameters, Vec3 vector) {
+Texel image_node(const NodeContext& c, const int32_t* parameters, Vec3 vector, Vec3 normal) {
   const Image* image = find_image(c, parameters[0]);
   if (image == nullptr) return missing_image();
   const auto interpolation = static_cast<Interpolation>(parameters[1]);
@@ -87,7 +87,7 @@ Texel image_node(const NodeContext& c, const int32_t* parameters, Vec3 vector) {
   Vec2 uv{vector.x, vector.y};
   switch (parameters[3] & kProjectionMask) {
     case kBox:
-      return box_lookup(c, *image, vector,
+      return box_lookup(c, *image, vector, normal,
                         0.01f * static_cast<float>((parameters[3] >> kBoxBlendShift) & kBoxBlendMask), interpolation,
                         extension, color_alpha);
     case kSphere:

@@ -59,16 +59,14 @@ Vec3 map_vector(const Transform& m, int kind, Vec3 v) {
   return kind == kVector ? m.vector(v) : normalize_or(transform_normal(m, v), v);
 }
 
-Vec3 shading_normal_toward(const NodeContext& c, Vec3 n) { return normalize_or(n, c.point.ns); }
-
-Vec3 tangent_space_normal(const NodeContext& c, int uv_name, Vec3 color, float strength) {
+Vec3 tangent_space_normal(const NodeContext& c, int uv_name, Vec3 color, float strength, Vec3 ns) {
   const std::optional<TangentFrame> frame = tangent_frame(c.scene, c.point, resolve_attribute(c, uv_name));
-  if (!frame) return c.point.ns;
+  if (!frame) return ns;
   const float z = lerp(1.0f, color.z, clamp01(strength));
   const Vec3 in_object =
       color.x * strength * frame->tangent + color.y * strength * frame->bitangent + z * frame->normal;
   const Vec3 n = transform_normal(c.instance().object_to_world, in_object);
-  return shading_normal_toward(c, c.point.is_backface ? -n : n);
+  return normalize_or(c.point.is_backface ? -n : n, ns);
 }
 
 }  // namespace
@@ -107,16 +105,16 @@ Vec3 vector_transform_node(const NodeContext& c, int kind, int from, int to, Vec
   return v;
 }
 
-Vec3 normal_map_node(const NodeContext& c, const int32_t* parameters, Vec3 color, float strength) {
+Vec3 normal_map_node(const NodeContext& c, const int32_t* parameters, Vec3 color, float strength, Vec3 ns) {
   Vec3 n = 2.0f * color - Vec3{1.0f, 1.0f, 1.0f};
   if (parameters[2] != 0) n.y = -n.y;
-  if (c.is_environment) return c.point.ns;
-  if (parameters[0] == 0) return tangent_space_normal(c, parameters[1], n, strength);
+  if (c.is_environment) return ns;
+  if (parameters[0] == 0) return tangent_space_normal(c, parameters[1], n, strength, ns);
   if (parameters[0] == 1) n = transform_normal(c.instance().object_to_world, n);
   n = normalize_or(n, {});
   if (c.point.is_backface) n = -n;
-  if (strength != 1.0f) n = c.point.ns + (n - c.point.ns) * std::max(strength, 0.0f);
-  return shading_normal_toward(c, n);
+  if (strength != 1.0f) n = ns + (n - ns) * std::max(strength, 0.0f);
+  return normalize_or(n, ns);
 }
 
 Vec3 bump_node(const SurfacePoint& point, const BumpInput& in, bool inverts) {

@@ -10,9 +10,8 @@ Vec3 mapping_node(int type, Vec3 vector, Vec3 location, Vec3 rotation, Vec3 scal
 Vec3 vector_rotate_node(int type, bool inverts, Vec3 vector, Vec3 center, Vec3 axis, float angle, Vec3 euler);
 Vec3 vector_transform_node(const NodeContext& context, int kind, int from, int to, Vec3 vector);
 
-/// World-space unit normal on the side of the shading normal; the shading normal itself where the map has nothing to
-/// say.
-Vec3 normal_map_node(const NodeContext& context, const int32_t* parameters, Vec3 color, float strength);
+/// World-space unit normal on the side of the shading normal `ns`; that itself where the map has nothing to say.
+Vec3 normal_map_node(const NodeContext& context, const int32_t* parameters, Vec3 color, float strength, Vec3 ns);
 
 /// Heights at the point and `width` footprints along each of `bump_axes`. [Blinn 1978; Mikkelsen 2010]
 struct BumpInput {

@@ -70,6 +70,29 @@ def normal_mapped(tree: Nodes) -> bpy.types.NodeSocket:
     return build.shader(tree, "ShaderNodeBsdfPrincipled", Roughness=0.4, Normal=node.outputs[0]).outputs[0]
 
 
+def normal_mapped_in_object_space(tree: Nodes) -> bpy.types.NodeSocket:
+    """Half as strong: half of it is the displaced normal."""
+    node = build.shader(tree, "ShaderNodeNormalMap", Color=(0.7, 0.3, 0.8, 1), Strength=0.5)
+    node.space = "OBJECT"
+    return build.shader(tree, "ShaderNodeBsdfDiffuse", Normal=node.outputs[0]).outputs[0]
+
+
+def normal_mapped_without_uv(tree: Nodes) -> bpy.types.NodeSocket:
+    """A normal map without coordinates is the displaced normal."""
+    node = build.shader(tree, "ShaderNodeNormalMap", Color=(0.7, 0.45, 0.9, 1))
+    node.uv_map = "Missing"
+    return build.shader(tree, "ShaderNodeBsdfDiffuse", Normal=node.outputs[0]).outputs[0]
+
+
+def boxed(tree: Nodes) -> bpy.types.NodeSocket:
+    """The sides of a box projection are blended by the displaced normal."""
+    image = tree.nodes.new("ShaderNodeTexImage")
+    image.image = build.gradient_image()
+    image.projection, image.projection_blend = "BOX", 0.5
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Object"], image.inputs["Vector"])
+    return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=image.outputs["Color"]).outputs[0]
+
+
 def mirrored(tree: Nodes) -> bpy.types.NodeSocket:
     """Shows what nodes read of the normal."""
     coordinates = tree.nodes.new("ShaderNodeTexCoord").outputs
@@ -85,6 +108,9 @@ CASES = {
     "object": (along_normal("OBJECT"), diffuse),
     "world": (along_normal("WORLD"), plastic),
     "normal map": (along_normal("WORLD"), normal_mapped),
+    "normal map in object space": (along_normal("WORLD"), normal_mapped_in_object_space),
+    "normal map without UVs": (along_normal("WORLD"), normal_mapped_without_uv),
+    "box projection": (along_normal("WORLD", scale=0.4), boxed),
     "nodes that read the normal": (along_normal("OBJECT"), mirrored),
     "a colour": (lambda tree: vector_math(tree, "MULTIPLY", waves(tree).outputs["Color"], (0.2,) * 3), diffuse),
     "vector in tangent space": (along_vector("TANGENT"), diffuse),

@@ -33,11 +33,11 @@ def vector_displacement(node: NodeView, output: str) -> Value:
 
 
 def _along(node: NodeView, normal: Value, distance: Value, is_in_object: bool) -> Value:
-    factor = node.emit("BROADCAST", (distance,)).retyped(VECTOR)
-    if not is_in_object:
-        return node.vector_math("MULTIPLY", normal, factor)
-    in_object = node.emit("VECTOR_TRANSFORM", (normal,), (TRANSFORM_KINDS.index("NORMAL"), _WORLD, _OBJECT))
-    return _object_to_world(node, node.vector_math("MULTIPLY", in_object, factor))
+    """The direction does not depend on the bump shift: it is computed once for all heights."""
+    if is_in_object:
+        in_object = node.emit("VECTOR_TRANSFORM", (normal,), (TRANSFORM_KINDS.index("NORMAL"), _WORLD, _OBJECT))
+        normal = _object_to_world(node, in_object)
+    return node.vector_math("MULTIPLY", normal, node.emit("BROADCAST", (distance,)).retyped(VECTOR))
 
 
 def _object_to_world(node: NodeView, vector: Value) -> Value:

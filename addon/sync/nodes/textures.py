@@ -63,14 +63,16 @@ def image_texture(node: NodeView, output: str) -> Value:
         return constant(1.0) if output == "Alpha" else constant(*MISSING_IMAGE, COLOR)
     tree_node = node.node
     projection = enums.PROJECTIONS.index(tree_node.projection)
-    if tree_node.projection == "BOX":
+    is_box = tree_node.projection == "BOX"
+    if is_box:
         projection |= round(100.0 * tree_node.projection_blend) << 8
     if not tree_node.outputs["Alpha"].is_linked:
         projection |= COLOR_STAYS_MULTIPLIED
     extension = enums.EXTENSIONS.index(tree_node.extension)
     parameters = (index, enums.INTERPOLATIONS[tree_node.interpolation], extension, projection)
-    vector = texture_vector(node, uv_coordinate)
-    return node.emit("IMAGE_ALPHA" if output == "Alpha" else "IMAGE", (vector,), parameters)
+    normal = node.shading_normal() if is_box else vector_constant(0.0, 0.0, 0.0)
+    inputs = (texture_vector(node, uv_coordinate), normal)
+    return node.emit("IMAGE_ALPHA" if output == "Alpha" else "IMAGE", inputs, parameters)
 
 
 @value_node("ShaderNodeTexEnvironment")

@@ -39,7 +39,9 @@ def normal_map(node: NodeView, output: str) -> Value:
     space = NORMAL_MAP_SPACES[node.node.space]
     uv_map = node.compiler.code.program.attribute(node.node.uv_map)
     directx = getattr(node.node, "convention", "OPENGL") == "DIRECTX"
-    return node.emit("NORMAL_MAP", (color, node.value("Strength")), (space, uv_map, int(directx)))
+    return node.emit(
+        "NORMAL_MAP", (color, node.value("Strength"), node.shading_normal()), (space, uv_map, int(directx))
+    )
 
 
 @value_node("ShaderNodeBump")

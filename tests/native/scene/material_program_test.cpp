@@ -207,8 +207,8 @@ TEST(MaterialProgram, SlicesHoldOnlyWhatMatters) {
   b.program.attribute_names = {""};
   b.program.images = {-1};
   const Operand uv = b.add(Op::ATTRIBUTE, {}, {0, 0});
-  const Operand color = b.add(Op::IMAGE, {uv}, {0, 0, 0, 0});
-  const Operand alpha = b.add(Op::IMAGE_ALPHA, {uv}, {0, 0, 0, 0});
+  const Operand color = b.add(Op::IMAGE, {uv, uv}, {0, 0, 0, 0});
+  const Operand alpha = b.add(Op::IMAGE_ALPHA, {uv, uv}, {0, 0, 0, 0});
   std::vector<Operand> inputs;
   for (const float v : test::kPrincipledDefaults) inputs.push_back(b.constant(v));
   inputs[1] = color;
@@ -227,7 +227,7 @@ TEST(MaterialProgram, NeedsAreDerived) {
   b.program.attribute_names = {""};
   const MaterialProgram none = finished(b);
   EXPECT_FALSE(none.needs_tangent || none.needs_footprint || none.reads_light_path);
-  const Operand n = b.add(Op::NORMAL_MAP, {b.constant(0.5f), b.constant(1)}, {0, 0, 0});
+  const Operand n = b.add(Op::NORMAL_MAP, {b.constant(0.5f), b.constant(1), b.constant(0.5f)}, {0, 0, 0});
   const Operand h = b.add(Op::LIGHT_PATH, {}, {0});
   b.add(Op::BUMP, {h, h, h, h, h, n}, {0});
   const MaterialProgram all = finished(b);

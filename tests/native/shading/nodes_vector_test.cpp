@@ -69,7 +69,7 @@ TEST(NodesVector, TangentSpaceNormalMap) {
     const float z = std::sqrt(1.0f - 0.36f - 0.16f);
     const auto run = [&](int name, int directx, Vec3 color, float strength) {
       const int32_t parameters[4] = {0, name, directx, 0};
-      return normal_map_node(c, parameters, color, strength);
+      return normal_map_node(c, parameters, color, strength, point.ns);
     };
     expect_near(run(0, 0, flat, 1.0f), point.ns);
     expect_near(run(0, 0, leaning, 1.0f), side * Vec3{0.6f, 0.4f, z});
@@ -77,6 +77,9 @@ TEST(NodesVector, TangentSpaceNormalMap) {
     expect_near(run(1, 0, leaning, 1.0f), side * Vec3{-0.6f, 0.4f, z});
     expect_near(run(0, 0, leaning, 0.0f), point.ns);
     expect_near(run(2, 0, leaning, 1.0f), point.ns);
+    const int32_t missing[4] = {0, 2, 0, 0};
+    const Vec3 displaced = normalize(point.ns + Vec3{0.2f, 0.1f, 0.0f});
+    expect_near(normal_map_node(c, missing, leaning, 1.0f, displaced), displaced);
   }
 }
 
@@ -94,7 +97,7 @@ TEST(NodesVector, TangentSpaceNormalMapUnderUnevenScale) {
       const SurfacePoint point = test::point_at(scene, {0.2f, 0.2f}, is_back ? -kDown : kDown);
       const NodeContext c{scene, *scene.materials[0], point, {}};
       const Vec3 n{in_object.x / scale.x, in_object.y / scale.y, in_object.z / scale.z};
-      expect_near(normal_map_node(c, parameters, color, 1.0f), (is_back ? -1.0f : 1.0f) * normalize(n));
+      expect_near(normal_map_node(c, parameters, color, 1.0f, point.ns), (is_back ? -1.0f : 1.0f) * normalize(n));
     }
   }
 }

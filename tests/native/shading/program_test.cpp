@@ -150,8 +150,8 @@ TEST(Program, ConversionsAndMixes) {
 TEST(Program, MissingImagesAreMagenta) {
   ProgramBuilder b;
   b.program.images = {-1};
-  expect_near(value_of(b, b.add(Op::IMAGE, {b.constant(0.5f)}, {0, 0, 0, 0})), {1.0f, 0.0f, 1.0f});
-  expect_near(value_of(b, b.add(Op::IMAGE, {b.constant(0.5f)}, {-1, 0, 0, 0})), {1.0f, 0.0f, 1.0f});
+  expect_near(value_of(b, b.add(Op::IMAGE, {b.constant(0.5f), b.constant(0.5f)}, {0, 0, 0, 0})), {1.0f, 0.0f, 1.0f});
+  expect_near(value_of(b, b.add(Op::IMAGE, {b.constant(0.5f), b.constant(0.5f)}, {-1, 0, 0, 0})), {1.0f, 0.0f, 1.0f});
 }
 
 TEST(Program, NonFiniteResultsBecomeZeroAtTheClosure) {
