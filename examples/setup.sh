@@ -89,8 +89,10 @@ build_core() {
   fi
   echo "Building the core (some minutes)"
   rm -f "$stamp"
+  # Else scikit-build-core takes the compiler that Python was built with.
+  if [ -z "${CXX:-}" ] && command -v clang++ >/dev/null; then export CC=clang CXX=clang++; fi
   "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall \
-    --config-settings=build-dir=build/wheel . || fail "the core could not be built"
+    --config-settings=build-dir=build/core . || fail "the core could not be built"
   printf '%s' "$sources" >"$stamp"
 }
 

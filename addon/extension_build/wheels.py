@@ -93,14 +93,18 @@ def build_core(version: str, repository: Path, work: Path, target: Path) -> Path
 
 
 def _compiler_environment(repository: Path) -> dict[str, str]:
-    """Where ccache is installed, the second Python's core takes the objects of the first."""
-    if shutil.which("ccache") is None:
-        return {}
-    return {
-        "CMAKE_CXX_COMPILER_LAUNCHER": "ccache",
-        "CCACHE_BASEDIR": str(repository),
-        "CCACHE_NOHASHDIR": "1",
-    }
+    """Clang where it is installed and no compiler is named: scikit-build-core would take the one that Python was built
+    with. Where ccache is, the second Python's core takes the objects of the first."""
+    environment = {}
+    if not os.environ.get("CXX") and shutil.which("clang++"):
+        environment |= {"CC": "clang", "CXX": "clang++"}
+    if shutil.which("ccache"):
+        environment |= {
+            "CMAKE_CXX_COMPILER_LAUNCHER": "ccache",
+            "CCACHE_BASEDIR": str(repository),
+            "CCACHE_NOHASHDIR": "1",
+        }
+    return environment
 
 
 def _fresh(folder: Path) -> Path:
