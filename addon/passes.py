@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-# Since 5.0 Blender spells these two passes out.
+# Since 5.0 Blender spells these passes out.
 HAS_LONG_NAMES = bpy.app.version >= (5, 0, 0)
 
 
@@ -29,6 +29,22 @@ PASSES = (
     RenderPass("Depth", "Depth", "Z", "VALUE", lambda layer: layer.use_pass_z),
     RenderPass("Position", "Position", "XYZ", "VECTOR", lambda layer: layer.use_pass_position),
     RenderPass("Normal", "Normal", "XYZ", "VECTOR", lambda layer: layer.use_pass_normal),
+    RenderPass("Mist", "Mist", "Z", "VALUE", lambda layer: layer.use_pass_mist),
+    RenderPass("UV", "UV", "UVA", "VECTOR", lambda layer: layer.use_pass_uv),
+    RenderPass(
+        "Object Index" if HAS_LONG_NAMES else "IndexOB",
+        "Object Index",
+        "X",
+        "VALUE",
+        lambda layer: layer.use_pass_object_index,
+    ),
+    RenderPass(
+        "Material Index" if HAS_LONG_NAMES else "IndexMA",
+        "Material Index",
+        "X",
+        "VALUE",
+        lambda layer: layer.use_pass_material_index,
+    ),
     RenderPass("Direct", "Direct", "RGB", "COLOR", lambda layer: layer.cistern.use_pass_direct),
     RenderPass("Indirect", "Indirect", "RGB", "COLOR", lambda layer: layer.cistern.use_pass_indirect),
     RenderPass("Emission" if HAS_LONG_NAMES else "Emit", "Emission", "RGB", "COLOR", lambda layer: layer.use_pass_emit),

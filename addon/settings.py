@@ -25,6 +25,9 @@ PREVIEW_SAMPLES = 32
 # Odd, so that multiplying by it permutes the integers modulo 2^31: every frame number gets a seed of its own.
 FRAME_SEED_STEP = 0x3C6EF373
 
+MIST_POWERS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
+MIST_WITHOUT_WORLD = (0.0, 100.0, 1.0)  # as in Cycles
+
 
 @dataclass(frozen=True)
 class Region:
@@ -106,6 +109,15 @@ def cell_settings(scene: bpy.types.Scene, technique: dict[str, Any], core_passes
     return {parameter.core_name: getattr(scene.cistern, parameter.name) for parameter in CELL_PARAMETERS}
 
 
+def mist_settings(depsgraph: bpy.types.Depsgraph) -> dict[str, tuple[float, float, float]]:
+    """Where Mist begins, how deep it is, and the power of the fraction in between."""
+    world = depsgraph.view_layer_eval.world_override or depsgraph.scene_eval.world
+    if world is None:
+        return {"mist_range": MIST_WITHOUT_WORLD}
+    mist = world.mist_settings
+    return {"mist_range": (mist.start, mist.depth, MIST_POWERS[mist.falloff])}
+
+
 def pass_names(render_passes: list[RenderPass], view: str) -> list[str]:
     """The core's passes to ask for besides Combined: those of the layer, and what the view shows."""
     names = [render_pass.core_name for render_pass in render_passes if render_pass.core_name != "Combined"]
@@ -133,6 +145,7 @@ def core_settings(
         "samples": sample_count(scene, depsgraph.view_layer_eval, is_preview),
         "time_limit": scene.cistern.time_limit,
         **scene_settings(core, scene, technique, core_passes),
+        **(mist_settings(depsgraph) if "Mist" in core_passes else {}),
     }
 
 

@@ -36,6 +36,7 @@ INCLUDED_PANELS = frozenset(
         "EEVEE_MATERIAL_PT_context_material",
         "MATERIAL_PT_preview",
         "DATA_PT_preview",
+        "EEVEE_WORLD_PT_mist",
         "VIEWLAYER_PT_override",
     }
 )
@@ -127,11 +128,14 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
         layout = split_layout(self)
         view_layer = context.view_layer
         column = layout.column(heading="Data")
-        for name, text in (("z", "Z"), ("position", "Position"), ("normal", "Normal")):
+        for name, text in (("z", "Z"), ("mist", "Mist"), ("position", "Position"), ("normal", "Normal"), ("uv", "UV")):
             column.prop(view_layer, f"use_pass_{name}", text=text)
         column.prop(view_layer.cistern, "use_pass_denoising_albedo")
         column.prop(view_layer.cistern, "use_pass_denoising_normal")
         column.prop(view_layer.cistern, "use_pass_noisy")
+        column = layout.column(heading="Indexes")
+        column.prop(view_layer, "use_pass_object_index")
+        column.prop(view_layer, "use_pass_material_index")
         column = layout.column(heading="Light")
         column.prop(view_layer.cistern, "use_pass_direct")
         column.prop(view_layer.cistern, "use_pass_indirect")

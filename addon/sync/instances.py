@@ -41,7 +41,8 @@ class KeptInstances:
     meshes: KeptMeshes = field(default_factory=KeptMeshes)
     lamps: KeptLamps = field(default_factory=KeptLamps)
     prototypes: dict[PrototypeKey, Surface | Lamp | None] = field(default_factory=dict)
-    names: dict[str, int] = field(default_factory=dict)
+    names: dict[tuple[str, int], int] = field(default_factory=dict)
+    """Names and pass indices of objects."""
     placements: Placements = field(default_factory=Placements)
     random_ids: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
     arrays: dict[str, NDArray] = field(default_factory=dict)
@@ -193,7 +194,7 @@ class InstanceSync:
                 f"Mesh '{obj.data.name}': its own texture space is ignored, Generated uses the bounding box"
             )
         random = name_random(obj.name) if instancer is None else math.nan
-        name = self._name_handle(obj.name)
+        name = self._name_handle(obj)
         material_set = self._materials.set_handle(obj)
         values = object_values(self._value_names, obj, instancer)
         return Surface(mesh.handle, material_set, name, visibility, holdout, random, mesh.flat_axis, key, values)
@@ -215,17 +216,18 @@ class InstanceSync:
         return Lamp(obj.name, visibility, key)
 
     def _warn_of_flattened(self, arrays: dict[str, NDArray]) -> None:
-        names = list(self._kept.names)  # handles count up from 0
+        names = [name for name, _ in self._kept.names]  # handles count up from 0
         objects = np.unique(arrays["object"][is_flattened(arrays["object_to_world"].transpose(0, 2, 1))])
         shown = ", ".join(f"'{names[handle]}'" for handle in objects[:_NAMES_SHOWN])
         rest = f" and {len(objects) - _NAMES_SHOWN} more" if len(objects) > _NAMES_SHOWN else ""
         self._report.warn(f"Objects scaled to a line or a point, or beyond all range, are left out: {shown}{rest}")
 
-    def _name_handle(self, name: str) -> int:
+    def _name_handle(self, obj: bpy.types.Object) -> int:
+        label = (obj.name, obj.pass_index)
         names = self._kept.names
-        if name not in names:
-            names[name] = self._builder.add_object_name(name)
-        return names[name]
+        if label not in names:
+            names[label] = self._builder.add_object_name(*label)
+        return names[label]
 
 
 def read_places(depsgraph: bpy.types.Depsgraph) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

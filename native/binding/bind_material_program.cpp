@@ -93,6 +93,7 @@ void bind_material_program(py::module_& m) {
            }),
            py::arg("name"))
       .def_readonly("name", &MaterialProgram::name)
+      .def_readwrite("pass_index", &MaterialProgram::pass_index)
       .def(
           "constant", [](MaterialProgram& p, float x, float y, float z) { return constant(p, x, y, z).code; },
           py::arg("x"), py::arg("y") = 0.0f, py::arg("z") = 0.0f)

@@ -299,7 +299,12 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
       .def("remove_mesh", &SceneBuilder::remove_mesh, py::arg("handle"))
       .def("remove_instance", &SceneBuilder::remove_instance, py::arg("handle"))
       .def("clear_instances", &SceneBuilder::clear_instances)
-      .def("add_object_name", &SceneBuilder::add_object_name, py::arg("name"))
+      .def(
+          "add_object_name",
+          [](SceneBuilder& b, std::string name, float pass_index) {
+            return b.add_object_name(std::move(name), {pass_index});
+          },
+          py::arg("name"), py::arg("pass_index") = 0.0f)
       .def_property_readonly("singular_instances", &SceneBuilder::singular_instances)
       .def("mesh_statistics", &mesh_statistics, py::arg("handle"));
 }

@@ -52,7 +52,19 @@ using Setter = std::function<void(Settings&, const py::handle&)>;
 Setter set_passes() {
   return [](Settings& s, const py::handle& value) {
     s.passes.clear();
-    for (const std::string& name : value.cast<std::vector<std::string>>()) s.passes.push_back(find_pass(name));
+    for (const std::string& name : value.cast<std::vector<std::string>>()) {
+      if (const std::optional<SurfaceLayer> layer = find_surface_layer(name))
+        keep(*layer, s.surface_passes);
+      else
+        s.passes.push_back(find_pass(name));
+    }
+  };
+}
+
+Setter set_mist_range() {
+  return [](Settings& s, const py::handle& value) {
+    const auto [start, depth, falloff] = value.cast<std::tuple<float, float, float>>();
+    s.surface_passes.mist_range = {start, depth, falloff};
   };
 }
 
@@ -117,6 +129,7 @@ std::map<std::string, Setter> make_setters() {
       {"film_transparent_glass", limit(&PathLimits::film_transparent_glass)},
       {"time_limit", member(&Settings::time_limit)},
       {"passes", set_passes()},
+      {"mist_range", set_mist_range()},
   };
 }
 
@@ -205,22 +218,25 @@ Settings make_settings(const py::kwargs& members) {
 }
 
 py::array read_pass(Session& session, const std::string& name) {
-  const Pass pass = find_pass(name);
+  const std::optional<SurfaceLayer> layer = find_surface_layer(name);
+  const Pass pass = layer ? Pass::COMBINED : find_pass(name);
   auto pixels = std::make_unique<std::vector<float>>();
   {
     const py::gil_scoped_release nogil;
-    *pixels = session.read(pass);
+    *pixels = layer ? session.read(*layer) : session.read(pass);
   }
   const Region& r = session.settings().region;
   const float* memory = pixels->data();
   const py::capsule owner(pixels.release(), [](void* p) { delete static_cast<std::vector<float>*>(p); });
-  return py::array_t<float>({r.height, r.width, describe(pass).channels}, memory, owner);
+  const int channels = layer ? layer->channels : describe(pass).channels;
+  return py::array_t<float>({r.height, r.width, channels}, memory, owner);
 }
 
 std::vector<std::string> pass_names(const Session& session) {
   std::vector<std::string> names{describe(Pass::COMBINED).name};
   for (Pass pass : session.settings().passes)
     if (pass != Pass::COMBINED) names.emplace_back(describe(pass).name);
+  for (const SurfaceLayer& layer : layers_of(session.settings().surface_passes)) names.push_back(name_of(layer));
   return names;
 }
 

@@ -40,6 +40,8 @@ class MaterialProgram:
 
     An operand is an opaque int returned by `constant` or `emit`."""
 
+    pass_index: float  # what Material Index shows
+
     def __init__(self, name: str) -> None: ...
     def constant(self, x: float, y: float = 0.0, z: float = 0.0) -> int: ...
     def emit(self, op: str, inputs: Sequence[int] = (), parameters: Sequence[int] = ()) -> int:
@@ -93,7 +95,7 @@ class SceneBuilder:
     ) -> int: ...
     def add_material(self, program: MaterialProgram, replace: int | None = None) -> int: ...
     def add_material_set(self, materials: Sequence[int], owner_name: str) -> int: ...
-    def add_object_name(self, name: str) -> int: ...
+    def add_object_name(self, name: str, pass_index: float = 0.0) -> int: ...
     def add_instances(
         self,
         mesh: NDArray[np.int32],  # (n,)
@@ -263,6 +265,7 @@ class Settings:
     # Normal; and, of one frame: Cells, Cell Occupancy, Cell Level, Normal Bin, Reservoir Confidence, Reservoir Weight,
     # Reuse Count, Light Choice Entropy, Light Choice Samples, Guided.
     passes: Sequence[str]
+    mist_range: tuple[float, float, float]  # metres to where Mist begins, its depth, power of the fraction in between
 
 class Progress:
     status: Status

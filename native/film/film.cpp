@@ -30,6 +30,8 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Light Choice Entropy", 1},
     {"Light Choice Samples", 1},
     {"Guided", 1},
+    {"Object Index", 1},
+    {"Material Index", 1},
 }};
 
 bool is_mean_over_hits(Pass pass) { return pass == Pass::DEPTH || pass == Pass::NORMAL || pass == Pass::POSITION; }

@@ -32,6 +32,8 @@ enum class Pass : uint8_t {
   LIGHT_CHOICE_ENTROPY,
   LIGHT_CHOICE_SAMPLES,
   GUIDED,
+  OBJECT_INDEX,
+  MATERIAL_INDEX,
   COUNT
 };
 

@@ -37,6 +37,12 @@ PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame
   return trace_path(context.paths, ray, sampler, scratch, capture);
 }
 
+void keep_seen(const FrameContext& context, int x, int y, const PathScratch& scratch) {
+  if (!context.surfaces) return;
+  const auto pixel = static_cast<uint32_t>(y * context.surfaces->width() + x);
+  context.surfaces->add(pixel, context.paths.scene, scratch.seen_surfaces);
+}
+
 void collect_records(const FrameContext& context, const PathScratch& scratch) {
   if (context.learning) context.learning->add(scratch.light_records);
   if (context.guiding) context.guiding->add(scratch.guide_records);
@@ -51,8 +57,10 @@ void add_to_film(const FrameContext& context, int x, int y, uint32_t frame, cons
 bool render_frames(const FrameContext& context, uint32_t first_frame, uint32_t count, Film& film,
                    const StopCondition& stop) {
   const auto render_pixel = [&](int x, int y, PathScratch& scratch) {
-    for (uint32_t frame = first_frame; frame < first_frame + count; ++frame)
+    for (uint32_t frame = first_frame; frame < first_frame + count; ++frame) {
       add_to_film(context, x, y, frame, trace_pixel(context, x, y, frame, scratch), film);
+      keep_seen(context, x, y, scratch);
+    }
   };
   const auto finish_tile = [&](const PathScratch& scratch) { collect_records(context, scratch); };
   return for_each_pixel<PathScratch>(film.width(), film.height(), stop, render_pixel, finish_tile);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "film/surface_film.h"
 #include "render/guiding_stage.h"
 #include "render/learned_light_stage.h"
 #include "render/tiles.h"
@@ -13,6 +14,7 @@ struct FrameContext {
   const PixelFilter& filter;
   LearnedLightStage* learning = nullptr;  // where paths leave records of light; null: nowhere
   GuidingStage* guiding = nullptr;        // where they leave records of directions; null: nowhere
+  SurfaceFilm* surfaces = nullptr;        // what keeps the surfaces that camera rays meet; null: nothing does
 };
 
 /// A pixel of the region by its number in the full frame: pictures of a part equal that part of the whole.
@@ -27,6 +29,8 @@ Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, 
 /// `capture` as trace_path has it.
 PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame, PathScratch& scratch,
                        PathCapture* capture = nullptr);
+/// Keeps what the path of a pixel just traced has met, where anything does; from any thread.
+void keep_seen(const FrameContext& context, int x, int y, const PathScratch& scratch);
 /// Hands the records over, from any thread.
 void collect_records(const FrameContext& context, const PathScratch& scratch);
 /// A pixel's share of a frame, once that is known; from any thread.

@@ -7,8 +7,9 @@
 namespace cistern {
 namespace {
 
-bool records_surfaces(const std::vector<Pass>& passes) {
-  return std::ranges::any_of(passes, [](Pass pass) { return pass >= Pass::DEPTH && pass < Pass::CELLS; });
+bool records_surfaces(const Settings& settings) {
+  const auto shows_surfaces = [](Pass pass) { return pass >= Pass::DEPTH && pass < Pass::CELLS; };
+  return settings.surface_passes.any() || std::ranges::any_of(settings.passes, shows_surfaces);
 }
 
 /// With one or two emitters, there is little to choose between.
@@ -20,7 +21,8 @@ int light_samples(const Settings& settings, const LightSet& lights) {
 }  // namespace
 
 RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene,
-                         std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights)
+                         std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights,
+                         std::shared_ptr<SurfaceFilm> the_surfaces)
     : settings(std::move(the_settings)),
       scene(std::move(the_scene)),
       accel(std::move(the_accel)),
@@ -28,17 +30,19 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
       filter(settings.pixel_filter, settings.filter_width),
       learning(LearnedLightStage::make(settings, *scene, *accel, *lights)),
       guiding(GuidingStage::make(settings, *scene, *accel)),
+      surfaces(std::move(the_surfaces)),
       paths{*scene,
             *accel,
             *lights,
             settings.limits,
             pixel_footprint(scene->camera, settings.width, settings.height),
-            records_surfaces(settings.passes),
+            records_surfaces(settings),
             scatter_kinds_matter(*scene, settings.limits),
             emitters_tell_kinds(*scene),
             light_samples(settings, *lights),
             learning ? learning->use() : nullptr,
-            guiding ? guiding->use() : nullptr},
-      context{settings, paths, filter, learning.get(), guiding.get()} {}
+            guiding ? guiding->use() : nullptr,
+            surfaces != nullptr},
+      context{settings, paths, filter, learning.get(), guiding.get(), surfaces.get()} {}
 
 }  // namespace cistern

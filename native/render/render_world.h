@@ -10,7 +10,7 @@ namespace cistern {
 /// render, for history that was found in it.
 struct RenderWorld {
   RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene, std::shared_ptr<const Accel> the_accel,
-              std::shared_ptr<const LightSet> the_lights);
+              std::shared_ptr<const LightSet> the_lights, std::shared_ptr<SurfaceFilm> the_surfaces = {});
   RenderWorld(const RenderWorld&) = delete;
   RenderWorld& operator=(const RenderWorld&) = delete;
 
@@ -21,6 +21,7 @@ struct RenderWorld {
   const PixelFilter filter;
   const std::unique_ptr<LearnedLightStage> learning;  // null unless needed; changes between frames
   const std::unique_ptr<GuidingStage> guiding;        // the same
+  const std::shared_ptr<SurfaceFilm> surfaces;        // null unless asked for
   const PathContext paths;
   const FrameContext context;  // refers to the above
 };

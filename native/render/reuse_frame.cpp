@@ -92,6 +92,7 @@ bool ReuseFrame::trace_paths(const FrameRun& run) {
     ask_for_light(capture, s);
     if (paths_) paths_->ask(capture, full_frame_pixel(s, x, y), run.frame);
     records_[pixel] = trace_pixel(context_, x, y, run.frame, scratch.path, &capture);
+    keep_seen(context_, x, y, scratch.path);
     visible_points_[pixel] = capture.visible;
     if (direct_) direct_->start_pixel(capture.visible, pixel, run.frame, scratch.non_finite);
     if (secondary_) scratch.batch.add(pixel, capture.vertices);

@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "render/cell_views.h"
+#include "render/index_views.h"
 #include "render/learning_views.h"
 #include "render/sharing_trial.h"
 #include "scene/scene_memory.h"
@@ -34,6 +35,7 @@ double seconds_since(std::chrono::steady_clock::time_point t) {
 Session::Session(Settings settings) : settings_(std::move(settings)) {
   check_settings(settings_);
   published_.resize(static_cast<size_t>(Pass::COUNT));
+  published_surfaces_.resize(layers_of(settings_.surface_passes).size());
 }
 
 Session::~Session() {
@@ -88,11 +90,24 @@ std::vector<float> Session::read(Pass pass) {
   std::lock_guard lock(mutex_);
   // Once the render has ended nobody writes to the film: resolving it here costs no one who only cancels.
   if (progress_.status != Status::RUNNING && film_) return film_->resolve(pass);
+  return read_published(published_[static_cast<size_t>(pass)], describe(pass).channels);
+}
+
+std::vector<float> Session::read(const SurfaceLayer& layer) {
+  std::lock_guard lock(mutex_);
+  if (progress_.status != Status::RUNNING && surfaces_) return surfaces_->resolve(layer);
+  const std::vector<SurfaceLayer> layers = layers_of(settings_.surface_passes);
+  const auto found = std::ranges::find(layers, layer);
+  if (found == layers.end()) throw Error("pass", "was not enabled for this render");
+  return read_published(published_surfaces_[static_cast<size_t>(found - layers.begin())], layer.channels);
+}
+
+/// Under the lock.
+std::vector<float> Session::read_published(const std::vector<float>& pixels, int channels) {
   wants_pixels_ = true;
-  const std::vector<float>& pixels = published_[static_cast<size_t>(pass)];
   if (!pixels.empty()) return pixels;
   const Region& r = settings_.region;
-  return std::vector<float>(static_cast<size_t>(r.width) * r.height * describe(pass).channels, 0.0f);
+  return std::vector<float>(static_cast<size_t>(r.width) * static_cast<size_t>(r.height) * channels, 0.0f);
 }
 
 void Session::run() {
@@ -101,12 +116,14 @@ void Session::run() {
     tbb::task_arena arena(settings_.threads > 0 ? settings_.threads : tbb::task_arena::automatic);
     arena.execute([this, &reuse] {
       film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes);
+      if (settings_.surface_passes.any())
+        surfaces_ = std::make_shared<SurfaceFilm>(settings_.surface_passes, film_->width(), film_->height());
       const auto accel = cache_->accel(scene_, settings_.keep_instances);
       const auto lights = cache_->lights(scene_, settings_.light_sampling, settings_.environment_density());
       const Clock::time_point trial_start = Clock::now();
       const Settings decided = decided_settings(settings_, accel, lights);
       const Clock::duration trial_time = Clock::now() - trial_start;
-      const auto world = std::make_shared<const RenderWorld>(decided, scene_, accel, lights);
+      const auto world = std::make_shared<const RenderWorld>(decided, scene_, accel, lights, surfaces_);
       std::shared_ptr<const LightCacheCells> cache_cells;
       if (settings_.direct == DirectAnswer::RESTIR_CACHE) {
         const WorkMonitor monitor{[this] { return cancelled_.load(); }, [this](float done) { report_caching(done); }};
@@ -118,13 +135,15 @@ void Session::run() {
       {
         std::lock_guard lock(mutex_);
         progress_.memory_bytes = memory_bytes(*scene_) + world->accel->memory_bytes() + world->lights->memory_bytes() +
-                                 film_->memory_bytes();
+                                 film_->memory_bytes() + (surfaces_ ? surfaces_->memory_bytes() : 0);
         progress_.stage = "Rendering";
         rendering_since_ = Clock::now() - trial_time;  // of the samples' time a part
       }
-      if (show_cells(world->context, cache_cells.get(), *film_, {cancelled_, Clock::time_point::max()}))
+      const StopCondition no_limit{cancelled_, Clock::time_point::max()};
+      if (show_cells(world->context, cache_cells.get(), *film_, no_limit) &&
+          show_indices(world->context, *film_, no_limit))
         render(*world, reuse.get());
-      show_learning(world->context, *film_, {cancelled_, Clock::time_point::max()});
+      show_learning(world->context, *film_, no_limit);
       if (reuse) leave_history(std::move(reuse));
     });
     end(cancelled_ ? Status::CANCELLED : Status::DONE, "");
@@ -258,8 +277,11 @@ void Session::publish() {
   std::vector<std::vector<float>> resolved(static_cast<size_t>(Pass::COUNT));
   for (size_t i = 0; i < resolved.size(); ++i)
     if (film_->has(static_cast<Pass>(i))) resolved[i] = film_->resolve(static_cast<Pass>(i));
+  std::vector<std::vector<float>> surfaces;
+  for (const SurfaceLayer& layer : layers_of(settings_.surface_passes)) surfaces.push_back(surfaces_->resolve(layer));
   std::lock_guard lock(mutex_);
   published_ = std::move(resolved);
+  published_surfaces_ = std::move(surfaces);
   wants_pixels_ = false;
   ++progress_.version;
 }
@@ -273,6 +295,7 @@ void Session::end(Status status, const std::string& error) {
   progress_.status = status;
   ++progress_.version;
   published_.assign(published_.size(), {});
+  published_surfaces_.assign(published_surfaces_.size(), {});
   scene_.reset();
   cache_.reset();
   ended_.notify_all();

@@ -52,6 +52,7 @@ class Session {
   /// Pixels of the region (see Film::resolve): all of them once the render has ended. While it runs, those of the last
   /// published state, zeros before the first one; asking makes the next frames publish again.
   std::vector<float> read(Pass pass);
+  std::vector<float> read(const SurfaceLayer& layer);
   const Settings& settings() const { return settings_; }
 
  private:
@@ -68,6 +69,7 @@ class Session {
   void report_caching(float done);
   bool try_sharing(uint32_t frames, const RenderWorld& world, std::optional<BandedFrame>& banded);
   void render(const RenderWorld& world, ReuseFrame* reuse);
+  std::vector<float> read_published(const std::vector<float>& pixels, int channels);
   void publish();
   void end(Status status, const std::string& error);
   Progress progress_locked() const;
@@ -76,6 +78,7 @@ class Session {
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<RenderCache> cache_;
   std::unique_ptr<Film> film_;
+  std::shared_ptr<SurfaceFilm> surfaces_;  // null unless asked for
   std::thread thread_;
   std::atomic<bool> cancelled_{false};
 
@@ -83,7 +86,8 @@ class Session {
   bool was_started_ = false;
   std::condition_variable ended_;
   Progress progress_;
-  std::vector<std::vector<float>> published_;  // by Pass
+  std::vector<std::vector<float>> published_;           // by Pass
+  std::vector<std::vector<float>> published_surfaces_;  // by layer of the settings
   bool wants_pixels_ = true;
   Clock::time_point started_, rendering_since_, last_frame_;
 };

@@ -5,6 +5,7 @@
 
 #include "film/film.h"
 #include "film/pixel_filter.h"
+#include "film/surface_passes.h"
 #include "grid/cell_key.h"
 #include "lights/light_set.h"
 #include "restir/cached_light_reservoirs.h"
@@ -81,6 +82,7 @@ struct Settings {
   PathLimits limits;
   double time_limit = 0.0;   // seconds of rendering, 0: none
   std::vector<Pass> passes;  // besides Combined
+  SurfacePasses surface_passes;
 
   /// Reservoirs resample light samples many times, the BSDF's once: theirs have to find all light.
   EnvironmentDensity environment_density() const;

@@ -16,6 +16,7 @@ bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopC
     const PixelBlocks::Pixel place = pixels.place(x, y);
     sharing_.ask(scratch.capture, full_frame_pixel(context_.settings, place.x, place.y), frame);
     records_[pixel] = trace_pixel(context_, place.x, place.y, frame, scratch.path, &scratch.capture);
+    keep_seen(context_, place.x, place.y, scratch.path);
     sharing_.start_pixel(scratch.capture, pixel);
   };
   const auto finish_tile = [&](const Scratch& scratch) { collect_records(context_, scratch.path); };

@@ -75,6 +75,7 @@ Settings settings_of_trial(const Settings& s) {
   trial.secondary = SecondaryAnswer::NEE;
   trial.guiding = Guiding::OFF;
   trial.passes = {};
+  trial.surface_passes = {};
   return trial;
 }
 

@@ -71,6 +71,7 @@ struct Instruction {
 /// materials are one closure with constant operands.
 struct MaterialProgram {
   std::string name;
+  float pass_index = 0.0f;
   std::vector<Instruction> instructions;
   std::vector<Operand> inputs;
   std::vector<Vec3> constants;

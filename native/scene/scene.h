@@ -31,6 +31,12 @@ struct InstanceValues {
   friend bool operator==(const InstanceValues&, const InstanceValues&) = default;
 };
 
+/// What passes tell of an object.
+struct ObjectLabel {
+  float pass_index = 0.0f;
+  friend bool operator==(const ObjectLabel&, const ObjectLabel&) = default;
+};
+
 /// An immutable snapshot of everything to render. Meshes, images and programs are shared between snapshots: an
 /// edit builds a new Scene that keeps every untouched part. Indices are the builder's stable handles; a removed
 /// handle leaves a null pointer (or an instance with mesh = -1, or a light with `removed`).
@@ -41,6 +47,7 @@ struct Scene {
   /// Material handle per slot of a mesh; shared by all instances that use the same ones.
   std::vector<std::vector<int>> material_sets;
   std::vector<std::string> object_names;
+  std::vector<ObjectLabel> object_labels;  // beside object_names
   std::vector<Instance> instances;
   std::shared_ptr<const InstanceValues> instance_values;  // null where no material asks
   std::vector<Light> lights;

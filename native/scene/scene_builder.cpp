@@ -86,7 +86,7 @@ SceneBuilder::SceneBuilder(const Scene& earlier) : scene_(earlier) {
   for (size_t i = 0; i < scene_.material_sets.size(); ++i)
     material_set_handles_.try_emplace(scene_.material_sets[i], static_cast<int>(i));
   for (size_t i = 0; i < scene_.object_names.size(); ++i)
-    object_handles_.try_emplace(scene_.object_names[i], static_cast<int>(i));
+    object_handles_.emplace(scene_.object_names[i], static_cast<int>(i));
   singular_instances_ = static_cast<int>(std::ranges::count_if(scene_.instances, is_left_out));
 }
 
@@ -124,10 +124,14 @@ int SceneBuilder::add_material_set(std::vector<int> materials, const std::string
   return known->second;
 }
 
-int SceneBuilder::add_object_name(std::string name) {
-  const auto [known, is_new] = object_handles_.try_emplace(name, static_cast<int>(scene_.object_names.size()));
-  if (is_new) scene_.object_names.push_back(std::move(name));
-  return known->second;
+int SceneBuilder::add_object_name(std::string name, const ObjectLabel& label) {
+  const auto [first, last] = object_handles_.equal_range(name);
+  for (auto known = first; known != last; ++known)
+    if (scene_.object_labels[static_cast<size_t>(known->second)] == label) return known->second;
+  const int handle = store(scene_.object_names, std::move(name), {});
+  scene_.object_labels.push_back(label);
+  object_handles_.emplace(scene_.object_names.back(), handle);
+  return handle;
 }
 
 int SceneBuilder::add_instance(const Instance& instance, std::optional<int> replace) {

@@ -46,9 +46,9 @@ class SceneBuilder {
   /// Runs `finish_program`.
   int add_material(MaterialProgram program, std::optional<int> replace = {});
   /// A set may be empty: then slot 0 is `default_material`, made on demand (grey diffuse, 0.8). Equal sets, and equal
-  /// names of objects, have one handle.
+  /// names of objects with equal labels, have one handle.
   int add_material_set(std::vector<int> materials, const std::string& owner_name);
-  int add_object_name(std::string name);
+  int add_object_name(std::string name, const ObjectLabel& label = {});
   /// Throws Error naming the object for a matrix with non-finite entries. A singular matrix (flat object) is not an
   /// error: returns the handle of an instance that is left out of the picture and counted in `singular_instances`.
   int add_instance(const Instance& instance, std::optional<int> replace = {});
@@ -72,7 +72,7 @@ class SceneBuilder {
   Scene scene_;
   int default_material_ = -1;
   std::map<std::vector<int>, int> material_set_handles_;
-  std::unordered_map<std::string, int> object_handles_;
+  std::unordered_multimap<std::string, int> object_handles_;  // by name
   int singular_instances_ = 0;
 };
 

@@ -60,6 +60,8 @@ struct PathContext {
   const LearnedLightUse* learned = nullptr;
   /// Null: directions are those of BSDFs everywhere.
   const GuideUse* guiding = nullptr;
+  /// Whether PathScratch::seen_surfaces is wanted; only with record_surfaces.
+  bool record_seen = false;
 };
 
 /// Whether what a scattered ray meets, or how far its path goes on, depends on the kind of its scattering: by ray

@@ -4,6 +4,7 @@
 #include "transport/guide_table.h"
 #include "transport/path_capture.h"
 #include "transport/path_sampler.h"
+#include "transport/seen_surface.h"
 #include "transport/transmittance.h"
 
 namespace cistern {
@@ -42,6 +43,7 @@ struct PathScratch {
   bool trains_guide = false;               // the same of directions
   std::vector<GuideRecord> guide_records;
   std::vector<TaughtVertex> taught_vertices;  // of the path under way
+  std::vector<SeenSurface> seen_surfaces;     // of the last path, where PathContext::record_seen asks for them
 };
 
 /// The reference estimator: unidirectional path tracing with next-event estimation at every vertex and multiple

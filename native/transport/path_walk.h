@@ -28,6 +28,7 @@ class Walk {
   Walk(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch, PathCapture* capture)
       : context_(context), ray_(ray), sampler_(sampler), scratch_(scratch), vertex_origin_(ray.origin) {
     features_done_ = !context.record_surfaces;
+    if (context.record_surfaces) scratch.seen_surfaces.clear();
     if constexpr (Kind::captures) {
       capture_.out = capture;
       capture->clear();
@@ -56,6 +57,7 @@ class Walk {
     SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
     point.footprint = context_.pixel.size + context_.pixel.angle * path_length_;
     if (sees_film_ && context_.scene.instances[hit->instance].is_holdout) {
+      if (context_.record_seen) see_held_out(point);
       hold_out(1.0f);
       return false;
     }
@@ -63,8 +65,7 @@ class Walk {
     if constexpr (Kind::captures) {
       if (can_be_visible_point(bsdf)) bsdf.rough_sampling = capture_.out->rough_sampling;
     }
-    const bool is_seen = average(bsdf.transparency) <= kMostTransparency;
-    if (context_.record_surfaces && !record_.hit && state_.depth == 0 && is_seen) record_first_hit(point, bsdf);
+    if (context_.record_surfaces) record_surface(point, bsdf);
     if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
     record_features(bsdf);
@@ -96,6 +97,26 @@ class Walk {
 
   void hold_out(float fraction) {
     if (sees_film_) record_.alpha -= fraction * average(throughput_.total());
+  }
+
+  void record_surface(const SurfacePoint& point, const Bsdf& bsdf) {
+    const bool is_seen = average(bsdf.transparency) <= kMostTransparency;
+    if (!record_.hit && state_.depth == 0 && is_seen) record_first_hit(point, bsdf);
+    if (context_.record_seen && sees_film_ && !last_segment_) see(point, bsdf);
+  }
+
+  void see(const SurfacePoint& point, const Bsdf& bsdf) {
+    const Rgb throughput = throughput_.total(), alpha = max(Rgb(0.0f), Rgb(1.0f) - bsdf.transparency);
+    scratch_.seen_surfaces.push_back(
+        {point, state_, false, bsdf.holdout >= 1.0f, average(throughput), average(alpha), average(throughput * alpha)});
+  }
+
+  void see_held_out(const SurfacePoint& point) { scratch_.seen_surfaces.push_back({point, state_, false, true}); }
+
+  void see_environment() {
+    SeenSurface seen{.path = state_, .is_environment = true};
+    seen.point.wo = -ray_.direction;
+    scratch_.seen_surfaces.push_back(seen);
   }
 
   void record_first_hit(const SurfacePoint& point, const Bsdf& bsdf) {

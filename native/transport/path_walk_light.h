@@ -72,6 +72,7 @@ inline void Walk<Kind>::add_environment() {
     return;
   }
   if ((context_.scene.environment.visibility & state_.ray_kind) == 0) return;
+  if (context_.record_seen && sees_film_) see_environment();
   const Rgb radiance = evaluate_environment(context_.scene, ray_.direction, state_);
   if (is_black(radiance)) return;
   if (!features_done_ && state_.depth > 0) record_.albedo = throughput_.smooth * min(radiance, Rgb(1.0f));

@@ -37,7 +37,7 @@ class ReplayBuilder(fake_core.SceneBuilder):
         stored[handle] = arguments | {"method": method, "is_there": True}
         return handle
 
-    def do_add_object_name(self, name: str) -> int:
+    def do_add_object_name(self, name: str, **_: Any) -> int:
         self.names.append(name)
         return len(self.names) - 1
 

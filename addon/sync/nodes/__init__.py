@@ -25,6 +25,7 @@ from .lobes import MAX_LOBES, most_lobes
 if TYPE_CHECKING:
     from cistern_core import MaterialProgram
 
+DEFAULT_NAME = "default_surface"  # as Cycles calls it, whose mattes go by names
 DEFAULT_SURFACE = (0.8, 0.8, 0.8)  # of what has no material, before Blender 5.0
 WHITE = (1.0, 1.0, 1.0)
 ONE = constant(1.0)
@@ -33,7 +34,14 @@ RECURSION_LIMIT = 10000  # a node takes about seven calls
 
 def compile_material(material: bpy.types.Material | None, context: Context) -> MaterialProgram:
     """The program of a material; of None, what an object without one looks like. Without a surface it is black."""
-    name = material.name if material else "default"
+    program = _compile_material(material, context)
+    if material is not None:
+        program.pass_index = material.pass_index
+    return program
+
+
+def _compile_material(material: bpy.types.Material | None, context: Context) -> MaterialProgram:
+    name = material.name if material else DEFAULT_NAME
     owner = f"Material '{name}'"
     if material is None and versions.materials_are_trees():
         return _compile(closures.new_principled, name, owner, context, TreeKind.SURFACE)

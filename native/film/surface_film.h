@@ -1,0 +1,39 @@
+#pragma once
+
+#include <span>
+
+#include "film/surface_passes.h"
+#include "scene/scene.h"
+#include "transport/seen_surface.h"
+
+namespace cistern {
+
+/// Sums over a pixel's samples of what their camera rays saw, as Cycles' kernel/film/data_passes.h has them: Mist and
+/// coverage weigh each surface by what comes from it; UV is that of the first surface at least half opaque, a mean over
+/// all samples, of which those that have none count as 0. Different pixels may be added to from different threads at
+/// once; a pixel's sum is made in the order of the calls.
+class SurfaceFilm {
+ public:
+  /// Bytes per pixel: 4 (count) + 4 for each channel.
+  SurfaceFilm(const SurfacePasses& passes, int width, int height);
+
+  int width() const { return width_; }
+  /// One sample; its path met `seen` in this order.
+  void add(uint32_t pixel, const Scene& scene, std::span<const SeenSurface> seen);
+  /// Mean of the samples, row 0 at the bottom, channels interleaved. What is seen both in clear glass and behind it
+  /// counts twice, but Mist is never below 0. Throws Error for a layer that is not kept.
+  std::vector<float> resolve(const SurfaceLayer& layer) const;
+  size_t memory_bytes() const;
+
+ private:
+  float mist_of(const Camera& camera, Vec3 position) const;
+  void add_first(uint32_t pixel, const Scene& scene, const SeenSurface& seen);
+
+  SurfacePasses passes_;
+  int width_;
+  std::vector<uint32_t> samples_;
+  std::vector<float> clear_view_;  // 1 - Mist
+  std::vector<float> uv_;
+};
+
+}  // namespace cistern

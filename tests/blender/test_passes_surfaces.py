@@ -1,0 +1,144 @@
+"""Mist, UV and the indices beside Cycles, in the same process and from the same scene."""
+
+import bpy
+import numpy as np
+import pytest
+
+from tests.support import pass_scenes
+from tests.support.statistics import FALSE_ALARM_RATE, compare_replicas
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+SWITCHES = ("mist", "uv", "object_index", "material_index")
+MEANS = ["Mist.Z", "UV.U", "UV.V", "UV.A"]
+LONG = bpy.app.version >= (5, 0, 0)
+INDICES = ["Object Index.X", "Material Index.X"] if LONG else ["IndexOB.X", "IndexMA.X"]
+# The path tracer, sharing in bands, reservoirs at the visible point, at later ones, of paths, and history.
+PRESETS = ["PATH_TRACING", "FINAL", "INTERACTIVE", "RESTIR_DI", "CELL_RESERVOIRS", "RESTIR_GI", "WORLD_PATHS"]
+
+
+@pytest.fixture
+def cards(empty_scene):
+    def build(camera_type="PERSP", preset="PATH_TRACING"):
+        pass_scenes.build_cards(empty_scene, camera_type)
+        pass_scenes.prepare_layers(empty_scene, preset)
+        for name in SWITCHES:
+            setattr(empty_scene.view_layers[0], f"use_pass_{name}", True)
+        return empty_scene
+
+    return build
+
+
+def compare(scene, plant=None):
+    """Of t-tests over blocks of all four means, with FALSE_ALARM_RATE altogether."""
+    ours = pass_scenes.layer_replicas(scene, "CISTERN", MEANS)
+    if plant:
+        plant(scene)
+    return compare_replicas(ours, pass_scenes.layer_replicas(scene, "CYCLES", MEANS), FALSE_ALARM_RATE)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_mist_and_uv_are_those_of_cycles(cards, preset):
+    result = compare(cards(preset=preset))
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("falloff", ["LINEAR", "INVERSE_QUADRATIC"])
+@pytest.mark.parametrize("is_transparent", [False, True])
+def test_mist_by_falloff_and_through_a_transparent_film(cards, falloff, is_transparent):
+    scene = cards("ORTHO")
+    scene.world.mist_settings.falloff = falloff
+    scene.render.film_transparent = is_transparent
+    scene.cycles.film_transparent_glass = scene.cistern.film_transparent_glass = is_transparent
+    result = compare(scene)
+    assert result.agrees, result
+
+
+def nearer_mist(scene):
+    scene.world.mist_settings.start -= 0.1
+
+
+def other_map(scene):
+    bpy.data.objects["Base"].data.uv_layers["other"].active_render = True
+
+
+def thinner_card(scene):
+    mix = next(n for n in bpy.data.materials["Thick"].node_tree.nodes if n.bl_idname == "ShaderNodeMixShader")
+    mix.inputs[0].default_value = 0.65
+
+
+def solid_glass(scene):
+    scene.cycles.film_transparent_glass = False
+
+
+@pytest.mark.parametrize("plant", [nearer_mist, other_map, thinner_card, solid_glass])
+def test_planted_differences_are_found(cards, plant):
+    scene = cards()
+    scene.render.film_transparent = True
+    scene.cycles.film_transparent_glass = scene.cistern.film_transparent_glass = True
+    result = compare(scene, plant)
+    assert not result.agrees, result
+
+
+@pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL", "RESTIR_GI"])
+def test_indices_are_those_of_cycles(cards, preset):
+    """Exactly, except where chance decides in Cycles whether a thin card is passed."""
+    scene = cards(preset=preset)
+    ours, _ = pass_scenes.render_layers(scene, "CISTERN", 2)
+    theirs, _ = pass_scenes.render_layers(scene, "CYCLES", 2)
+    for name in INDICES:
+        mine, other = ours[f"ViewLayer.{name}"], theirs[f"ViewLayer.{name}"]
+        thin = {4.0, 11.0, 12.0} if name == INDICES[0] else {6.0}
+        certain = ~np.isin(other, list(thin))
+        np.testing.assert_array_equal(mine[certain], other[certain])
+        assert len(set(mine[certain].ravel())) >= 4
+        assert not np.isin(mine, list(thin)).any()
+
+
+def test_channels_have_the_names_of_cycles(cards):
+    scene = cards()
+    names = {}
+    for engine in ("CISTERN", "CYCLES"):
+        channels, _ = pass_scenes.render_layers(scene, engine, 1)
+        names[engine] = {name for name in channels if not name.startswith(("ViewLayer.Direct", "ViewLayer.Indirect"))}
+    assert names["CISTERN"] == names["CYCLES"]
+
+
+@pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL", "RESTIR_DI"])
+def test_passes_are_the_same_with_any_number_of_threads_and_in_a_border(cards, preset):
+    scene = cards(preset=preset)
+    render = scene.render
+    pictures = []
+    for threads in (1, 3):
+        render.threads_mode, render.threads = "FIXED", threads
+        pictures.append(pass_scenes.render_layers(scene, "CISTERN", 4)[0])
+    render.use_border = render.use_crop_to_border = True
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.25, 0.75
+    part, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    for name in (f"ViewLayer.{name}" for name in MEANS + INDICES):
+        np.testing.assert_array_equal(pictures[0][name], pictures[1][name])
+        np.testing.assert_array_equal(part[name], pictures[0][name][4:12, 12:36])
+
+
+def test_view_layers_have_passes_of_their_own(cards):
+    scene = cards()
+    scene.view_layers.new("Second").use_pass_uv = True
+    channels, _ = pass_scenes.render_layers(scene, "CISTERN", 1)
+    assert "Second.UV.U" in channels and "Second.Mist.Z" not in channels
+    np.testing.assert_array_equal(channels["Second.UV.U"], channels["ViewLayer.UV.U"])
+
+
+def test_without_a_world_mist_has_the_range_of_cycles(cards):
+    scene = cards()
+    scene.world = None
+    result = compare(scene)
+    assert result.agrees, result
+
+
+def test_time_limit_ends_passes_with_the_picture(cards):
+    scene = cards()
+    full, _ = pass_scenes.render_layers(scene, "CISTERN", 16)
+    scene.cistern.time_limit = 1e-6
+    first, _ = pass_scenes.render_layers(scene, "CISTERN", 1 << 20)
+    assert np.abs(first["ViewLayer.Mist.Z"] - full["ViewLayer.Mist.Z"]).mean() < 0.1
+    assert set(np.unique(first["ViewLayer.UV.A"])) <= {0.0, 1.0}

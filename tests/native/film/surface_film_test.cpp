@@ -1,0 +1,79 @@
+#include "film/surface_film.h"
+
+#include <gtest/gtest.h>
+
+#include "base/check.h"
+#include "render/render_scenes.h"
+
+namespace cistern::test {
+namespace {
+
+constexpr SurfaceLayer kMist{SurfaceLayer::Kind::MIST, 1}, kUv{SurfaceLayer::Kind::UV, 3};
+
+/// A point on the first instance of small_room, `distance` in front of its camera.
+SeenSurface seen_at(const Scene& scene, float distance, float throughput, float alpha) {
+  SeenSurface seen;
+  seen.point.position = scene.camera.camera_to_world.translation + Vec3{0.0f, distance, 0.0f};
+  seen.throughput = throughput, seen.alpha = alpha, seen.contribution = throughput * alpha;
+  return seen;
+}
+
+SurfacePasses mist(float falloff) {
+  SurfacePasses passes;
+  passes.mist = true;
+  passes.mist_range = {1.0f, 4.0f, falloff};
+  return passes;
+}
+
+TEST(SurfaceFilm, MistGrowsWithDistanceByItsFalloff) {
+  const std::shared_ptr<const Scene> scene = small_room();
+  for (const float falloff : {0.5f, 1.0f, 2.0f}) {
+    SurfaceFilm film(mist(falloff), 3, 1);
+    for (const float distance : {0.5f, 2.0f, 9.0f}) {
+      const SeenSurface seen = seen_at(*scene, distance, 1.0f, 1.0f);
+      film.add(distance < 1.0f ? 0 : (distance < 5.0f ? 1 : 2), *scene, {&seen, 1});
+    }
+    const std::vector<float> pixels = film.resolve(kMist);
+    EXPECT_EQ(pixels[0], 0.0f);
+    EXPECT_FLOAT_EQ(pixels[1], std::pow(0.25f, falloff));
+    EXPECT_EQ(pixels[2], 1.0f);
+  }
+}
+
+TEST(SurfaceFilm, MistIsBlendedOverWhatIsSeenThrough) {
+  const std::shared_ptr<const Scene> scene = small_room();
+  SurfaceFilm film(mist(1.0f), 1, 1);
+  const SeenSurface both[] = {seen_at(*scene, 2.0f, 1.0f, 0.25f), seen_at(*scene, 4.0f, 0.75f, 1.0f)};
+  film.add(0, *scene, both);
+  film.add(0, *scene, {both, 1});  // then sky
+  const float blended = 0.25f * 0.25f + 0.75f * 0.75f, sky = 0.25f * 0.25f + 0.75f;
+  EXPECT_FLOAT_EQ(film.resolve(kMist)[0], 0.5f * (blended + sky));
+}
+
+TEST(SurfaceFilm, PixelsWithoutSamplesAreZero) {
+  SurfacePasses passes = mist(1.0f);
+  passes.uv = true;
+  const SurfaceFilm film(passes, 1, 1);
+  EXPECT_EQ(film.resolve(kMist)[0], 0.0f);
+  EXPECT_EQ(film.resolve(kUv), std::vector<float>(3, 0.0f));
+}
+
+TEST(SurfaceFilm, RefusesWhatItDoesNotKeep) {
+  const SurfaceFilm film(mist(1.0f), 1, 1);
+  EXPECT_THROW(film.resolve(kUv), Error);
+}
+
+TEST(SurfaceFilm, NamesAndLayersAgree) {
+  SurfacePasses passes;
+  for (const char* name : {"Mist", "UV"}) {
+    const std::optional<SurfaceLayer> layer = find_surface_layer(name);
+    ASSERT_TRUE(layer);
+    EXPECT_EQ(name_of(*layer), name);
+    keep(*layer, passes);
+    EXPECT_EQ(layers_of(passes).back(), *layer);
+  }
+  EXPECT_FALSE(find_surface_layer("Depth"));
+}
+
+}  // namespace
+}  // namespace cistern::test
