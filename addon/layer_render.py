@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from . import denoise, passes, report, settings, view_modes
+from . import cryptomatte, denoise, passes, report, settings, view_modes
 from .progress import stage_share, status_text
 from .views import place_view_camera, view_names
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from .engine import CisternEngine
+    from .sync import SyncReport
     from .sync.scene import SceneSync
 
 # How often Esc is looked for, and the display of the progress renewed.
@@ -56,18 +57,21 @@ class LayerRender:
     def run(self) -> None:
         exported = self.engine.open_export(self.keeps_export)
         try:
-            self.export(exported)
+            synced = self.export(exported)
             self.render_views(exported)
+            cryptomatte.stamp(self.engine, self.depsgraph.view_layer_eval, synced.matte_names, self.core)
         finally:
             if not self.keeps_export:
                 exported.close()
 
-    def export(self, exported: SceneSync) -> None:
+    def export(self, exported: SceneSync) -> SyncReport:
         """Bring the exported scene up to date with the evaluated one."""
         self.engine.update_stats("", "Exporting the scene")
         start = time.perf_counter()
-        self.figures.warnings += exported.sync(self.depsgraph, self.engine.camera_override).warnings
+        synced = exported.sync(self.depsgraph, self.engine.camera_override)
+        self.figures.warnings += synced.warnings
         self.figures.sync_seconds = time.perf_counter() - start
+        return synced
 
     def render_views(self, exported: SceneSync) -> None:
         arguments = settings.core_settings(

@@ -7,8 +7,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .sync import MATTE_KINDS
+
 # Since 5.0 Blender spells these passes out.
 HAS_LONG_NAMES = bpy.app.version >= (5, 0, 0)
+
+MOST_MATTES = 16
 
 
 @dataclass(frozen=True)
@@ -109,7 +113,35 @@ CELL_PASSES = frozenset({"Cells", "Cell Occupancy", "Cell Level", "Normal Bin"})
 
 def enabled_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
     """The passes that this view layer asks for, Combined first."""
-    return [render_pass for render_pass in PASSES if render_pass.is_enabled(view_layer)]
+    fixed = [render_pass for render_pass in PASSES if render_pass.is_enabled(view_layer)]
+    return fixed + matte_passes(view_layer) + aov_passes(view_layer)
+
+
+def matte_kinds(view_layer: bpy.types.ViewLayer) -> list[str]:
+    """Of MATTE_KINDS, those that the view layer keeps mattes of."""
+    return [kind for kind in MATTE_KINDS if getattr(view_layer, f"use_pass_cryptomatte_{kind}")]
+
+
+def matte_layer_name(kind: str) -> str:
+    return f"Crypto{kind.title()}"
+
+
+def matte_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
+    """Cryptomatte's: two ids with their coverage in each. Small letters keep their compression lossless."""
+    levels = (min(view_layer.pass_cryptomatte_depth, MOST_MATTES) + 1) // 2
+    names = [f"{matte_layer_name(kind)}{level:02}" for kind in matte_kinds(view_layer) for level in range(levels)]
+    return [RenderPass(name, name, "rgba", "COLOR", lambda layer: True) for name in names]
+
+
+def aov_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
+    """What materials write themselves, under the user's names."""
+    return [
+        RenderPass(
+            aov.name, f"AOV {aov.type} {aov.name}", "X" if aov.type == "VALUE" else "RGBA", aov.type, lambda layer: True
+        )
+        for aov in view_layer.aovs
+        if aov.is_valid
+    ]
 
 
 def register_passes(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:

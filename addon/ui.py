@@ -2,6 +2,7 @@
 # ruff: noqa: N801  (Blender wants CATEGORY_PT_name)
 
 import bpy
+from bl_ui import properties_view_layer
 from bpy.types import Context, Panel
 
 from . import ui_data, ui_sampling, ui_viewport
@@ -151,6 +152,25 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
             column.prop(view_layer.cistern, f"use_pass_{name}")
 
 
+def blenders_panel(name: str) -> type:
+    """One that Blender draws for all engines alike; before 4.5 under a shorter name."""
+    return getattr(properties_view_layer, f"{name}Helper", None) or getattr(properties_view_layer, name)
+
+
+class CISTERN_VIEWLAYER_PT_passes_aov(CisternPanel, blenders_panel("ViewLayerAOVPanel"), Panel):
+    bl_label = "Shader AOV"
+    bl_context = "view_layer"
+    bl_parent_id = "CISTERN_VIEWLAYER_PT_passes"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+
+class CISTERN_VIEWLAYER_PT_passes_cryptomatte(CisternPanel, blenders_panel("ViewLayerCryptomattePanel"), Panel):
+    bl_label = "Cryptomatte"
+    bl_context = "view_layer"
+    bl_parent_id = "CISTERN_VIEWLAYER_PT_passes"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+
 def shared_panels() -> list[type[Panel]]:
     """Blender's panels that also make sense for our engine."""
     found = []
@@ -170,6 +190,8 @@ CLASSES = (
     CISTERN_RENDER_PT_simplify,
     CISTERN_RENDER_PT_performance,
     CISTERN_VIEWLAYER_PT_passes,
+    CISTERN_VIEWLAYER_PT_passes_cryptomatte,
+    CISTERN_VIEWLAYER_PT_passes_aov,
     *ui_data.CLASSES,
 )
 

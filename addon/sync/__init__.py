@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+MATTE_KINDS = ("object", "material", "asset")
+
 
 class SyncError(ValueError):
     """The scene cannot be rendered as it is; the text names the data-block and what is missing."""
@@ -21,6 +23,8 @@ class SyncReport:
     """One line each, naming the data-block; no line twice."""
     seconds: dict[str, float] = field(default_factory=dict)
     """Wall time by stage."""
+    matte_names: dict[str, set[str]] = field(default_factory=lambda: {kind: set() for kind in MATTE_KINDS})
+    """Names of all objects, materials and assets (topmost parents) with surfaces that were looked at."""
 
     def warn(self, text: str) -> None:
         if text not in self.warnings:

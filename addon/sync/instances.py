@@ -41,8 +41,8 @@ class KeptInstances:
     meshes: KeptMeshes = field(default_factory=KeptMeshes)
     lamps: KeptLamps = field(default_factory=KeptLamps)
     prototypes: dict[PrototypeKey, Surface | Lamp | None] = field(default_factory=dict)
-    names: dict[tuple[str, int], int] = field(default_factory=dict)
-    """Names and pass indices of objects."""
+    names: dict[tuple[str, int, str], int] = field(default_factory=dict)
+    """Names and pass indices of objects, and names of their topmost parents."""
     placements: Placements = field(default_factory=Placements)
     random_ids: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
     arrays: dict[str, NDArray] = field(default_factory=dict)
@@ -216,18 +216,26 @@ class InstanceSync:
         return Lamp(obj.name, visibility, key)
 
     def _warn_of_flattened(self, arrays: dict[str, NDArray]) -> None:
-        names = [name for name, _ in self._kept.names]  # handles count up from 0
+        names = [name for name, *_ in self._kept.names]  # handles count up from 0
         objects = np.unique(arrays["object"][is_flattened(arrays["object_to_world"].transpose(0, 2, 1))])
         shown = ", ".join(f"'{names[handle]}'" for handle in objects[:_NAMES_SHOWN])
         rest = f" and {len(objects) - _NAMES_SHOWN} more" if len(objects) > _NAMES_SHOWN else ""
         self._report.warn(f"Objects scaled to a line or a point, or beyond all range, are left out: {shown}{rest}")
 
     def _name_handle(self, obj: bpy.types.Object) -> int:
-        label = (obj.name, obj.pass_index)
+        label = (obj.name, obj.pass_index, _topmost(obj).name)
+        self._report.matte_names["object"].add(label[0])
+        self._report.matte_names["asset"].add(label[2])
         names = self._kept.names
         if label not in names:
             names[label] = self._builder.add_object_name(*label)
         return names[label]
+
+
+def _topmost(obj: bpy.types.Object) -> bpy.types.Object:
+    while obj.parent is not None:
+        obj = obj.parent
+    return obj
 
 
 def read_places(depsgraph: bpy.types.Depsgraph) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

@@ -38,6 +38,8 @@ class MaterialContext:
     depsgraph: bpy.types.Depsgraph
     images: ImageCache
     report: SyncReport
+    aov_names: frozenset[str] = frozenset()
+    """Of the view layer's passes that materials write themselves."""
     used_images: set[int] = field(default_factory=set)
     """Handles of the images that were asked for."""
     used_layer_values: dict[str, Rgba] = field(default_factory=dict)
@@ -183,6 +185,8 @@ class MaterialTable:
         self._context.used_images.clear()
         self._context.used_layer_values.clear()
         program = compile_tree(data_block, self._context)
+        if compile_tree is compile_material and program is not None:
+            self._context.report.matte_names["material"].add(program.name)
         handle = None if before is None else before.handle
         self.compiled += program is not None or handle is not None
         if program is not None:

@@ -85,8 +85,10 @@ def _sync(
         images.begin(scene.frame_current)
         for image, image_user in uses.images:
             images.prefetch(image, image_user)
-    context = MaterialContext(core, builder, depsgraph, images, report)
-    materials = MaterialTable(context, depsgraph.view_layer_eval.material_override)
+    view_layer = depsgraph.view_layer_eval
+    aov_names = frozenset(aov.name for aov in view_layer.aovs if aov.is_valid)
+    context = MaterialContext(core, builder, depsgraph, images, report, aov_names)
+    materials = MaterialTable(context, view_layer.material_override)
     with timed(report, "world"):
         builder.set_environment(**environment_arguments(depsgraph, materials))
     with timed(report, "instances"):

@@ -1,5 +1,6 @@
 #include <pybind11/stl.h>
 
+#include "base/murmur_hash.h"
 #include "binding/arrays.h"
 #include "binding/bind.h"
 #include "binding/scene_handle.h"
@@ -301,10 +302,10 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
       .def("clear_instances", &SceneBuilder::clear_instances)
       .def(
           "add_object_name",
-          [](SceneBuilder& b, std::string name, float pass_index) {
-            return b.add_object_name(std::move(name), {pass_index});
+          [](SceneBuilder& b, const std::string& name, float pass_index, const std::optional<std::string>& asset) {
+            return b.add_object_name(name, {pass_index, matte_id(name), matte_id(asset.value_or(name))});
           },
-          py::arg("name"), py::arg("pass_index") = 0.0f)
+          py::arg("name"), py::arg("pass_index") = 0.0f, py::arg("asset") = py::none())
       .def_property_readonly("singular_instances", &SceneBuilder::singular_instances)
       .def("mesh_statistics", &mesh_statistics, py::arg("handle"));
 }
@@ -327,6 +328,8 @@ void bind_surroundings(py::class_<SceneBuilder>& builder) {
 }  // namespace
 
 void bind_scene_builder(py::module_& m) {
+  m.def(
+      "matte_hash", [](const std::string& name) { return murmur_hash_3(name); }, py::arg("name"));
   py::class_<SceneHandle>(m, "Scene")
       .def_property_readonly("triangle_count", &SceneHandle::triangle_count)
       .def_property_readonly("instance_count", &SceneHandle::instance_count);

@@ -55,6 +55,9 @@ class MaterialProgram:
     def image(self, handle: int) -> int:
         """Index of an image handle, for IMAGE's parameter 0."""
 
+def matte_hash(name: str) -> int:
+    """MurmurHash3 of a name, by which Cryptomatte knows it."""
+
 def describe_ops() -> dict[str, tuple[str, str, int, bool]]:
     """Op name -> (input letters, output letter or '', parameter count, is closure). Letters: f float, c colour, v vector."""
 
@@ -95,7 +98,8 @@ class SceneBuilder:
     ) -> int: ...
     def add_material(self, program: MaterialProgram, replace: int | None = None) -> int: ...
     def add_material_set(self, materials: Sequence[int], owner_name: str) -> int: ...
-    def add_object_name(self, name: str, pass_index: float = 0.0) -> int: ...
+    def add_object_name(self, name: str, pass_index: float = 0.0, asset: str | None = None) -> int:
+        """`asset` is the name of its topmost parent; None: its own."""
     def add_instances(
         self,
         mesh: NDArray[np.int32],  # (n,)

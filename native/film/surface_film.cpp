@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/check.h"
+#include "shading/material.h"
 #include "shading/mesh_interpolation.h"
 #include "transport/camera_ray.h"
 
@@ -13,6 +14,7 @@ namespace {
 /// Surfaces that let more than the rest through are not the first seen: Cycles' default pass_alpha_threshold.
 constexpr float kLeastAlpha = 0.5f;
 constexpr size_t kUvChannels = 3;
+constexpr size_t kSharesOfLevel = 2;
 
 /// (u, v, 1) of the map that is rendered; 0 on a mesh without one.
 Vec3 rendered_uv(const Scene& scene, const SurfacePoint& point) {
@@ -33,6 +35,13 @@ std::vector<float> means(const std::vector<float>& sums, const std::vector<uint3
   return result;
 }
 
+/// Of a surface, by MatteKind.
+std::array<float, kMatteKinds> matte_ids(const Scene& scene, const SurfacePoint& point) {
+  const ObjectLabel& label = scene.object_labels[static_cast<size_t>(scene.instances[point.instance].object)];
+  const float material = point.material < 0 ? 0.0f : scene.materials[static_cast<size_t>(point.material)]->matte;
+  return {label.matte, material, label.asset_matte};
+}
+
 }  // namespace
 
 SurfaceFilm::SurfaceFilm(const SurfacePasses& passes, int width, int height) : passes_(passes), width_(width) {
@@ -40,6 +49,13 @@ SurfaceFilm::SurfaceFilm(const SurfacePasses& passes, int width, int height) : p
   samples_.assign(pixels, 0);
   if (passes.mist) clear_view_.assign(pixels, 0.0f);
   if (passes.uv) uv_.assign(kUvChannels * pixels, 0.0f);
+  for (const AovPass& aov : passes.aovs) {
+    aov_hashes_.push_back(attribute_name_hash(aov.name));
+    aovs_.emplace_back(static_cast<size_t>(aov.channels()) * pixels, 0.0f);
+  }
+  for (size_t kind = 0; kind < mattes_.size(); ++kind)
+    mattes_[kind].resize(kSharesOfLevel * static_cast<size_t>(passes.matte_levels[kind]) * pixels);
+  has_mattes_ = std::ranges::any_of(mattes_, [](const auto& mattes) { return !mattes.empty(); });
 }
 
 /// 0 before the range, 1 behind it.
@@ -56,20 +72,48 @@ void SurfaceFilm::add(uint32_t pixel, const Scene& scene, std::span<const SeenSu
   ++samples_[pixel];
   bool is_found = false;
   for (const SeenSurface& surface : seen) {
+    if (!is_found && !aovs_.empty()) add_aovs(pixel, scene, surface);
     if (surface.is_environment || surface.is_held_out) continue;
     if (passes_.mist)
       clear_view_[pixel] += (1.0f - mist_of(scene.camera, surface.point.position)) * surface.contribution;
+    if (has_mattes_) add_mattes(pixel, scene, surface);
     if (is_found || surface.alpha < kLeastAlpha) continue;
     is_found = true;
-    add_first(pixel, scene, surface);
+    if (passes_.uv) add_uv(pixel, scene, surface.point);
   }
 }
 
-void SurfaceFilm::add_first(uint32_t pixel, const Scene& scene, const SeenSurface& seen) {
-  if (!passes_.uv) return;
-  const Vec3 uv = rendered_uv(scene, seen.point);
+void SurfaceFilm::add_uv(uint32_t pixel, const Scene& scene, const SurfacePoint& point) {
+  const Vec3 uv = rendered_uv(scene, point);
   float* sum = &uv_[kUvChannels * pixel];
   sum[0] += uv.x, sum[1] += uv.y, sum[2] += uv.z;
+}
+
+void SurfaceFilm::add_aovs(uint32_t pixel, const Scene& scene, const SeenSurface& seen) {
+  const auto add = [&](const AovValues& values) {
+    for (size_t i = 0; i < aovs_.size(); ++i) {
+      if (aov_hashes_[i] != values.name_hash) continue;
+      float* sum = &aovs_[i][static_cast<size_t>(passes_.aovs[i].channels()) * pixel];
+      if (!passes_.aovs[i].is_color) {
+        sum[0] += values.value;
+        continue;
+      }
+      sum[0] += values.color.r, sum[1] += values.color.g, sum[2] += values.color.b;
+      sum[3] += 1.0f;
+    }
+  };
+  seen.is_environment ? evaluate_environment_aovs(scene, -seen.point.wo, seen.path, std::ref(add))
+                      : evaluate_aovs(scene, seen.point, seen.path, std::ref(add));
+}
+
+void SurfaceFilm::add_mattes(uint32_t pixel, const Scene& scene, const SeenSurface& seen) {
+  const float weight = seen.throughput * seen.alpha;
+  if (!(weight > 0.0f)) return;
+  const std::array<float, kMatteKinds> ids = matte_ids(scene, seen.point);
+  for (size_t kind = 0; kind < mattes_.size(); ++kind) {
+    const size_t slots = kSharesOfLevel * static_cast<size_t>(passes_.matte_levels[kind]);
+    if (slots > 0 && ids[kind] != 0.0f) add_matte({&mattes_[kind][slots * pixel], slots}, ids[kind], weight);
+  }
 }
 
 std::vector<float> SurfaceFilm::resolve(const SurfaceLayer& layer) const {
@@ -83,10 +127,45 @@ std::vector<float> SurfaceFilm::resolve(const SurfaceLayer& layer) const {
     case SurfaceLayer::Kind::UV:
       if (!passes_.uv) break;
       return means(uv_, samples_);
+    case SurfaceLayer::Kind::AOV: {
+      const auto found = std::ranges::find(passes_.aovs, layer.aov);
+      if (found == passes_.aovs.end()) break;
+      return means(aovs_[static_cast<size_t>(found - passes_.aovs.begin())], samples_);
+    }
+    case SurfaceLayer::Kind::MATTE:
+      if (layer.level >= passes_.matte_levels[static_cast<size_t>(layer.matte)]) break;
+      return resolve_mattes(static_cast<size_t>(layer.matte), layer.level);
   }
-  throw Error("pass", "was not enabled for this render");
+  throw Error("pass '" + name_of(layer) + "'", "was not enabled for this render");
 }
 
-size_t SurfaceFilm::memory_bytes() const { return (samples_.size() + clear_view_.size() + uv_.size()) * sizeof(float); }
+std::span<const MatteShare> SurfaceFilm::mattes_of(size_t kind, size_t pixel) const {
+  const size_t slots = kSharesOfLevel * static_cast<size_t>(passes_.matte_levels[kind]);
+  return {&mattes_[kind][slots * pixel], slots};
+}
+
+std::vector<float> SurfaceFilm::resolve_mattes(size_t kind, int level) const {
+  std::vector<float> result;
+  result.reserve(2 * kSharesOfLevel * samples_.size());
+  std::vector<MatteShare> ranked;
+  for (size_t pixel = 0; pixel < samples_.size(); ++pixel) {
+    const std::span<const MatteShare> mattes = mattes_of(kind, pixel);
+    ranked.assign(mattes.begin(), mattes.end());
+    rank_mattes(ranked);
+    for (size_t i = 0; i < kSharesOfLevel; ++i) {
+      const MatteShare& share = ranked[kSharesOfLevel * static_cast<size_t>(level) + i];
+      result.push_back(share.id);
+      result.push_back(samples_[pixel] > 0 ? share.weight / static_cast<float>(samples_[pixel]) : 0.0f);
+    }
+  }
+  return result;
+}
+
+size_t SurfaceFilm::memory_bytes() const {
+  size_t bytes = (samples_.size() + clear_view_.size() + uv_.size()) * sizeof(float);
+  for (const std::vector<float>& aov : aovs_) bytes += aov.size() * sizeof(float);
+  for (const std::vector<MatteShare>& mattes : mattes_) bytes += mattes.size() * sizeof(MatteShare);
+  return bytes;
+}
 
 }  // namespace cistern

@@ -1,36 +1,83 @@
 #include "film/surface_passes.h"
 
-namespace cistern {
+#include <algorithm>
 
+namespace cistern {
 namespace {
 
-constexpr SurfaceLayer kMist{SurfaceLayer::Kind::MIST, 1}, kUv{SurfaceLayer::Kind::UV, 3};
+using Kind = SurfaceLayer::Kind;
+
+const SurfaceLayer kMist{Kind::MIST, 1}, kUv{Kind::UV, 3};
+constexpr int kMatteChannels = 4;
+constexpr std::array<const char*, kMatteKinds> kMatteNames{"CryptoObject", "CryptoMaterial", "CryptoAsset"};
+const std::string kColorPrefix = "AOV COLOR ", kValuePrefix = "AOV VALUE ";
+
+SurfaceLayer aov_layer(const AovPass& aov) { return {Kind::AOV, aov.channels(), aov}; }
+SurfaceLayer matte_layer(size_t kind, int level) {
+  return {Kind::MATTE, kMatteChannels, {}, static_cast<MatteKind>(kind), level};
+}
+
+/// With two digits.
+std::string matte_name(size_t kind, int level) { return kMatteNames[kind] + ("0" + std::to_string(level)); }
 
 }  // namespace
+
+bool SurfacePasses::any() const {
+  const bool has_mattes = std::ranges::any_of(matte_levels, [](int levels) { return levels > 0; });
+  return mist || uv || !aovs.empty() || has_mattes;
+}
 
 std::optional<SurfaceLayer> find_surface_layer(const std::string& name) {
   if (name == "Mist") return kMist;
   if (name == "UV") return kUv;
+  if (name.starts_with(kColorPrefix)) return aov_layer({name.substr(kColorPrefix.size()), true});
+  if (name.starts_with(kValuePrefix)) return aov_layer({name.substr(kValuePrefix.size()), false});
+  for (size_t kind = 0; kind < kMatteNames.size(); ++kind)
+    for (int level = 0; level < kMaxMatteLevels; ++level)
+      if (name == matte_name(kind, level)) return matte_layer(kind, level);
   return std::nullopt;
 }
 
-std::string name_of(const SurfaceLayer& layer) { return layer == kMist ? "Mist" : "UV"; }
+std::string name_of(const SurfaceLayer& layer) {
+  switch (layer.kind) {
+    case Kind::MIST:
+      return "Mist";
+    case Kind::UV:
+      return "UV";
+    case Kind::AOV:
+      return (layer.aov.is_color ? kColorPrefix : kValuePrefix) + layer.aov.name;
+    case Kind::MATTE:
+      return matte_name(static_cast<size_t>(layer.matte), layer.level);
+  }
+  return {};
+}
 
 std::vector<SurfaceLayer> layers_of(const SurfacePasses& passes) {
   std::vector<SurfaceLayer> layers;
   if (passes.mist) layers.push_back(kMist);
   if (passes.uv) layers.push_back(kUv);
+  for (const AovPass& aov : passes.aovs) layers.push_back(aov_layer(aov));
+  for (size_t kind = 0; kind < passes.matte_levels.size(); ++kind)
+    for (int level = 0; level < passes.matte_levels[kind]; ++level) layers.push_back(matte_layer(kind, level));
   return layers;
 }
 
 void keep(const SurfaceLayer& layer, SurfacePasses& passes) {
   switch (layer.kind) {
-    case SurfaceLayer::Kind::MIST:
+    case Kind::MIST:
       passes.mist = true;
       break;
-    case SurfaceLayer::Kind::UV:
+    case Kind::UV:
       passes.uv = true;
       break;
+    case Kind::AOV:
+      if (std::ranges::find(passes.aovs, layer.aov) == passes.aovs.end()) passes.aovs.push_back(layer.aov);
+      break;
+    case Kind::MATTE: {
+      int& levels = passes.matte_levels[static_cast<size_t>(layer.matte)];
+      levels = std::max(levels, layer.level + 1);
+      break;
+    }
   }
 }
 

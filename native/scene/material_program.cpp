@@ -4,6 +4,7 @@
 #include <span>
 
 #include "base/check.h"
+#include "base/murmur_hash.h"
 #include "scene/mesh.h"
 
 namespace cistern {
@@ -51,6 +52,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::TANGENT:
     case Op::INSTANCE_VALUE:
     case Op::INSTANCE_VALUE_ALPHA:
+    case Op::CLOSURE_AOV:
       return {kName};
     case Op::LIGHT_PATH:
       return {up_to(12)};
@@ -359,12 +361,24 @@ std::vector<Instruction> slice(MaterialProgram& p, bool (*is_wanted)(const Mater
   return {result.rbegin(), result.rend()};
 }
 
+bool is_aov(const MaterialProgram&, const Instruction& closure) { return closure.op == Op::CLOSURE_AOV; }
+bool shades(const MaterialProgram&, const Instruction& closure) { return closure.op != Op::CLOSURE_AOV; }
+bool matters_always(const MaterialProgram&, const Instruction&, size_t) { return true; }
+
+/// Takes what only passes of its own need out of what is run at every hit.
+void divide_aovs(MaterialProgram& p) {
+  if (std::ranges::none_of(p.instructions, [&](const Instruction& i) { return is_aov(p, i); })) return;
+  p.aov_instructions = slice(p, is_aov, matters_always);
+  p.instructions = slice(p, shades, matters_always);
+}
+
 /// Fills `input_values` and the masks of registers.
 void place_constants(MaterialProgram& p) {
   p.input_values.clear();
   for (const Operand operand : p.inputs)
     p.input_values.push_back(operand.is_constant() ? p.constants[static_cast<size_t>(operand.index())] : Vec3{});
-  for (std::vector<Instruction>* list : {&p.instructions, &p.emission_instructions, &p.transparency_instructions}) {
+  for (std::vector<Instruction>* list :
+       {&p.instructions, &p.emission_instructions, &p.transparency_instructions, &p.aov_instructions}) {
     for (Instruction& instruction : *list) {
       const std::span<const Operand> in = operands_of(p, instruction);
       instruction.register_inputs = 0;
@@ -428,11 +442,13 @@ bool varies_over_object(Op op) {
 }  // namespace
 
 void finish_program(MaterialProgram& program, int image_count) {
-  constexpr size_t kMaxConstants = Operand::kConstantBit - 2;  // two are added below
+  constexpr size_t kMaxConstants = Operand::kConstantBit - 4;  // up to four are added below
   if (program.constants.size() > kMaxConstants)
     throw Error(program.name, std::to_string(program.constants.size()) + " constants; at most " +
                                   std::to_string(kMaxConstants) + " are allowed");
   Validator(program, image_count).check();
+  program.matte = matte_id(program.name);
+  divide_aovs(program);
 
   program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
   program.reads_light_path = program.counts_bounces = program.reads_camera = false;

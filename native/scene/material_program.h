@@ -43,6 +43,8 @@ enum class Op : uint8_t {
   CLOSURE_TRANSPARENT, CLOSURE_EMISSION, CLOSURE_SHEEN, CLOSURE_METALLIC, CLOSURE_HOLDOUT,
   // No shader, but no value either: the normal that displacement bends, for the closures after it.
   CLOSURE_NORMAL,
+  // Nor this one: what goes to passes of its own.
+  CLOSURE_AOV,
   COUNT
 };
 // clang-format on
@@ -87,7 +89,9 @@ struct MaterialProgram {
   std::vector<uint32_t> attribute_hashes;  // attribute_name_hash of attribute_names
   /// The instructions that emission (transparency) depends on, in order; operands without influence are constant 0.
   std::vector<Instruction> emission_instructions, transparency_instructions;
-  bool may_be_transparent = false;  // a shadow ray may pass: has transparent / alpha closures
+  std::vector<Instruction> aov_instructions;  // that passes of its own depend on; `instructions` is then without them
+  float matte = 0.0f;                         // matte_id of the name
+  bool may_be_transparent = false;            // a shadow ray may pass: has transparent / alpha closures
   bool may_emit = false;
   bool emission_is_constant = false;  // no emission operand depends on the hit: `constant_emission` is exact
   Vec3 constant_emission;

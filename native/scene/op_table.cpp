@@ -138,6 +138,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"CLOSURE_METALLIC", "fccfffvv", 0, 1, true},     // weight, base colour, edge tint, roughness, anisotropy, rotation, normal, tangent; [distribution]
     {"CLOSURE_HOLDOUT", "f", 0, 0, true},             // weight
     {"CLOSURE_NORMAL", "fv", 0, 0, true},             // weight 1, normal
+    {"CLOSURE_AOV", "fcf", 0, 1, true},               // weight 1, colour, value; [name index]
 }};
 // clang-format on
 

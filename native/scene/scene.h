@@ -34,6 +34,7 @@ struct InstanceValues {
 /// What passes tell of an object.
 struct ObjectLabel {
   float pass_index = 0.0f;
+  float matte = 0.0f, asset_matte = 0.0f;  // matte_id of its name, and of that of its topmost parent
   friend bool operator==(const ObjectLabel&, const ObjectLabel&) = default;
 };
 

@@ -85,6 +85,20 @@ Rgb run_emission(const NodeContext& context) {
   return emission;
 }
 
+PathState arriving_from_sky(PathState path) {
+  path.ray_length = std::numeric_limits<float>::max();
+  ++path.depth;  // as in Cycles the sky is one bounce further than a surface would be
+  return path;
+}
+
+void run_aovs(const NodeContext& context, const TakeAov& take) {
+  const MaterialProgram& program = context.program;
+  if (program.aov_instructions.empty()) return;
+  run(context, program.aov_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
+    take({program.attribute_hashes[static_cast<size_t>(closure.parameters[0])], to_rgb(in[1]), in[2].x});
+  });
+}
+
 }  // namespace
 
 Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const PathState& path) {
@@ -127,10 +141,18 @@ Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const P
 Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& path) {
   const MaterialProgram* program = find_program(scene, scene.environment.material);
   if (program == nullptr || !program->may_emit) return {};
-  PathState arriving = path;
-  arriving.ray_length = std::numeric_limits<float>::max();
-  ++arriving.depth;  // as in Cycles the sky is one bounce further than a surface would be
-  return run_emission({scene, *program, environment_point(scene, direction), arriving, true});
+  return run_emission({scene, *program, environment_point(scene, direction), arriving_from_sky(path), true});
+}
+
+void evaluate_aovs(const Scene& scene, const SurfacePoint& point, const PathState& path, const TakeAov& take) {
+  const MaterialProgram* program = find_program(scene, point.material);
+  if (program != nullptr) run_aovs({scene, *program, point, path}, take);
+}
+
+void evaluate_environment_aovs(const Scene& scene, Vec3 direction, const PathState& path, const TakeAov& take) {
+  const MaterialProgram* program = find_program(scene, scene.environment.material);
+  if (program == nullptr) return;
+  run_aovs({scene, *program, environment_point(scene, direction), arriving_from_sky(path), true}, take);
 }
 
 Vec3 evaluate_environment_input(const Scene& scene, size_t instruction, size_t input, Vec3 direction) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "shading/bsdf.h"
 
 namespace cistern {
@@ -20,6 +22,18 @@ Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const P
 
 /// Radiance arriving from `direction` (unit, away from the scene) by the environment's program; black without one.
 Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& path);
+
+/// What a program writes to passes of its own, by attribute_name_hash.
+struct AovValues {
+  uint32_t name_hash;
+  Rgb color;
+  float value;
+};
+using TakeAov = std::function<void(const AovValues&)>;
+/// Hands over each that the program of `point.material` has.
+void evaluate_aovs(const Scene& scene, const SurfacePoint& point, const PathState& path, const TakeAov& take);
+/// The same of the environment's program, seen in `direction` as evaluate_environment has it.
+void evaluate_environment_aovs(const Scene& scene, Vec3 direction, const PathState& path, const TakeAov& take);
 
 /// What an instruction of `emission_instructions` of the environment's program, which has one, reads for a direction.
 Vec3 evaluate_environment_input(const Scene& scene, size_t instruction, size_t input, Vec3 direction);

@@ -13,6 +13,7 @@ from tests.support import fake_program
 
 class Context:
     core = fake_program
+    aov_names: frozenset[str] = frozenset()
 
     def __init__(self, handle: int = 3) -> None:
         self.warnings: list[str] = []

@@ -12,7 +12,7 @@ def test_an_object_is_placed_by_its_row_major_matrix(camera_scene, recorded_sync
     obj.rotation_euler, obj.scale = (0.1, 0.2, 0.3), (1, -2, 3)
     builder, _ = recorded_sync()
     assert instances(builder)["object_to_world"][0] == pytest.approx(np.array(obj.matrix_world), abs=1e-6)
-    assert builder.of("add_object_name") == [{"name": "Thing", "pass_index": 0}]
+    assert builder.of("add_object_name") == [{"name": "Thing", "pass_index": 0, "asset": "Thing"}]
 
 
 @pytest.mark.parametrize(("axis", "scale"), [(0, (0, 2, 3)), (1, (2, 0, 3)), (2, (2, 3, 0)), (2, (2, -3, 0))])

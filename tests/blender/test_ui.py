@@ -81,6 +81,11 @@ class RecordingLayout:
     def operator_menu_enum(self, identifier, name, **_options):
         self.operator(identifier)
 
+    def template_list(self, kind, _list_id, owner, name, active_owner, active_name, **_options):
+        assert hasattr(bpy.types, kind)
+        self.prop(owner, name)
+        self.prop(active_owner, active_name)
+
     def label(self, text=""):
         self.drawn.append(f"label {text}")
 

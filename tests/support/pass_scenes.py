@@ -85,8 +85,41 @@ def build_cards(scene: bpy.types.Scene, camera_type: str = "PERSP") -> None:
     scene.collection.objects.link(camera)
     scene.camera = camera
     world = bpy.data.worlds.new("Sky")
+    world.use_nodes = True
     scene.world = world
     world.mist_settings.start, world.mist_settings.depth, world.mist_settings.falloff = 5.0, 8.0, "QUADRATIC"
+
+
+def add_aov(tree: bpy.types.NodeTree, name: str, **inputs: object) -> bpy.types.Node:
+    """A node that writes to a pass: values, or sockets to link."""
+    node = shader(tree, "ShaderNodeOutputAOV", **inputs)
+    node.aov_name = name
+    return node
+
+
+def write_aovs(scene: bpy.types.Scene) -> None:
+    """The passes Tint and Level: of each material by a number of its own, in the middle of the cards by UV, through a
+    group and twice in Thick; of the sky by direction."""
+    for name, kind in (("Tint", "COLOR"), ("Level", "VALUE")):
+        aov = scene.view_layers[0].aovs.add()
+        aov.name, aov.type = name, kind
+    for number, surface in enumerate(bpy.data.materials, 1):
+        tree = surface.node_tree
+        uv = tree.nodes.new("ShaderNodeTexCoord").outputs["UV"]
+        add_aov(tree, "Tint", Color=uv)
+        add_aov(tree, "Level", Value=0.1 * number)
+        add_aov(tree, "Other", Color=(9.0, 9.0, 9.0, 1.0))
+    group = bpy.data.node_groups.new("Writer", "ShaderNodeTree")
+    inputs = group.nodes.new("NodeGroupInput")
+    group.interface.new_socket("Amount", in_out="INPUT", socket_type="NodeSocketFloat")
+    group.links.new(inputs.outputs[0], add_aov(group, "Level").inputs["Value"])
+    thick = bpy.data.materials["Thick"].node_tree
+    use = thick.nodes.new("ShaderNodeGroup")
+    use.node_tree = group
+    use.inputs[0].default_value = 0.75
+    sky = scene.world.node_tree
+    add_aov(sky, "Tint", Color=sky.nodes.new("ShaderNodeTexCoord").outputs["Generated"])
+    add_aov(sky, "Level", Value=2.0)
 
 
 def prepare_layers(scene: bpy.types.Scene, preset: str = "PATH_TRACING") -> None:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from .. import versions
-from . import closures, color, converter, displacement, inputs, sky, textures, vector  # noqa: F401 - they register
+from . import aovs, closures, color, converter, displacement, inputs, sky, textures, vector  # noqa: F401 - they register
 from .compiler import Compiler, Context, TreeKind, flatten_shader
 from .graph import Port, Scope, Tree, active_output, socket_named, source_of
 from .instructions import COLOR, MAX_REGISTERS, constant
@@ -56,6 +56,7 @@ def _compile_material(material: bpy.types.Material | None, context: Context) -> 
             _warn_volume(compiler, surface)
             displacement.bump_by_displacement(compiler, surface, material.displacement_method)
             _flatten_surface(compiler, surface)
+            aovs.write_aovs(compiler, surface.scope)
 
     return _compile(build, name, owner, context, TreeKind.SURFACE)
 
@@ -75,6 +76,7 @@ def compile_world(world: bpy.types.World | None, context: Context) -> MaterialPr
     def build(compiler: Compiler) -> None:
         _warn_volume(compiler, surface)
         flatten_shader(compiler, surface, ONE)
+        aovs.write_aovs(compiler, surface.scope)
 
     return _compile(build, world.name, owner, context, TreeKind.WORLD, needs_closures=True) if surface else None
 

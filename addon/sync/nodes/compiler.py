@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from enum import Enum
 from types import ModuleType
@@ -29,6 +29,8 @@ class Context(Protocol):
     """What the compiler needs from its caller."""
 
     core: ModuleType
+    aov_names: Set[str]
+    """Of the passes of the view layer that materials write themselves."""
 
     def image_handle(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> int:
         """Handle of an image, -1 for one that cannot be read."""

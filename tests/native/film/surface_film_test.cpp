@@ -8,7 +8,7 @@
 namespace cistern::test {
 namespace {
 
-constexpr SurfaceLayer kMist{SurfaceLayer::Kind::MIST, 1}, kUv{SurfaceLayer::Kind::UV, 3};
+const SurfaceLayer kMist{SurfaceLayer::Kind::MIST, 1}, kUv{SurfaceLayer::Kind::UV, 3};
 
 /// A point on the first instance of small_room, `distance` in front of its camera.
 SeenSurface seen_at(const Scene& scene, float distance, float throughput, float alpha) {
@@ -65,13 +65,15 @@ TEST(SurfaceFilm, RefusesWhatItDoesNotKeep) {
 
 TEST(SurfaceFilm, NamesAndLayersAgree) {
   SurfacePasses passes;
-  for (const char* name : {"Mist", "UV"}) {
+  for (const char* name :
+       {"Mist", "UV", "AOV COLOR Tint", "AOV VALUE CryptoObject00", "CryptoObject00", "CryptoAsset00"}) {
     const std::optional<SurfaceLayer> layer = find_surface_layer(name);
     ASSERT_TRUE(layer);
     EXPECT_EQ(name_of(*layer), name);
     keep(*layer, passes);
     EXPECT_EQ(layers_of(passes).back(), *layer);
   }
+  EXPECT_FALSE(find_surface_layer("CryptoObject08"));
   EXPECT_FALSE(find_surface_layer("Depth"));
 }
 

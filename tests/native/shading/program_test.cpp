@@ -249,6 +249,30 @@ TEST(Program, ShortCutsEqualTheFullEvaluation) {
   EXPECT_GT(transparent, 100);
 }
 
+TEST(Program, WhatOnlyItsOwnPassesNeedIsNotRunWithTheRest) {
+  ProgramBuilder b;
+  b.program.attribute_names = {"", "Tint"};
+  const Operand uv = b.add(Op::ATTRIBUTE, {}, {0, 0});
+  const Operand u = b.add(Op::SEPARATE_X, {uv});
+  const Operand v = b.add(Op::SEPARATE_Y, {uv});
+  b.add(Op::CLOSURE_AOV, {b.constant(1), uv, u}, {1});
+  b.add(Op::CLOSURE_EMISSION, {b.constant(1), uv, v});
+  const Scene scene = scene_of(b);
+  const MaterialProgram& program = *scene.materials[0];
+  EXPECT_EQ(program.instructions.size(), 3u);
+  EXPECT_EQ(program.aov_instructions.size(), 3u);
+  const SurfacePoint point = test::point_at(scene, {0.25f, 0.5f}, kDown);
+  EXPECT_EQ(evaluate_material(scene, point, {}).emission, Rgb(0.125f, 0.25f, 0.0f));
+  int count = 0;
+  evaluate_aovs(scene, point, {}, [&](const AovValues& values) {
+    ++count;
+    EXPECT_EQ(values.name_hash, attribute_name_hash("Tint"));
+    EXPECT_EQ(values.color, Rgb(0.25f, 0.5f, 0.0f));
+    EXPECT_EQ(values.value, 0.25f);
+  });
+  EXPECT_EQ(count, 1);
+}
+
 TEST(Program, AMissingInstructionInAShortCutIsSeen) {  // planted bug: an alpha instruction lost from the slice
   ProgramBuilder b;
   b.add(Op::CLOSURE_TRANSPARENT, {b.constant(0.25f), b.constant(1)});

@@ -1,0 +1,116 @@
+"""Passes that materials and worlds write themselves, beside Cycles, in the same process and from the same scene."""
+
+import bpy
+import numpy as np
+import pytest
+
+from tests.support import pass_scenes
+from tests.support.blender_scenes import shader
+from tests.support.statistics import FALSE_ALARM_RATE, compare_replicas
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+CHANNELS = ["Tint.R", "Tint.G", "Tint.B", "Tint.A", "Level.X"]
+
+
+@pytest.fixture
+def cards(empty_scene):
+    def build(preset="PATH_TRACING"):
+        pass_scenes.build_cards(empty_scene)
+        pass_scenes.write_aovs(empty_scene)
+        pass_scenes.prepare_layers(empty_scene, preset)
+        return empty_scene
+
+    return build
+
+
+def compare(scene, plant=None):
+    """Of t-tests over blocks of all channels, with FALSE_ALARM_RATE altogether."""
+    ours = pass_scenes.layer_replicas(scene, "CISTERN", CHANNELS)
+    if plant:
+        plant(scene)
+    return compare_replicas(ours, pass_scenes.layer_replicas(scene, "CYCLES", CHANNELS), FALSE_ALARM_RATE)
+
+
+@pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL", "RESTIR_DI", "CELL_RESERVOIRS", "WORLD_PATHS"])
+def test_aovs_are_those_of_cycles(cards, preset):
+    result = compare(cards(preset))
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("has_glass", [False, True])
+def test_aovs_under_a_transparent_film(cards, has_glass):
+    scene = cards()
+    scene.render.film_transparent = True
+    scene.cycles.film_transparent_glass = scene.cistern.film_transparent_glass = has_glass
+    result = compare(scene)
+    assert result.agrees, result
+
+
+def muted_group(scene):
+    tree = bpy.data.materials["Thick"].node_tree
+    next(node for node in tree.nodes if node.bl_idname == "ShaderNodeGroup").mute = True
+
+
+def other_sky(scene):
+    tree = scene.world.node_tree
+    node = next(node for node in tree.nodes if getattr(node, "aov_name", "") == "Level")
+    node.inputs["Value"].default_value = 1.99
+
+
+def denser_thin_card(scene):
+    tree = bpy.data.materials["Thin"].node_tree
+    next(node for node in tree.nodes if node.bl_idname == "ShaderNodeMixShader").inputs[0].default_value = 0.45
+
+
+@pytest.mark.parametrize("plant", [muted_group, other_sky, denser_thin_card])
+def test_planted_differences_are_found(cards, plant):
+    result = compare(cards(), plant)
+    assert not result.agrees, result
+
+
+def test_what_only_aovs_need_is_not_shaded_with(cards):
+    """The picture is the same to the bit, also with an AOV in a loop of colours that the surface reads too."""
+    scene = cards()
+    tree = bpy.data.materials["Solid"].node_tree
+    surface = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBsdfDiffuse")
+    noise = shader(tree, "ShaderNodeTexNoise", Scale=3.0)
+    tree.links.new(noise.outputs["Color"], surface.inputs["Color"])
+    pass_scenes.add_aov(tree, "Tint", Color=noise.outputs["Color"])
+    with_aovs, _ = pass_scenes.render_layers(scene, "CISTERN", 8)
+    while scene.view_layers[0].aovs:
+        scene.view_layers[0].aovs.remove(scene.view_layers[0].aovs[0])
+    without, _ = pass_scenes.render_layers(scene, "CISTERN", 8)
+    assert "ViewLayer.Tint.R" in with_aovs and "ViewLayer.Tint.R" not in without
+    for channel in "RGBA":
+        name = f"ViewLayer.Combined.{channel}"
+        np.testing.assert_array_equal(with_aovs[name], without[name])
+
+
+def test_aovs_are_the_same_with_any_number_of_threads(cards):
+    scene = cards("FINAL")
+    pictures = []
+    for threads in (1, 3):
+        scene.render.threads_mode, scene.render.threads = "FIXED", threads
+        pictures.append(pass_scenes.render_layers(scene, "CISTERN", 4)[0])
+    for channel in CHANNELS:
+        np.testing.assert_array_equal(pictures[0][f"ViewLayer.{channel}"], pictures[1][f"ViewLayer.{channel}"])
+
+
+def test_names_that_conflict_are_left_out(cards):
+    scene = cards()
+    scene.view_layers[0].aovs[0].name = "Combined"
+    channels, _ = pass_scenes.render_layers(scene, "CISTERN", 1)
+    assert "ViewLayer.Level.X" in channels and not any(".Tint." in name for name in channels)
+
+
+def test_numbers_without_end_count_as_zero(cards):
+    scene = cards()
+    tree = bpy.data.materials["Solid"].node_tree
+    divided = tree.nodes.new("ShaderNodeMath")
+    divided.operation = "LOGARITHM"
+    uv = tree.nodes.new("ShaderNodeTexCoord").outputs["UV"]
+    tree.links.new(uv, divided.inputs[0])
+    pass_scenes.add_aov(tree, "Level", Value=divided.outputs[0])
+    channels, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    assert np.isfinite(channels["ViewLayer.Level.X"]).all()
