@@ -76,6 +76,10 @@ class CisternEngine(bpy.types.RenderEngine):
         """Whether the user pressed Esc."""
         return self.test_break()
 
+    def go_to_frame(self, frame: int, subframe: float) -> None:
+        """Evaluate the scene of the render at another frame."""
+        self.frame_set(frame, subframe=subframe)
+
     def open_export(self, is_kept: bool) -> "SceneSync":
         """The exporter to use: the previous frame's if exports are kept, else a new one that the caller closes."""
         from .sync.scene import SceneSync

@@ -68,10 +68,18 @@ class LayerRender:
         """Bring the exported scene up to date with the evaluated one."""
         self.engine.update_stats("", "Exporting the scene")
         start = time.perf_counter()
-        synced = exported.sync(self.depsgraph, self.engine.camera_override)
+        synced = exported.sync(self.depsgraph, self.engine.camera_override, **self.motion())
         self.figures.warnings += synced.warnings
         self.figures.sync_seconds = time.perf_counter() - start
         return synced
+
+    def motion(self) -> dict[str, Any]:
+        """Where things are in the frames beside this one, if a pass tells it; as an argument of `SceneSync.sync`."""
+        if not any(render_pass.core_name == "Vector" for render_pass in self.passes):
+            return {}
+        from .sync.motion import read_steps
+
+        return {"motion": read_steps(self.depsgraph, self.engine.camera_override, self.engine.go_to_frame)}
 
     def render_views(self, exported: SceneSync) -> None:
         arguments = settings.core_settings(

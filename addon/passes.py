@@ -34,6 +34,7 @@ PASSES = (
     RenderPass("Position", "Position", "XYZ", "VECTOR", lambda layer: layer.use_pass_position),
     RenderPass("Normal", "Normal", "XYZ", "VECTOR", lambda layer: layer.use_pass_normal),
     RenderPass("Mist", "Mist", "Z", "VALUE", lambda layer: layer.use_pass_mist),
+    RenderPass("Vector", "Vector", "XYZW", "VECTOR", lambda layer: layer.use_pass_vector),
     RenderPass("UV", "UV", "UVA", "VECTOR", lambda layer: layer.use_pass_uv),
     RenderPass(
         "Object Index" if HAS_LONG_NAMES else "IndexOB",

@@ -129,8 +129,8 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
         layout = split_layout(self)
         view_layer = context.view_layer
         column = layout.column(heading="Data")
-        for name, text in (("z", "Z"), ("mist", "Mist"), ("position", "Position"), ("normal", "Normal"), ("uv", "UV")):
-            column.prop(view_layer, f"use_pass_{name}", text=text)
+        for name in ("z", "mist", "position", "normal", "vector", "uv"):
+            column.prop(view_layer, f"use_pass_{name}")
         column.prop(view_layer.cistern, "use_pass_denoising_albedo")
         column.prop(view_layer.cistern, "use_pass_denoising_normal")
         column.prop(view_layer.cistern, "use_pass_noisy")

@@ -97,6 +97,11 @@ class InstanceSync:
             kept.prototypes = self._prototypes
             self.meshes.finish()
 
+    @property
+    def surface_items(self) -> NDArray[np.intp]:
+        """Items of the dependency graph whose surfaces the builder has, in its order."""
+        return self._kept.placements.items_showing(Surface)
+
     def _place_surfaces(self, placements: Placements, arrays: dict[str, NDArray]) -> None:
         if not replace_instances(self._builder, self._kept, placements, arrays):
             return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from .camera import camera_arguments
 from .images import ImageCache
 from .instances import InstanceSync
 from .materials import MaterialContext, MaterialTable, tree_uses
+from .motion import MotionStep, place_steps
 from .world import environment_arguments
 
 if TYPE_CHECKING:
@@ -34,10 +35,12 @@ class SceneSync:
         self._images = ImageCache()
         self.builder: SceneBuilder | None = None
 
-    def sync(self, depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None = None) -> SyncReport:
+    def sync(
+        self, depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None = None, motion: Sequence[MotionStep] = ()
+    ) -> SyncReport:
         """Fill `builder`. `camera` overrides the scene's. Raises SyncError or the core's Error."""
         self.builder = self._core.SceneBuilder()
-        return sync_scene(depsgraph, self.builder, core=self._core, camera=camera, images=self._images)
+        return sync_scene(depsgraph, self.builder, core=self._core, camera=camera, images=self._images, motion=motion)
 
     def close(self) -> None:
         """Drop the scene and stop the decoding threads."""
@@ -52,6 +55,7 @@ def sync_scene(
     core: ModuleType,
     camera: bpy.types.Object | None = None,
     images: ImageCache | None = None,
+    motion: Sequence[MotionStep] = (),
 ) -> SyncReport:
     """Add everything the dependency graph shows to an empty builder. `camera` overrides the scene's.
 
@@ -59,7 +63,7 @@ def sync_scene(
     report = SyncReport()
     cache = images if images is not None else ImageCache()
     try:
-        _sync(depsgraph, builder, core, camera, cache, report)
+        _sync(depsgraph, builder, core, camera, cache, report, motion)
     finally:
         if images is None:
             cache.close()
@@ -73,13 +77,15 @@ def _sync(
     camera: bpy.types.Object | None,
     images: ImageCache,
     report: SyncReport,
+    motion: Sequence[MotionStep],
 ) -> None:
     scene = depsgraph.scene_eval
     with timed(report, "camera"):
         camera_object = camera if camera is not None else scene.camera
         if camera_object is not None:
             camera_object = camera_object.evaluated_get(depsgraph)
-        builder.set_camera(**camera_arguments(scene, camera_object, report))
+        camera_now = camera_arguments(scene, camera_object, report)
+        builder.set_camera(**camera_now)
     with timed(report, "trees"):
         uses = tree_uses(depsgraph)
         images.begin(scene.frame_current)
@@ -94,6 +100,9 @@ def _sync(
     with timed(report, "instances"):
         instances = InstanceSync(depsgraph, builder, materials, uses, report)
         instances.run()
+        if motion:
+            place_steps(builder, motion, depsgraph, instances.surface_items)
+            builder.set_camera(**camera_now)
     report.seconds["meshes"] = instances.meshes.seconds
     if scene.render.use_motion_blur:
         report.warn(f"Scene '{scene.name}': motion blur is not supported")

@@ -167,6 +167,15 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
   return first;
 }
 
+void set_motion_step(SceneBuilder& builder, int step, const Array<float>& object_to_world) {
+  if (object_to_world.ndim() != 3 || object_to_world.shape(1) != 4 || object_to_world.shape(2) != 4)
+    throw Error("motion", "object_to_world must have shape (n, 4, 4)");
+  std::vector<Transform> matrices;
+  for (py::ssize_t i = 0; i < object_to_world.shape(0); ++i)
+    matrices.push_back(transform_from_rows(object_to_world.data() + 16 * i));
+  builder.set_motion_step(step, std::move(matrices));
+}
+
 void set_instance_values(SceneBuilder& builder, const std::vector<std::string>& names, const Array<float>& rows) {
   if (rows.ndim() != 3 || rows.shape(1) != static_cast<py::ssize_t>(names.size()) || rows.shape(2) != 4)
     throw Error("instances", "values must have shape (n, " + std::to_string(names.size()) + ", 4)");
@@ -295,6 +304,7 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
            py::arg("object").noconvert(), py::arg("object_to_world").noconvert(), py::arg("visibility").noconvert(),
            py::arg("holdout").noconvert() = none, py::arg("random").noconvert() = none,
            py::arg("keys").noconvert() = none, py::arg("values").noconvert() = none)
+      .def("set_motion_step", &set_motion_step, py::arg("step"), py::arg("object_to_world").noconvert())
       .def("set_instance_values", &set_instance_values, py::arg("names"), py::arg("rows").noconvert())
       .def("take_mesh", &take_mesh, py::arg("scene"), py::arg("handle"))
       .def("remove_mesh", &SceneBuilder::remove_mesh, py::arg("handle"))

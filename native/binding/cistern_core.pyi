@@ -113,6 +113,8 @@ class SceneBuilder:
         values: NDArray[np.int32] | None = None,  # (n,) rows of set_instance_values; -1: its materials read 0
     ) -> int:
         """Handle of the first; the others follow. Flat (singular) instances are left out and counted."""
+    def set_motion_step(self, step: int, object_to_world: NDArray[np.float32]) -> None:
+        """Of the frame before (0) or after (1): the camera that is set now, and matrices (n, 4, 4) of all instances."""
     def set_instance_values(self, names: Sequence[str], rows: NDArray[np.float32]) -> None:
         """What INSTANCE_VALUE reads of all instances: (n, names, 4), finite."""
     @property

@@ -13,7 +13,7 @@ namespace {
 
 /// Surfaces that let more than the rest through are not the first seen: Cycles' default pass_alpha_threshold.
 constexpr float kLeastAlpha = 0.5f;
-constexpr size_t kUvChannels = 3;
+constexpr size_t kUvChannels = 3, kMotionChannels = 4;
 constexpr size_t kSharesOfLevel = 2;
 
 /// (u, v, 1) of the map that is rendered; 0 on a mesh without one.
@@ -44,11 +44,16 @@ std::array<float, kMatteKinds> matte_ids(const Scene& scene, const SurfacePoint&
 
 }  // namespace
 
-SurfaceFilm::SurfaceFilm(const SurfacePasses& passes, int width, int height) : passes_(passes), width_(width) {
+SurfaceFilm::SurfaceFilm(const SurfacePasses& passes, int width, int height, Vec2 frame_size)
+    : passes_(passes), width_(width), frame_size_(frame_size) {
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
   samples_.assign(pixels, 0);
   if (passes.mist) clear_view_.assign(pixels, 0.0f);
   if (passes.uv) uv_.assign(kUvChannels * pixels, 0.0f);
+  if (passes.motion) {
+    motion_.assign(kMotionChannels * pixels, 0.0f);
+    moving_.assign(pixels, 0);
+  }
   for (const AovPass& aov : passes.aovs) {
     aov_hashes_.push_back(attribute_name_hash(aov.name));
     aovs_.emplace_back(static_cast<size_t>(aov.channels()) * pixels, 0.0f);
@@ -80,6 +85,7 @@ void SurfaceFilm::add(uint32_t pixel, const Scene& scene, std::span<const SeenSu
     if (is_found || surface.alpha < kLeastAlpha) continue;
     is_found = true;
     if (passes_.uv) add_uv(pixel, scene, surface.point);
+    if (passes_.motion) add_motion(pixel, scene, surface.point);
   }
 }
 
@@ -87,6 +93,25 @@ void SurfaceFilm::add_uv(uint32_t pixel, const Scene& scene, const SurfacePoint&
   const Vec3 uv = rendered_uv(scene, point);
   float* sum = &uv_[kUvChannels * pixel];
   sum[0] += uv.x, sum[1] += uv.y, sum[2] += uv.z;
+}
+
+/// By how many pixels it was elsewhere a frame before, and by how many it will have moved from there to here a frame
+/// later. [Cycles, primitive_motion_vector]
+void SurfaceFilm::add_motion(uint32_t pixel, const Scene& scene, const SurfacePoint& point) {
+  ++moving_[pixel];
+  const Mesh& mesh = *scene.meshes[static_cast<size_t>(scene.instances[point.instance].mesh)];
+  const Vec3 in_object = interpolate_position(mesh, point.triangle, point.barycentric);
+  const std::optional<Vec2> now = project(scene.camera, point.position);
+  float* sum = &motion_[kMotionChannels * pixel];
+  for (size_t step = 0; step < scene.motion.size(); ++step) {
+    if (!scene.motion[step]) continue;
+    const MotionStep& then = *scene.motion[step];
+    const std::optional<Vec2> there = project(then.camera, then.object_to_world[point.instance].point(in_object));
+    if (!now || !there) continue;
+    const float sign = step == 0 ? 1.0f : -1.0f;
+    sum[2 * step] += sign * (there->x - now->x) * frame_size_.x;
+    sum[2 * step + 1] += sign * (there->y - now->y) * frame_size_.y;
+  }
 }
 
 void SurfaceFilm::add_aovs(uint32_t pixel, const Scene& scene, const SeenSurface& seen) {
@@ -127,6 +152,9 @@ std::vector<float> SurfaceFilm::resolve(const SurfaceLayer& layer) const {
     case SurfaceLayer::Kind::UV:
       if (!passes_.uv) break;
       return means(uv_, samples_);
+    case SurfaceLayer::Kind::VECTOR:
+      if (!passes_.motion) break;
+      return means(motion_, moving_);
     case SurfaceLayer::Kind::AOV: {
       const auto found = std::ranges::find(passes_.aovs, layer.aov);
       if (found == passes_.aovs.end()) break;
@@ -162,7 +190,7 @@ std::vector<float> SurfaceFilm::resolve_mattes(size_t kind, int level) const {
 }
 
 size_t SurfaceFilm::memory_bytes() const {
-  size_t bytes = (samples_.size() + clear_view_.size() + uv_.size()) * sizeof(float);
+  size_t bytes = (samples_.size() + clear_view_.size() + uv_.size() + motion_.size() + moving_.size()) * sizeof(float);
   for (const std::vector<float>& aov : aovs_) bytes += aov.size() * sizeof(float);
   for (const std::vector<MatteShare>& mattes : mattes_) bytes += mattes.size() * sizeof(MatteShare);
   return bytes;

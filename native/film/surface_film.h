@@ -10,13 +10,14 @@ namespace cistern {
 
 /// Sums over a pixel's samples of what their camera rays saw, as Cycles has them (kernel/film/data_passes.h). Mist and
 /// mattes weigh each surface by what comes from it. UV is that of the first surface at least half opaque, a mean over
-/// all samples, of which those that have none count as 0. What materials write themselves is added up as it is, of that
-/// first surface and all before it, or of the environment. Different pixels may be added to from different threads at
-/// once; a pixel's sum is made in the order of the calls.
+/// all samples, of which those that have none count as 0; Vector a mean over those that have one. What materials write
+/// themselves is added up as it is, of that first surface and all before it, or of the environment. Different pixels
+/// may be added to from different threads at once; a pixel's sum is made in the order of the calls.
 class SurfaceFilm {
  public:
-  /// Bytes per pixel: 4 (count), 4 for each channel but that of mattes, 16 for each level of mattes.
-  SurfaceFilm(const SurfacePasses& passes, int width, int height);
+  /// Bytes per pixel: 4 (count), 4 for each channel but that of mattes, 16 for each level of mattes, 4 for Vector.
+  /// `frame_size`: of the full frame in pixels, the unit of Vector.
+  SurfaceFilm(const SurfacePasses& passes, int width, int height, Vec2 frame_size);
 
   int width() const { return width_; }
   /// One sample; its path met `seen` in this order.
@@ -30,6 +31,7 @@ class SurfaceFilm {
  private:
   float mist_of(const Camera& camera, Vec3 position) const;
   void add_uv(uint32_t pixel, const Scene& scene, const SurfacePoint& point);
+  void add_motion(uint32_t pixel, const Scene& scene, const SurfacePoint& point);
   void add_aovs(uint32_t pixel, const Scene& scene, const SeenSurface& seen);
   void add_mattes(uint32_t pixel, const Scene& scene, const SeenSurface& seen);
   std::span<const MatteShare> mattes_of(size_t kind, size_t pixel) const;
@@ -38,9 +40,12 @@ class SurfaceFilm {
   SurfacePasses passes_;
   bool has_mattes_;
   int width_;
+  Vec2 frame_size_;
   std::vector<uint32_t> samples_;
   std::vector<float> clear_view_;  // 1 - Mist
   std::vector<float> uv_;
+  std::vector<float> motion_;
+  std::vector<uint32_t> moving_;          // samples of motion_: those that found a first surface
   std::vector<uint32_t> aov_hashes_;      // of their names
   std::vector<std::vector<float>> aovs_;  // sums
   std::array<std::vector<MatteShare>, kMatteKinds> mattes_;

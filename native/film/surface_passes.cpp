@@ -7,7 +7,7 @@ namespace {
 
 using Kind = SurfaceLayer::Kind;
 
-const SurfaceLayer kMist{Kind::MIST, 1}, kUv{Kind::UV, 3};
+const SurfaceLayer kMist{Kind::MIST, 1}, kUv{Kind::UV, 3}, kVector{Kind::VECTOR, 4};
 constexpr int kMatteChannels = 4;
 constexpr std::array<const char*, kMatteKinds> kMatteNames{"CryptoObject", "CryptoMaterial", "CryptoAsset"};
 const std::string kColorPrefix = "AOV COLOR ", kValuePrefix = "AOV VALUE ";
@@ -24,12 +24,13 @@ std::string matte_name(size_t kind, int level) { return kMatteNames[kind] + ("0"
 
 bool SurfacePasses::any() const {
   const bool has_mattes = std::ranges::any_of(matte_levels, [](int levels) { return levels > 0; });
-  return mist || uv || !aovs.empty() || has_mattes;
+  return mist || uv || motion || !aovs.empty() || has_mattes;
 }
 
 std::optional<SurfaceLayer> find_surface_layer(const std::string& name) {
   if (name == "Mist") return kMist;
   if (name == "UV") return kUv;
+  if (name == "Vector") return kVector;
   if (name.starts_with(kColorPrefix)) return aov_layer({name.substr(kColorPrefix.size()), true});
   if (name.starts_with(kValuePrefix)) return aov_layer({name.substr(kValuePrefix.size()), false});
   for (size_t kind = 0; kind < kMatteNames.size(); ++kind)
@@ -44,6 +45,8 @@ std::string name_of(const SurfaceLayer& layer) {
       return "Mist";
     case Kind::UV:
       return "UV";
+    case Kind::VECTOR:
+      return "Vector";
     case Kind::AOV:
       return (layer.aov.is_color ? kColorPrefix : kValuePrefix) + layer.aov.name;
     case Kind::MATTE:
@@ -56,6 +59,7 @@ std::vector<SurfaceLayer> layers_of(const SurfacePasses& passes) {
   std::vector<SurfaceLayer> layers;
   if (passes.mist) layers.push_back(kMist);
   if (passes.uv) layers.push_back(kUv);
+  if (passes.motion) layers.push_back(kVector);
   for (const AovPass& aov : passes.aovs) layers.push_back(aov_layer(aov));
   for (size_t kind = 0; kind < passes.matte_levels.size(); ++kind)
     for (int level = 0; level < passes.matte_levels[kind]; ++level) layers.push_back(matte_layer(kind, level));
@@ -69,6 +73,9 @@ void keep(const SurfaceLayer& layer, SurfacePasses& passes) {
       break;
     case Kind::UV:
       passes.uv = true;
+      break;
+    case Kind::VECTOR:
+      passes.motion = true;
       break;
     case Kind::AOV:
       if (std::ranges::find(passes.aovs, layer.aov) == passes.aovs.end()) passes.aovs.push_back(layer.aov);

@@ -117,7 +117,9 @@ void Session::run() {
     arena.execute([this, &reuse] {
       film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes);
       if (settings_.surface_passes.any())
-        surfaces_ = std::make_shared<SurfaceFilm>(settings_.surface_passes, film_->width(), film_->height());
+        surfaces_ = std::make_shared<SurfaceFilm>(
+            settings_.surface_passes, film_->width(), film_->height(),
+            Vec2{static_cast<float>(settings_.width), static_cast<float>(settings_.height)});
       const auto accel = cache_->accel(scene_, settings_.keep_instances);
       const auto lights = cache_->lights(scene_, settings_.light_sampling, settings_.environment_density());
       const Clock::time_point trial_start = Clock::now();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -38,6 +39,12 @@ struct ObjectLabel {
   friend bool operator==(const ObjectLabel&, const ObjectLabel&) = default;
 };
 
+/// Where things were a frame before, or will be a frame later.
+struct MotionStep {
+  Camera camera;
+  std::vector<Transform> object_to_world;  // by instance
+};
+
 /// An immutable snapshot of everything to render. Meshes, images and programs are shared between snapshots: an
 /// edit builds a new Scene that keeps every untouched part. Indices are the builder's stable handles; a removed
 /// handle leaves a null pointer (or an instance with mesh = -1, or a light with `removed`).
@@ -54,6 +61,7 @@ struct Scene {
   std::vector<Light> lights;
   Environment environment;
   Camera camera;
+  std::array<std::shared_ptr<const MotionStep>, 2> motion;  // before and after; null: nothing moves
 
   /// Material handle of a triangle; slots beyond the set take its last entry, as in Blender.
   int material_of(const Instance& instance, uint32_t triangle) const {

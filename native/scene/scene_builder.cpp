@@ -152,6 +152,16 @@ int SceneBuilder::add_instance(const Instance& instance, std::optional<int> repl
   return store(scene_.instances, stored, replace);
 }
 
+void SceneBuilder::set_motion_step(int step, std::vector<Transform> object_to_world) {
+  check_handle("motion", "step", step, scene_.motion.size());
+  if (object_to_world.size() != scene_.instances.size())
+    throw Error("motion", std::to_string(object_to_world.size()) + " matrices for " +
+                              std::to_string(scene_.instances.size()) + " instances");
+  for (const Transform& matrix : object_to_world) check_transform("motion", "matrix", matrix);
+  scene_.motion[static_cast<size_t>(step)] =
+      std::make_shared<const MotionStep>(MotionStep{scene_.camera, std::move(object_to_world)});
+}
+
 void SceneBuilder::set_instance_values(const std::vector<std::string>& names, std::vector<float> rows) {
   if (names.empty() ? !rows.empty() : rows.size() % (4 * names.size()) != 0)
     throw Error("instances", "values must be 4 numbers for each name in each row");

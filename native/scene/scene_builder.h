@@ -57,6 +57,9 @@ class SceneBuilder {
   int add_light(Light light, std::optional<int> replace = {});
   void set_environment(const Environment& environment);
   void set_camera(const Camera& camera, const std::string& name);
+  /// Of the frame before (0) or after (1): the camera as it is set now, and matrices by instance; throws Error for
+  /// another number of them.
+  void set_motion_step(int step, std::vector<Transform> object_to_world);
   void remove_mesh(int handle);
   void remove_instance(int handle);
   void remove_light(int handle);

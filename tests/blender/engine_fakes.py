@@ -25,6 +25,7 @@ CONSTANTS = {
     "Position": (-1.0, -2.0, -3.0),
     "Mist": (0.375,),
     "UV": (0.25, 0.75, 1.0),
+    "Vector": (1.0, -2.0, 3.0, -4.0),
     "Object Index": (3.0,),
     "Material Index": (5.0,),
     "Noisy": (0.75, 1.5, 2.5, 0.875),
@@ -158,7 +159,7 @@ class FakeExport:
     def close(self):
         FakeExport.closed += 1
 
-    def sync(self, depsgraph, camera=None):
+    def sync(self, depsgraph, camera=None, motion=()):
         if FakeExport.failure is not None:
             raise FakeExport.failure
         FakeExport.syncs.append((depsgraph.scene_eval.frame_current, depsgraph.view_layer_eval.name))

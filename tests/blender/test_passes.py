@@ -16,7 +16,18 @@ def core(monkeypatch):
 
 
 def enable_all(view_layer):
-    for name in ("z", "mist", "normal", "position", "uv", "object_index", "material_index", "emit", "environment"):
+    for name in (
+        "z",
+        "mist",
+        "normal",
+        "position",
+        "vector",
+        "uv",
+        "object_index",
+        "material_index",
+        "emit",
+        "environment",
+    ):
         setattr(view_layer, f"use_pass_{name}", True)
     for prop in view_layer.cistern.bl_rna.properties:
         if prop.identifier.startswith("use_pass_"):

@@ -46,7 +46,7 @@ TEST(Mattes, FilmGivesTwoRankedSharesForEachLevel) {
     scene.object_labels.resize(3);
     scene.object_labels[static_cast<size_t>(i)].matte = static_cast<float>(10 + i);
   }
-  SurfaceFilm film(passes, 2, 1);
+  SurfaceFilm film(passes, 2, 1, {});
   SeenSurface seen;
   for (const uint32_t instance : {0u, 1u, 1u, 2u, 2u, 2u, 0u, 2u}) {  // shares 2/8, 2/8, 4/8
     seen.point.instance = instance;
@@ -65,7 +65,7 @@ TEST(Mattes, WeighWhatIsSeenThroughAndWhatIsBehindIt) {
   scene.instances.resize(2);
   scene.instances[0].object = 0, scene.instances[1].object = 1;
   scene.object_labels = {{0.0f, 10.0f, 0.0f}, {0.0f, 11.0f, 0.0f}};
-  SurfaceFilm film(passes, 1, 1);
+  SurfaceFilm film(passes, 1, 1, {});
   std::array<SeenSurface, 2> seen;
   seen[0].alpha = 0.25f;
   seen[1].throughput = 0.75f;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "base/check.h"
 #include "render/render_scenes.h"
 
@@ -28,7 +30,7 @@ SurfacePasses mist(float falloff) {
 TEST(SurfaceFilm, MistGrowsWithDistanceByItsFalloff) {
   const std::shared_ptr<const Scene> scene = small_room();
   for (const float falloff : {0.5f, 1.0f, 2.0f}) {
-    SurfaceFilm film(mist(falloff), 3, 1);
+    SurfaceFilm film(mist(falloff), 3, 1, {});
     for (const float distance : {0.5f, 2.0f, 9.0f}) {
       const SeenSurface seen = seen_at(*scene, distance, 1.0f, 1.0f);
       film.add(distance < 1.0f ? 0 : (distance < 5.0f ? 1 : 2), *scene, {&seen, 1});
@@ -42,7 +44,7 @@ TEST(SurfaceFilm, MistGrowsWithDistanceByItsFalloff) {
 
 TEST(SurfaceFilm, MistIsBlendedOverWhatIsSeenThrough) {
   const std::shared_ptr<const Scene> scene = small_room();
-  SurfaceFilm film(mist(1.0f), 1, 1);
+  SurfaceFilm film(mist(1.0f), 1, 1, {});
   const SeenSurface both[] = {seen_at(*scene, 2.0f, 1.0f, 0.25f), seen_at(*scene, 4.0f, 0.75f, 1.0f)};
   film.add(0, *scene, both);
   film.add(0, *scene, {both, 1});  // then sky
@@ -50,23 +52,48 @@ TEST(SurfaceFilm, MistIsBlendedOverWhatIsSeenThrough) {
   EXPECT_FLOAT_EQ(film.resolve(kMist)[0], 0.5f * (blended + sky));
 }
 
+TEST(SurfaceFilm, VectorIsTheWayInPixelsFromTheFrameBeforeAndToTheNext) {
+  Scene scene = *small_room();
+  scene.camera.type = CameraType::ORTHOGRAPHIC;  // 1.2 m wide
+  std::vector<Transform> rest;
+  for (const Instance& instance : scene.instances) rest.push_back(instance.object_to_world);
+  std::vector<Transform> moved = rest;
+  moved[1].translation.x -= 0.12f;
+  Camera raised = scene.camera;
+  raised.camera_to_world.translation.z += 0.06f;
+  scene.motion[0] = std::make_shared<const MotionStep>(MotionStep{scene.camera, moved});
+  scene.motion[1] = std::make_shared<const MotionStep>(MotionStep{raised, rest});
+  SurfacePasses passes;
+  passes.motion = true;
+  SurfaceFilm film(passes, 2, 1, {100.0f, 100.0f});
+  SeenSurface seen;
+  seen.point.instance = 1;
+  const Mesh& mesh = *scene.meshes[static_cast<size_t>(scene.instances[1].mesh)];
+  seen.point.position = rest[1].point(mesh.triangle_positions(0)[0]);
+  film.add(1, scene, {&seen, 1});
+  film.add(1, scene, {});  // the sky does not move
+  const std::vector<float> pixels = film.resolve(*find_surface_layer("Vector"));
+  const std::array<float, 8> expected{0.0f, 0.0f, 0.0f, 0.0f, -10.0f, 0.0f, 0.0f, 5.0f};
+  for (size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(pixels[i], expected[i], 1e-4f) << i;
+}
+
 TEST(SurfaceFilm, PixelsWithoutSamplesAreZero) {
   SurfacePasses passes = mist(1.0f);
   passes.uv = true;
-  const SurfaceFilm film(passes, 1, 1);
+  const SurfaceFilm film(passes, 1, 1, {});
   EXPECT_EQ(film.resolve(kMist)[0], 0.0f);
   EXPECT_EQ(film.resolve(kUv), std::vector<float>(3, 0.0f));
 }
 
 TEST(SurfaceFilm, RefusesWhatItDoesNotKeep) {
-  const SurfaceFilm film(mist(1.0f), 1, 1);
+  const SurfaceFilm film(mist(1.0f), 1, 1, {});
   EXPECT_THROW(film.resolve(kUv), Error);
 }
 
 TEST(SurfaceFilm, NamesAndLayersAgree) {
   SurfacePasses passes;
   for (const char* name :
-       {"Mist", "UV", "AOV COLOR Tint", "AOV VALUE CryptoObject00", "CryptoObject00", "CryptoAsset00"}) {
+       {"Mist", "UV", "Vector", "AOV COLOR Tint", "AOV VALUE CryptoObject00", "CryptoObject00", "CryptoAsset00"}) {
     const std::optional<SurfaceLayer> layer = find_surface_layer(name);
     ASSERT_TRUE(layer);
     EXPECT_EQ(name_of(*layer), name);

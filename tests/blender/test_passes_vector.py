@@ -1,0 +1,126 @@
+"""The Vector pass beside Cycles, in the same process and from the same scene."""
+
+import bpy
+import numpy as np
+import pytest
+
+from tests.support import pass_scenes
+from tests.support.statistics import FALSE_ALARM_RATE, compare_replicas
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+CHANNELS = ["Vector.X", "Vector.Y", "Vector.Z", "Vector.W"]
+
+
+def animate(owner, path, index, *values):
+    """Of frames 1, 2 and 3, straight in between."""
+    for frame, value in enumerate(values, 1):
+        getattr(owner, path)[index] = value
+        owner.keyframe_insert(path, index=index, frame=frame)
+
+
+@pytest.fixture
+def cards(empty_scene):
+    """At the middle of three frames: two cards and the parent of others move, and so does the camera."""
+
+    def build(preset="PATH_TRACING", camera_type="PERSP"):
+        pass_scenes.build_cards(empty_scene, camera_type)
+        pass_scenes.prepare_layers(empty_scene, preset)
+        objects = bpy.data.objects
+        animate(objects["Thick"], "location", 0, 0.0, 0.5, 1.5)
+        animate(objects["Glass"], "location", 2, 0.0, 0.3, 0.1)
+        animate(objects["Base"], "rotation_euler", 2, -0.1, 0.0, 0.3)
+        animate(objects["Bare"], "scale", 0, 1.0, 1.1, 1.4)
+        animate(empty_scene.camera, "location", 0, -0.2, 0.0, 0.8)
+        empty_scene.frame_set(2)
+        empty_scene.view_layers[0].use_pass_vector = True
+        return empty_scene
+
+    return build
+
+
+def compare(scene, plant=None):
+    """Of t-tests over blocks of all channels, with FALSE_ALARM_RATE altogether."""
+    ours = pass_scenes.layer_replicas(scene, "CISTERN", CHANNELS)
+    if plant:
+        plant(scene)
+    theirs = pass_scenes.layer_replicas(scene, "CYCLES", CHANNELS)
+    assert np.abs(theirs).max() > 1.0
+    # A ten-thousandth of a pixel: Cycles takes the middle of the motion, we the point itself.
+    return compare_replicas(ours, theirs, FALSE_ALARM_RATE, floor=1e-4)
+
+
+@pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL", "RESTIR_DI"])
+def test_vectors_are_those_of_cycles(cards, preset):
+    result = compare(cards(preset))
+    assert result.agrees, result
+
+
+def test_vectors_of_an_orthographic_camera(cards):
+    """In closed form: Cycles 5.0 takes perspective ones."""
+    scene = cards(camera_type="ORTHO")
+    for name in ("Thick", "Glass", "Base", "Bare"):
+        bpy.data.objects[name].animation_data_clear()
+    scene.frame_set(2)
+    channels, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    pixels_per_metre = pass_scenes.SIZE[0] / scene.camera.data.ortho_scale
+    thick = (slice(6, 10), slice(19, 23))
+    for channel, metres in zip(CHANNELS, (0.2, 0.0, 0.8, 0.0), strict=True):
+        found = channels[f"ViewLayer.{channel}"][thick]
+        np.testing.assert_allclose(found, metres * pixels_per_metre, atol=1e-4)
+
+
+def resting_card(scene):
+    bpy.data.objects["Thick"].animation_data_clear()
+
+
+def faster_camera(scene):
+    animate(scene.camera, "location", 0, -0.2, 0.0, 0.82)
+    scene.frame_set(2)
+
+
+@pytest.mark.parametrize("plant", [resting_card, faster_camera])
+def test_planted_differences_are_found(cards, plant):
+    result = compare(cards(), plant)
+    assert not result.agrees, result
+
+
+def test_things_that_come_and_go_rest(cards):
+    """One that is hidden in the frame before has no way from there; the others keep theirs."""
+    scene = cards()
+    whole, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    for frame, is_hidden in ((1, True), (2, False)):
+        bpy.data.objects["Bare"].hide_render = is_hidden
+        bpy.data.objects["Bare"].keyframe_insert("hide_render", frame=frame)
+    scene.frame_set(2)
+    without, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    for channel in CHANNELS:
+        before, after = without[f"ViewLayer.{channel}"], whole[f"ViewLayer.{channel}"]
+        np.testing.assert_array_equal(before[:, :38], after[:, :38])
+        assert np.array_equal(before[:, 38:], after[:, 38:]) == (channel != "Vector.X")
+
+
+def test_vectors_of_several_view_layers_and_of_a_border(cards):
+    scene = cards()
+    scene.view_layers.new("Second").use_pass_vector = True
+    whole, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    render = scene.render
+    render.use_border = render.use_crop_to_border = True
+    render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.25, 0.75
+    part, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    for channel in CHANNELS:
+        first = whole[f"ViewLayer.{channel}"]
+        np.testing.assert_array_equal(whole[f"Second.{channel}"], first)
+        np.testing.assert_array_equal(part[f"ViewLayer.{channel}"], first[4:12, 12:36])
+
+
+def test_the_frame_stays_the_one_that_is_rendered(cards):
+    """The picture, and the scene after the render, are the same as without the pass."""
+    scene = cards()
+    with_pass, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    assert scene.frame_current == 2
+    scene.view_layers[0].use_pass_vector = False
+    without, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    for channel in "RGBA":
+        name = f"ViewLayer.Combined.{channel}"
+        np.testing.assert_array_equal(with_pass[name], without[name])
