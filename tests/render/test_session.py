@@ -30,6 +30,30 @@ def test_cancel_returns_soon_and_keeps_what_was_rendered() -> None:
     assert s.read("Combined").mean() > 0.0
 
 
+@pytest.mark.parametrize("indirect", ["PATH", "SCREEN_REUSE", "CELL_SHARED"])
+def test_passes_of_a_cancelled_render_are_means_of_its_samples(indirect: str) -> None:
+    """Paths that were traced for a frame which was not finished count by themselves: the room fills the picture."""
+    s = session(
+        width=512,
+        height=512,
+        samples=100000,
+        indirect=indirect,
+        passes=["Mist", "UV", "CryptoObject00", "Object Index"],
+        mist_range=(0.0, 0.001, 1.0),
+    )
+    s.start(room())
+    time.sleep(1.5)
+    s.cancel()
+    assert s.wait(0.0).status is core.Status.CANCELLED
+    hit = s.read("CryptoObject00")[..., 1]
+    has_samples = s.read("Mist")[..., 0] > 0.0  # mist is thick everywhere
+    assert has_samples.any()
+    assert hit[has_samples].max() <= 1.0 + 1e-5 and hit[has_samples].mean() > 0.5
+    assert not hit[~has_samples].any()
+    with pytest.raises(core.Error, match="Vector"):
+        s.read("Vector")
+
+
 REUSE = {
     "ris": dict(direct="RIS"),
     "restir": dict(direct="RESTIR"),
