@@ -1,6 +1,6 @@
 #pragma once
 
-#include "base/vec.h"
+#include "base/angle.h"
 
 namespace cistern {
 
@@ -14,16 +14,18 @@ inline Vec3 equal_area_direction(Vec2 p) {
   const float ax = std::abs(x), ay = std::abs(y);
   const float inside = 1.0f - ax - ay;  // below 0: beyond the diamond, z < 0
   const float r = 1.0f - std::abs(inside);
-  const float phi = r > 0.0f ? ((ay - ax) / r + 1.0f) * (kPi / 4.0f) : 0.0f;
-  const float sine = r * std::sqrt(2.0f - r * r);  // of the angle to the z axis
-  return {std::copysign(sine * std::cos(phi), x), std::copysign(sine * std::sin(phi), y),
-          std::copysign(1.0f - r * r, inside)};
+  const float off_middle = r > 0.0f ? (ay - ax) / r * (kPi / 4.0f) : 0.0f;  // of its octant of azimuths
+  const SineCosine turned = sine_cosine_near_zero(off_middle);
+  constexpr float kHalf = 0.5f * std::numbers::sqrt2_v<float>;
+  const float sine = r * std::sqrt(2.0f - r * r) * kHalf;  // of the angle to the z axis
+  return {std::copysign(sine * (turned.cosine - turned.sine), x),
+          std::copysign(sine * (turned.cosine + turned.sine), y), std::copysign(1.0f - r * r, inside)};
 }
 
 /// The other way; the direction is unit.
 inline Vec2 equal_area_point(const Vec3& w) {
   const float r = safe_sqrt(1.0f - std::abs(w.z));
-  float v = r * std::atan2(std::abs(w.y), std::abs(w.x)) * (2.0f * kInvPi);
+  float v = r * quarter_turns(std::abs(w.y), std::abs(w.x));
   float u = r - v;
   if (w.z < 0.0f) {
     const float folded = 1.0f - u;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "base/vec.h"
+#include "base/angle.h"
 
 namespace cistern {
 
@@ -10,15 +10,11 @@ namespace cistern {
 inline Vec2 square_to_disk(Vec2 u) {
   const Vec2 p{2.0f * u.x - 1.0f, 2.0f * u.y - 1.0f};
   if (p.x == 0.0f && p.y == 0.0f) return {0.0f, 0.0f};
-  float radius, angle;
-  if (std::abs(p.x) > std::abs(p.y)) {
-    radius = p.x;
-    angle = (kPi / 4.0f) * (p.y / p.x);
-  } else {
-    radius = p.y;
-    angle = kPi / 2.0f - (kPi / 4.0f) * (p.x / p.y);
-  }
-  return {radius * std::cos(angle), radius * std::sin(angle)};
+  const bool is_nearer_x = std::abs(p.x) > std::abs(p.y);
+  const float radius = is_nearer_x ? p.x : p.y, other = is_nearer_x ? p.y : p.x;
+  const SineCosine off_axis = sine_cosine_near_zero((kPi / 4.0f) * (other / radius));
+  const float along = radius * off_axis.cosine, across = radius * off_axis.sine;
+  return is_nearer_x ? Vec2{along, across} : Vec2{across, along};
 }
 
 /// Upper hemisphere around +z, density cos(theta)/pi per solid angle.
@@ -31,14 +27,16 @@ inline Vec3 square_to_cosine_hemisphere(Vec2 u) {
 inline Vec3 square_to_sphere(Vec2 u) {
   const float z = 1.0f - 2.0f * u.x;
   const float r = safe_sqrt(1.0f - z * z);
-  return {r * std::cos(2.0f * kPi * u.y), r * std::sin(2.0f * kPi * u.y), z};
+  const SineCosine azimuth = sine_cosine_of_turns(u.y);
+  return {r * azimuth.cosine, r * azimuth.sine, z};
 }
 
 /// Cone of half angle acos(1 - one_minus_cos) around +z, density 1/(2 pi one_minus_cos) per solid angle.
 inline Vec3 square_to_cone(Vec2 u, float one_minus_cos) {
   const float height = u.x * one_minus_cos;  // 1 - cos(theta), accurate for small cones
   const float r = safe_sqrt(height * (2.0f - height));
-  return {r * std::cos(2.0f * kPi * u.y), r * std::sin(2.0f * kPi * u.y), 1.0f - height};
+  const SineCosine azimuth = sine_cosine_of_turns(u.y);
+  return {r * azimuth.cosine, r * azimuth.sine, 1.0f - height};
 }
 
 /// Weights (b1, b2) of vertices 1 and 2, uniform over a triangle's area.

@@ -1,5 +1,6 @@
 #include "lights/environment_sampling.h"
 
+#include "base/angle.h"
 #include "base/parallel.h"
 #include "base/warp.h"
 #include "shading/material.h"
@@ -25,9 +26,9 @@ constexpr float kFlat = 0.01f;
 constexpr float kBelowOne = 0x1.fffffep-1f;
 
 Vec3 direction_at(float u, float cos_theta) {
-  const float phi = 2.0f * kPi * u;
+  const SineCosine azimuth = sine_cosine_of_turns(u);
   const float sine = safe_sqrt(1.0f - sqr(cos_theta));
-  return {sine * std::cos(phi), sine * std::sin(phi), cos_theta};
+  return {sine * azimuth.cosine, sine * azimuth.sine, cos_theta};
 }
 
 int largest_image_width(const Scene& scene, const MaterialProgram& program) {
@@ -263,9 +264,9 @@ float EnvironmentSampler::suns_pdf(Vec3 direction) const {
 
 float EnvironmentSampler::sky_pdf(Vec3 direction) const {
   if (width_ == 0) return kUniformPdf;
-  const float turns = std::atan2(direction.y, direction.x) * (0.5f * kInvPi);
+  const float turns = azimuth_turns(direction.y, direction.x);
   const float u = turns < 0.0f ? turns + 1.0f : turns;
-  const float v = std::acos(std::clamp(direction.z, -1.0f, 1.0f)) * kInvPi;
+  const float v = inclination_half_turns(std::clamp(direction.z, -1.0f, 1.0f));
   const int x = std::min(static_cast<int>(u * static_cast<float>(width_)), width_ - 1);
   const int y = std::min(static_cast<int>(v * static_cast<float>(height_)), height_ - 1);
   return lerp(map_pdf(x, y), kUniformPdf, uniform_share_);

@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 
+#include "base/angle.h"
 #include "base/frame.h"
 #include "base/warp.h"
 #include "shading/material.h"
@@ -46,8 +47,7 @@ Vec3 outside(const SkyCone& cone, Vec3 direction) {
   constexpr float kBeyond = 1.01f;
   const Frame frame(cone.axis);
   const Vec3 d = frame.to_local(direction);
-  const float turns = std::atan2(d.y, d.x) * (0.5f * kInvPi);
-  const Vec2 rim{1.0f, turns};
+  const Vec2 rim{1.0f, azimuth_turns(d.y, d.x)};
   return frame.to_world(square_to_cone(rim, std::min(cone.one_minus_cos * kBeyond, 2.0f)));
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/angle.h"
 #include "base/warp.h"
 
 namespace cistern {
@@ -31,10 +32,10 @@ inline float ggx_lambda(GgxAlpha alpha, Vec3 w) {
 /// [Dupuy and Benyoub 2023, Sampling Visible GGX Normals with Spherical Caps]
 inline Vec3 sample_ggx_visible_normal(GgxAlpha alpha, Vec3 w, Vec2 u) {
   const Vec3 stretched = normalize({alpha.x * w.x, alpha.y * w.y, w.z});
-  const float azimuth = 2.0f * kPi * u.x;
+  const SineCosine azimuth = sine_cosine_of_turns(u.x);
   const float z = 1.0f - u.y * (1.0f + stretched.z);
   const float radius = safe_sqrt(1.0f - z * z);
-  const Vec3 h = Vec3{radius * std::cos(azimuth), radius * std::sin(azimuth), z} + stretched;
+  const Vec3 h = Vec3{radius * azimuth.cosine, radius * azimuth.sine, z} + stretched;
   return normalize({alpha.x * h.x, alpha.y * h.y, std::max(h.z, 0.0f)});
 }
 

@@ -5,6 +5,8 @@
 #include <array>
 #include <cstring>
 
+#include "base/angle.h"
+
 namespace cistern {
 namespace {
 
@@ -252,15 +254,15 @@ Texel lookup_image(const Image& image, float u, float v, Interpolation interpola
 Texel lookup_equirectangular(const Image& image, Vec3 direction, Interpolation interpolation) {
   const float l = length(direction);
   if (!(l > 0.0f)) return lookup_image(image, 0.0f, 0.0f, interpolation, Extension::REPEAT, ColorAlpha::MULTIPLIED);
-  const float u = 0.5f - std::atan2(direction.y, direction.x) * (0.5f * kInvPi);
-  const float v = 1.0f - std::acos(std::clamp(direction.z / l, -1.0f, 1.0f)) * kInvPi;
+  const float u = 0.5f - azimuth_turns(direction.y, direction.x);
+  const float v = 1.0f - inclination_half_turns(std::clamp(direction.z / l, -1.0f, 1.0f));
   return lookup_image(image, u, v, interpolation, Extension::REPEAT, ColorAlpha::MULTIPLIED);
 }
 
 Texel lookup_horizon(const Image& image, Vec3 direction, Interpolation interpolation) {
-  const float elevation = std::asin(std::clamp(direction.z, -1.0f, 1.0f));
-  const float u = 0.5f - std::atan2(direction.y, direction.x) * (0.5f * kInvPi);
-  const float v = 0.5f + std::copysign(std::sqrt(std::abs(elevation) * (0.5f * kInvPi)), elevation);
+  const float elevation = elevation_half_turns(std::clamp(direction.z, -1.0f, 1.0f));
+  const float u = 0.5f - azimuth_turns(direction.y, direction.x);
+  const float v = 0.5f + std::copysign(std::sqrt(0.5f * std::abs(elevation)), elevation);
   // A row has no edge, but only two axes together can repeat: half a texel at either end comes from the other end.
   const float inset = 0.5f / static_cast<float>(image.height);
   return lookup_image(image, u, std::clamp(v, inset, 1.0f - inset), interpolation, Extension::REPEAT,
