@@ -1,6 +1,9 @@
 #include "base/direction_histogram.h"
 
+#include <immintrin.h>
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "base/sphere_map.h"
@@ -12,14 +15,14 @@ constexpr int kSide = DirectionHistogram::kSide;
 
 int coordinate(float u) { return std::clamp(static_cast<int>(u * kSide), 0, kSide - 1); }
 
-/// The last of `kSide` steps that begins at `t` or before; begins do not fall. Where `t` is below the end of all, that
-/// step is not empty.
-template <class Begin>
-int last_before(float t, const Begin& begin) {
-  int step = 0;
-  for (int half = kSide / 2; half > 0; half /= 2)
-    if (static_cast<float>(begin(step + half)) <= t) step += half;
-  return step;
+/// The last of `kSide` steps that begins at `t` or before; begins do not fall, and the first is not above `t`. Where `t`
+/// is below the end of all, that step is not empty.
+int last_before(float t, const uint16_t* begins) {
+  static_assert(kSide == 16);
+  const __m256i steps = _mm256_load_si256(reinterpret_cast<const __m256i*>(begins));
+  const __m256i most = _mm256_set1_epi16(static_cast<int16_t>(static_cast<uint16_t>(std::min(t, 65535.0f))));
+  const __m256i is_before = _mm256_cmpeq_epi16(_mm256_min_epu16(steps, most), steps);
+  return std::popcount(static_cast<uint32_t>(_mm256_movemask_epi8(is_before))) / 2 - 1;
 }
 
 /// Where `t` lies between two numbers, in [0, 1).
@@ -34,6 +37,7 @@ DirectionHistogram::DirectionHistogram(std::span<const double, kBins> weights) {
     begin_[i] = static_cast<uint16_t>(std::min(std::floor(before / sum * kUnits), kUnits - 1.0));
     before += weights[i];
   }
+  for (size_t row = 0; row < row_begin_.size(); ++row) row_begin_[row] = begin_[row * kSide];
 }
 
 uint32_t DirectionHistogram::bin(const Vec3& w) {
@@ -43,11 +47,11 @@ uint32_t DirectionHistogram::bin(const Vec3& w) {
 
 Vec3 DirectionHistogram::sample(Vec2 u) const {
   const float t_row = u.y * kUnits;
-  const int row = last_before(t_row, [this](int r) { return begin_[static_cast<size_t>(r * kSide)]; });
+  const int row = last_before(t_row, row_begin_.data());
   const auto first = static_cast<uint32_t>(row * kSide);
   const auto low = static_cast<float>(begin_[first]), high = static_cast<float>(end(first + kSide - 1));
   const float t = low + u.x * (high - low);
-  const int column = last_before(t, [&](int c) { return begin_[first + static_cast<uint32_t>(c)]; });
+  const int column = last_before(t, &begin_[first]);
   const uint32_t bin = first + static_cast<uint32_t>(column);
   const float across = fraction(t, begin_[bin], static_cast<float>(end(bin)));
   const float along = fraction(t_row, low, high);

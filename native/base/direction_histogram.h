@@ -8,7 +8,7 @@
 
 namespace cistern {
 
-/// A density over all directions, constant over each of 16 x 16 parts of equal solid angle (sphere_map.h). 512 bytes:
+/// A density over all directions, constant over each of 16 x 16 parts of equal solid angle (sphere_map.h). 544 bytes:
 /// shares are kept in 65,536ths, parts with less have none.
 class DirectionHistogram {
  public:
@@ -29,7 +29,8 @@ class DirectionHistogram {
   static constexpr uint32_t kUnits = 1 << 16;
   uint32_t end(uint32_t bin) const { return bin + 1 < kBins ? begin_[bin + 1] : kUnits; }
 
-  std::array<uint16_t, kBins> begin_;  // sum of the shares before, row by row
+  alignas(32) std::array<uint16_t, kBins> begin_;  // sum of the shares before, row by row
+  std::array<uint16_t, kSide> row_begin_;          // of the first part of each row, again: together in the cache
 };
 
 }  // namespace cistern
