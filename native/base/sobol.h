@@ -1,5 +1,7 @@
 #pragma once
 
+#include <immintrin.h>
+
 #include <array>
 
 #include "base/hash.h"
@@ -61,6 +63,31 @@ inline constexpr uint32_t scramble_reversed(uint32_t x, uint32_t seed) {
   return x ^ (x * 0x53a22864u);
 }
 
+/// Bits of each lane in reverse order, a nibble at a time.
+inline __m128i reverse_bits(__m128i x) {
+  const __m128i low_nibbles = _mm_set1_epi8(0x0f);
+  const __m128i reversed = _mm_setr_epi8(0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15);
+  const __m128i low = _mm_shuffle_epi8(_mm_slli_epi16(reversed, 4), _mm_and_si128(x, low_nibbles));
+  const __m128i high = _mm_shuffle_epi8(reversed, _mm_and_si128(_mm_srli_epi16(x, 4), low_nibbles));
+  const __m128i last_byte_first = _mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12);
+  return _mm_shuffle_epi8(_mm_or_si128(low, high), last_byte_first);
+}
+
+/// scramble_reversed of each lane.
+inline __m128i scramble_reversed(__m128i x, __m128i seed) {
+  const auto times = [](__m128i a, uint32_t b) { return _mm_mullo_epi32(a, _mm_set1_epi32(static_cast<int>(b))); };
+  x = _mm_xor_si128(x, times(x, 0x3d20adeau));
+  x = _mm_add_epi32(x, seed);
+  x = _mm_mullo_epi32(x, _mm_or_si128(_mm_srli_epi32(seed, 16), _mm_set1_epi32(1)));
+  x = _mm_xor_si128(x, times(x, 0x05526c56u));
+  return _mm_xor_si128(x, times(x, 0x53a22864u));
+}
+
+/// to_unit_float of each lane.
+inline __m128 to_unit_floats(__m128i bits) {
+  return _mm_mul_ps(_mm_cvtepi32_ps(_mm_srli_epi32(bits, 8)), _mm_set1_ps(0x1p-24f));
+}
+
 /// The first three coordinates of a point of the sequence, in [0, 1). Of a power of two of points, those of `pair` fill
 /// every elementary interval.
 struct SobolPoint {
@@ -75,12 +102,15 @@ struct SobolPoint {
 inline SobolPoint sobol_point(uint32_t index, uint32_t set, uint32_t seed) {
   const uint64_t shuffle = mix_bits((uint64_t{seed} << 32) | (set + 1));
   const uint64_t scramble = mix_bits(shuffle);
-  const auto scrambled = [](uint32_t reversed, uint64_t by) {
-    return to_unit_float(reverse_bits(scramble_reversed(reversed, static_cast<uint32_t>(by))));
-  };
   const uint32_t shuffled = reverse_bits(scramble_reversed(reverse_bits(index), static_cast<uint32_t>(shuffle)));
-  return {{scrambled(shuffled, scramble), scrambled(reversed_sobol_second(shuffled), scramble >> 32)},
-          scrambled(kReversedSobolThird(shuffled), shuffle >> 32)};
+  const auto lanes = [](uint32_t a, uint32_t b, uint32_t c) {
+    return _mm_setr_epi32(static_cast<int>(a), static_cast<int>(b), static_cast<int>(c), 0);
+  };
+  const __m128i reversed = lanes(shuffled, reversed_sobol_second(shuffled), kReversedSobolThird(shuffled));
+  const __m128i seeds = lanes(static_cast<uint32_t>(scramble), static_cast<uint32_t>(scramble >> 32),
+                              static_cast<uint32_t>(shuffle >> 32));
+  const __m128 point = to_unit_floats(reverse_bits(scramble_reversed(reversed, seeds)));
+  return {{point[0], point[1]}, point[2]};
 }
 
 /// The `index`-th of points that start at `start` and cover the unit square evenly: each by itself is uniform where
