@@ -15,8 +15,8 @@ constexpr int kSide = DirectionHistogram::kSide;
 
 int coordinate(float u) { return std::clamp(static_cast<int>(u * kSide), 0, kSide - 1); }
 
-/// The last of `kSide` steps that begins at `t` or before; begins do not fall, and the first is not above `t`. Where `t`
-/// is below the end of all, that step is not empty.
+/// The last of `kSide` steps that begins at `t` or before; begins do not fall, and the first is not above `t`. Where
+/// `t` is below the end of all, that step is not empty.
 int last_before(float t, const uint16_t* begins) {
   static_assert(kSide == 16);
   const __m256i steps = _mm256_load_si256(reinterpret_cast<const __m256i*>(begins));

@@ -18,6 +18,13 @@ class DirectionHistogram {
   explicit DirectionHistogram(std::span<const double, kBins> weights);
 
   static uint32_t bin(const Vec3& w);
+  /// Fetches all of it, so that what follows does not wait for memory.
+  void prefetch() const {
+    constexpr size_t kCacheLine = 64;
+    for (size_t at = 0; at < sizeof(*this); at += kCacheLine)
+      __builtin_prefetch(reinterpret_cast<const char*>(this) + at);
+  }
+
   /// Share of a part, in [0, 1].
   float pmf(uint32_t bin) const { return static_cast<float>(end(bin) - begin_[bin]) * (1.0f / kUnits); }
   /// Density of `sample`, per solid angle.

@@ -22,17 +22,23 @@ void NestedCellIndex::fill_slots() {
   slots_.assign(std::bit_ceil(2 * entries_.size()), {});
   const size_t mask = slots_.size() - 1;
   for (const Entry& entry : entries_) {
-    size_t i = mix_bits(entry.cell) & mask;
+    size_t i = first_slot(entry.cell);
     while (slots_[i].cell != kNoNestedCell) i = (i + 1) & mask;
     slots_[i] = entry;
   }
 }
 
+size_t NestedCellIndex::first_slot(NestedCellKey key) const { return mix_bits(key) & (slots_.size() - 1); }
+
 const NestedCellIndex::Entry* NestedCellIndex::find_exactly(NestedCellKey key) const {
   const size_t mask = slots_.size() - 1;
-  for (size_t i = mix_bits(key) & mask; slots_[i].cell != kNoNestedCell; i = (i + 1) & mask)
+  for (size_t i = first_slot(key); slots_[i].cell != kNoNestedCell; i = (i + 1) & mask)
     if (slots_[i].cell == key) return &slots_[i];
   return nullptr;
+}
+
+void NestedCellIndex::prefetch(NestedCellKey key) const {
+  if (!slots_.empty()) __builtin_prefetch(&slots_[first_slot(key)]);
 }
 
 std::optional<uint32_t> NestedCellIndex::find(NestedCellKey key) const {

@@ -22,6 +22,8 @@ class NestedCellIndex {
   };
   void build(std::vector<Entry> rows, std::span<const NestedCellKey> own_cells);
 
+  /// Fetches what `find` will look at first, so that it does not wait for memory.
+  void prefetch(NestedCellKey key) const;
   /// `key` is the point's own cell.
   std::optional<uint32_t> find(NestedCellKey key) const;
 
@@ -29,6 +31,7 @@ class NestedCellIndex {
 
  private:
   void fill_slots();
+  size_t first_slot(NestedCellKey key) const;
   const Entry* find_exactly(NestedCellKey key) const;
 
   std::vector<Entry> entries_;  // own cells that have no row name the finest around them

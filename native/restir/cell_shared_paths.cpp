@@ -9,7 +9,7 @@ namespace {
 
 bool sends_light(const PathLink& link) { return link.W > 0.0f && !is_black(link.to.continuation.radiance); }
 
-/// Nearly all vertices: unless guided they need no material evaluated. No bump map bends their normal.
+/// Nearly all vertices: they need no material evaluated. No bump map bends their normal.
 bool is_plain(const VisiblePoint& vertex) { return vertex.is_lambertian && vertex.receiver.n == vertex.ns; }
 
 /// f cos by the rough lobes and by the even part, and the density of BSDF sampling per solid angle; of all the share of
@@ -19,13 +19,13 @@ struct PairResponse {
   float pdf = 0.0f;
 };
 
-PairResponse respond_plainly(const VisiblePoint& vertex, Vec3 wi, FoundKind kind) {
+PairResponse respond_plainly(const VisiblePoint& vertex, const DirectionHistogram* guide, Vec3 wi, FoundKind kind) {
   const float cosine = dot(vertex.ns, wi);
   const bool can_leave = cosine > 0.0f && dot(vertex.ng, wi) > 0.0f;
   if (!can_leave || (kind != 0 && kind != kVisibleToDiffuse)) return {};
   const float pdf = cosine * kInvPi;
   const Rgb f_cos = vertex.receiver.diffuse * pdf;
-  return {f_cos, f_cos, pdf};
+  return {f_cos, f_cos, guide ? lerp(pdf, guide->pdf(wi), kGuideShare) : pdf};
 }
 
 PairResponse respond(const PathContext& context, const Bsdf& bsdf, Vec3 wi, FoundKind kind) {
@@ -88,15 +88,19 @@ void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) con
   const VisiblePoint& first = group.links.front()->from;
   scratch.bounces_agree =
       std::ranges::all_of(group.links, [&](const PathLink* link) { return has_same_bounces(link->from, first); });
-  const bool is_guided = context_.guiding && context_.guiding->is_on;
   scratch.points.clear();
   scratch.bsdfs.clear();
   for (const PathLink* link : group.links) {
     scratch.points.push_back(surface_point(link->from));
     scratch.bsdfs.emplace_back();
-    if (is_plain(link->from) && !is_guided) continue;
-    scratch.bsdfs.back() = evaluate_material(context_.scene, scratch.points.back(), link->from.state);
-    guide_bounce(context_, scratch.points.back(), scratch.bsdfs.back());
+    const NestedCellKey cell = guide_cell(context_, scratch.points.back());
+    Bsdf& bsdf = scratch.bsdfs.back();
+    if (is_plain(link->from)) {
+      bsdf.guide = find_guide(context_, cell);
+      continue;
+    }
+    bsdf = evaluate_material(context_.scene, scratch.points.back(), link->from.state);
+    guide_bounce(context_, cell, bsdf);
   }
 }
 
@@ -105,8 +109,8 @@ CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const Group& group,
   const VisiblePoint& from = group.links[receiver]->from;
   const std::optional<PathConnection> way = connect(from, sample);
   if (!way) return {};
-  const PairResponse f =
-      bsdf.scatters() ? respond(context_, bsdf, way->wi, sample.kind) : respond_plainly(from, way->wi, sample.kind);
+  const PairResponse f = bsdf.scatters() ? respond(context_, bsdf, way->wi, sample.kind)
+                                         : respond_plainly(from, bsdf.guide, way->wi, sample.kind);
   if (is_black(f.f_cos) || f.pdf == 0.0f) return {};  // its BSDF sampling never makes this link
   float density = f.pdf * way->geometry;
   if (group.weights == PairWeights::TARGETS)

@@ -9,10 +9,23 @@ bool takes_guide(const PathContext& context, const Bsdf& bsdf) {
   return guided > 0 && (guided == bsdf.count || !kinds_matter);
 }
 
-void guide_bounce(const PathContext& context, const SurfacePoint& point, Bsdf& bsdf) {
-  if (!context.guiding || !context.guiding->is_on || !takes_guide(context, bsdf)) return;
+NestedCellKey guide_cell(const PathContext& context, const SurfacePoint& point) {
+  if (!context.guiding || !context.guiding->is_on) return kNoNestedCell;
   const PathGuide& guide = *context.guiding->guide;
-  bsdf.guide = guide.table().find(guide.cell(point));
+  const NestedCellKey cell = guide.cell(point);
+  guide.table().prefetch(cell);
+  return cell;
+}
+
+const DirectionHistogram* find_guide(const PathContext& context, NestedCellKey cell) {
+  if (cell == kNoNestedCell) return nullptr;
+  const DirectionHistogram* guide = context.guiding->guide->table().find(cell);
+  if (guide) guide->prefetch();
+  return guide;
+}
+
+void guide_bounce(const PathContext& context, NestedCellKey cell, Bsdf& bsdf) {
+  if (cell != kNoNestedCell && takes_guide(context, bsdf)) bsdf.guide = find_guide(context, cell);
 }
 
 }  // namespace cistern

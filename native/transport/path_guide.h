@@ -29,7 +29,14 @@ class PathGuide {
 /// kind in a direction must be what it is without a guide.
 bool takes_guide(const PathContext& context, const Bsdf& bsdf);
 
-/// Sets the guide of a BSDF where paths are guided: a function of the point and its BSDF alone, within a frame.
-void guide_bounce(const PathContext& context, const SurfacePoint& point, Bsdf& bsdf);
+/// The cell of a point for `guide_bounce`; none where paths are not guided. Better asked for some time before, since
+/// what is known of it is then fetched meanwhile.
+NestedCellKey guide_cell(const PathContext& context, const SurfacePoint& point);
+
+/// What guides diffuse bounces from points of this cell, or null.
+const DirectionHistogram* find_guide(const PathContext& context, NestedCellKey cell);
+
+/// Sets the guide of a BSDF at a point of this cell: a function of the point and its BSDF alone, within a frame.
+void guide_bounce(const PathContext& context, NestedCellKey cell, Bsdf& bsdf);
 
 }  // namespace cistern

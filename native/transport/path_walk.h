@@ -61,6 +61,8 @@ class Walk {
       hold_out(1.0f);
       return false;
     }
+    NestedCellKey cell = kNoNestedCell;
+    if constexpr (Kind::learns) cell = guide_cell(context_, point);
     Bsdf bsdf = evaluate_material(context_.scene, point, state_);
     if constexpr (Kind::captures) {
       if (can_be_visible_point(bsdf)) bsdf.rough_sampling = capture_.out->rough_sampling;
@@ -72,7 +74,7 @@ class Walk {
     if constexpr (Kind::captures) capture_.vertex = {};
     const bool is_vertex = !last_segment_ && bsdf.scatters();
     if constexpr (Kind::learns) {
-      if (is_vertex) guide_bounce(context_, point, bsdf);
+      if (is_vertex) guide_bounce(context_, cell, bsdf);
     }
     float p_scatter = scatter_probability(bsdf);
     const float p_of_mis = p_scatter;  // whenever it is decided
