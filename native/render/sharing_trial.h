@@ -8,9 +8,9 @@ namespace cistern {
 
 /// Whether CELL_SHARED is worth its time in this scene, and at which vertices. Before the frames it is for, blocks from
 /// all over the picture are rendered a few times with and without, from the same random numbers. Where paths alone
-/// surely make less noise for their time, nothing is shared; these samples go nowhere else. So whatever is decided, no
-/// sample of the picture depends on another, and no clock is asked: with a given number of samples pictures are the
-/// same for each seed.
+/// surely make less noise for their time, nothing is shared; and unless light is rare, bounces are not guided where
+/// that was to be tried. These samples go nowhere else. So whatever is decided, no sample of the picture depends on
+/// another, and no clock is asked: with a given number of samples pictures are the same for each seed.
 ///
 /// Where visible points share, the noise of what are boxes of 4 x 4 pixels in the picture decides, between what single
 /// pixels show and what a glance does; where next vertices alone share, the picture goes to a denoiser, and its scale
@@ -30,6 +30,7 @@ class SharingTrial {
   enum Way : size_t { PLAIN, NEXT_VERTICES, AS_ASKED };
 
   static double cost(Way way);
+  double plain_variance(double sum_over_boxes) const;
   bool trace_plainly(uint32_t frame, const StopCondition& stop);
   bool share(uint32_t frame, const StopCondition& stop);
 
