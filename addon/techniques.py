@@ -94,8 +94,8 @@ GUIDING_ITEMS = (
     (
         "AUTO",
         "Automatic",
-        "On unless a few samples show that it does not pay. Tried once 400,000 paths have been seen, if half of the samples "
-        "are left by then",
+        "On unless a few samples show that it does not pay. Tried once 400,000 paths have been seen, if half of the "
+        "samples are left by then",
     ),
 )
 BIAS_ITEMS = (
