@@ -138,7 +138,7 @@ def test_same_bits_for_any_number_of_threads(answers: Answers) -> None:
 
 
 def test_automatic_guiding_waits_for_its_trial() -> None:
-    """Too few samples for one, or samples that depend on each other: to the last bit the picture is the unguided one."""
+    """Too few samples for one, or samples that depend on each other: the unguided picture, to the last bit."""
     settings = dict(size=SIZE, seed=3, max_bounces=3)
     for other in (dict(samples=40), dict(samples=2, indirect="SCREEN_REUSE")):
         off, auto = (render(scene("panes"), guiding=g, **settings, **other)["Combined"] for g in ("OFF", "AUTO"))
