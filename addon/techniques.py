@@ -179,8 +179,8 @@ PRESET_ITEMS = (
     (
         "FINAL",
         "Final",
-        "Independent samples that average to the true picture, light paths shared in the cells of the scene where "
-        "that pays",
+        "Samples that average to the true picture; light paths are shared in the cells of the scene, and bounces "
+        "guided, where that pays",
     ),
     (
         "INTERACTIVE",

@@ -20,6 +20,7 @@ from tests.benchmark.scoreboard.catalogue import LEARNED, scene_named
 from tests.benchmark.scoreboard.errors import boxes
 
 SHARED = {"indirect": "CELL_SHARED", "temporal_reuse": False}
+FINAL = SHARED | {"share_trial": True, "light_samples": 2}
 SYSTEMS: dict[str, dict] = {
     "path tracing": {},
     "learned lights": LEARNED,
@@ -31,6 +32,8 @@ SYSTEMS: dict[str, dict] = {
     "guiding": {"guiding": "ON"},
     "guiding on trial": {"guiding": "AUTO"},
     "guiding, sharing": SHARED | {"guiding": "ON"},
+    "Final": FINAL | {"guiding": "AUTO"},
+    "Final, never guided": FINAL,
 }
 SIDES = (1, 4, 8)
 FLOOR = 0.01  # of the mean's square, added to that of each pixel
