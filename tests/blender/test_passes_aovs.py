@@ -6,7 +6,6 @@ import pytest
 
 from tests.support import pass_scenes
 from tests.support.blender_scenes import shader
-from tests.support.statistics import FALSE_ALARM_RATE, compare_replicas
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
@@ -25,11 +24,7 @@ def cards(empty_scene):
 
 
 def compare(scene, plant=None):
-    """Of t-tests over blocks of all channels, with FALSE_ALARM_RATE altogether."""
-    ours = pass_scenes.layer_replicas(scene, "CISTERN", CHANNELS)
-    if plant:
-        plant(scene)
-    return compare_replicas(ours, pass_scenes.layer_replicas(scene, "CYCLES", CHANNELS), FALSE_ALARM_RATE)
+    return pass_scenes.compare_layers(scene, CHANNELS, plant)
 
 
 @pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL", "RESTIR_DI", "CELL_RESERVOIRS", "WORLD_PATHS"])
@@ -88,13 +83,9 @@ def test_what_only_aovs_need_is_not_shaded_with(cards):
 
 
 def test_aovs_are_the_same_with_any_number_of_threads(cards):
-    scene = cards("FINAL")
-    pictures = []
-    for threads in (1, 3):
-        scene.render.threads_mode, scene.render.threads = "FIXED", threads
-        pictures.append(pass_scenes.render_layers(scene, "CISTERN", 4)[0])
+    one, three = pass_scenes.layers_by_threads(cards("FINAL"))
     for channel in CHANNELS:
-        np.testing.assert_array_equal(pictures[0][f"ViewLayer.{channel}"], pictures[1][f"ViewLayer.{channel}"])
+        np.testing.assert_array_equal(one[f"ViewLayer.{channel}"], three[f"ViewLayer.{channel}"])
 
 
 def test_names_that_conflict_are_left_out(cards):

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from tests.support import pass_scenes
-from tests.support.statistics import FALSE_ALARM_RATE, compare_replicas
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
@@ -30,11 +29,7 @@ def cards(empty_scene):
 
 
 def compare(scene, plant=None):
-    """Of t-tests over blocks of all four means, with FALSE_ALARM_RATE altogether."""
-    ours = pass_scenes.layer_replicas(scene, "CISTERN", MEANS)
-    if plant:
-        plant(scene)
-    return compare_replicas(ours, pass_scenes.layer_replicas(scene, "CYCLES", MEANS), FALSE_ALARM_RATE)
+    return pass_scenes.compare_layers(scene, MEANS, plant)
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -108,16 +103,13 @@ def test_channels_have_the_names_of_cycles(cards):
 def test_passes_are_the_same_with_any_number_of_threads_and_in_a_border(cards, preset):
     scene = cards(preset=preset)
     render = scene.render
-    pictures = []
-    for threads in (1, 3):
-        render.threads_mode, render.threads = "FIXED", threads
-        pictures.append(pass_scenes.render_layers(scene, "CISTERN", 4)[0])
+    one, three = pass_scenes.layers_by_threads(scene)
     render.use_border = render.use_crop_to_border = True
     render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y = 0.25, 0.75, 0.25, 0.75
     part, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
     for name in (f"ViewLayer.{name}" for name in MEANS + INDICES):
-        np.testing.assert_array_equal(pictures[0][name], pictures[1][name])
-        np.testing.assert_array_equal(part[name], pictures[0][name][4:12, 12:36])
+        np.testing.assert_array_equal(one[name], three[name])
+        np.testing.assert_array_equal(part[name], one[name][4:12, 12:36])
 
 
 def test_view_layers_have_passes_of_their_own(cards):

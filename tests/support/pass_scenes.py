@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
@@ -14,7 +15,7 @@ import addon
 
 from .blender_scenes import add_mesh, material, shader
 from .engines import prepare
-from .statistics import block_means
+from .statistics import FALSE_ALARM_RATE, Comparison, block_means, compare_replicas
 
 Layers = dict[str, NDArray[np.float32]]
 
@@ -160,6 +161,15 @@ def read_layers(path: str) -> tuple[Layers, dict[str, str]]:
     return channels, metadata
 
 
+def layers_by_threads(scene: bpy.types.Scene) -> list[Layers]:
+    """Cistern's channels by name, rendered by one thread and by three."""
+    pictures = []
+    for threads in (1, 3):
+        scene.render.threads_mode, scene.render.threads = "FIXED", threads
+        pictures.append(render_layers(scene, "CISTERN", 4)[0])
+    return pictures
+
+
 def layer_replicas(
     scene: bpy.types.Scene, engine: str, names: list[str], count: int = 6, samples: int = 64, columns: int = 12
 ) -> NDArray:
@@ -171,3 +181,14 @@ def layer_replicas(
         stacked = np.stack([channels[f"{scene.view_layers[0].name}.{name}"] for name in names], axis=2)
         found.append(block_means(stacked, 2, columns))
     return np.array(found)
+
+
+def compare_layers(
+    scene: bpy.types.Scene, names: list[str], plant: Callable[[bpy.types.Scene], object] | None = None
+) -> Comparison:
+    """Of Cistern's channels with those of Cycles, by t-tests over blocks with FALSE_ALARM_RATE altogether. `plant`
+    changes the scene for Cycles alone."""
+    ours = layer_replicas(scene, "CISTERN", names)
+    if plant:
+        plant(scene)
+    return compare_replicas(ours, layer_replicas(scene, "CYCLES", names), FALSE_ALARM_RATE)
