@@ -106,26 +106,6 @@ std::vector<float> filter_lattice(const std::vector<float>& lattice, int width, 
   return texels;
 }
 
-/// Last index whose cumulative value is not above `u`, among intervals that are not empty.
-int find_interval(const float* cdf, int count, float u) {
-  const float* after = std::upper_bound(cdf, cdf + count + 1, u);
-  return std::clamp(static_cast<int>(after - cdf) - 1, 0, count - 1);
-}
-
-/// Cumulative sums of `values`, scaled to end with 1 (uniform where all are 0), into `cdf`; returns the sum.
-double accumulate(const float* values, int count, float* cdf) {
-  double sum = 0.0;
-  for (int i = 0; i < count; ++i) sum += values[i];
-  double running = 0.0;
-  cdf[0] = 0.0f;
-  for (int i = 0; i < count; ++i) {
-    running += values[i];
-    cdf[i + 1] = static_cast<float>(sum > 0.0 ? running / sum : static_cast<double>(i + 1) / count);
-  }
-  cdf[count] = 1.0f;
-  return sum;
-}
-
 }  // namespace
 
 std::optional<EnvironmentSampler> EnvironmentSampler::build(const Scene& scene, EnvironmentDensity density) {
@@ -198,15 +178,14 @@ void EnvironmentSampler::build_distribution(const std::vector<float>& texels) {
     row_cos_[static_cast<size_t>(y)] =
         static_cast<float>(std::cos(std::numbers::pi * static_cast<double>(y) / static_cast<double>(height_)));
   }
-  const auto width = static_cast<size_t>(width_), height = static_cast<size_t>(height_);
-  texel_cdf_.resize((width + 1) * height);
-  std::vector<float> rows(height);
-  for (size_t y = 0; y < height; ++y) {
-    const double sum = accumulate(&texels[y * width], width_, &texel_cdf_[y * (width + 1)]);
-    rows[y] = static_cast<float>(sum * static_cast<double>(texel_solid_angle(static_cast<int>(y))));
+  texels_ = CumulativeRows(width_, height_);
+  rows_ = CumulativeRows(height_, 1);
+  std::vector<float> rows(static_cast<size_t>(height_));
+  for (int y = 0; y < height_; ++y) {
+    const double sum = texels_.set_row(y, &texels[static_cast<size_t>(y) * static_cast<size_t>(width_)]);
+    rows[static_cast<size_t>(y)] = static_cast<float>(sum * static_cast<double>(texel_solid_angle(y)));
   }
-  row_cdf_.resize(height + 1);
-  mean_radiance_ = static_cast<float>(accumulate(rows.data(), height_, row_cdf_.data())) * kUniformPdf;
+  mean_radiance_ = static_cast<float>(rows_.set_row(0, rows.data())) * kUniformPdf;
 }
 
 float EnvironmentSampler::texel_solid_angle(int y) const {
@@ -216,9 +195,7 @@ float EnvironmentSampler::texel_solid_angle(int y) const {
 
 float EnvironmentSampler::map_pdf(int x, int y) const {
   // Differences of the stored sums, not the luminance: these are the probabilities that `sample` really uses.
-  const float row = row_cdf_[static_cast<size_t>(y) + 1] - row_cdf_[static_cast<size_t>(y)];
-  const float* cdf = &texel_cdf_[static_cast<size_t>(y) * static_cast<size_t>(width_ + 1)];
-  return row * (cdf[x + 1] - cdf[x]) / texel_solid_angle(y);
+  return rows_.probability(0, y) * texels_.probability(y, x) / texel_solid_angle(y);
 }
 
 EnvironmentSampler::Sample EnvironmentSampler::sample(Vec2 u) const {
@@ -242,12 +219,10 @@ EnvironmentSampler::Sample EnvironmentSampler::sample_sky(Vec2 u) const {
     return {direction, sky_pdf(direction)};
   }
   const float v = (u.y - uniform_share_) / (1.0f - uniform_share_);
-  const int y = find_interval(row_cdf_.data(), height_, v);
-  const float* cdf = &texel_cdf_[static_cast<size_t>(y) * static_cast<size_t>(width_ + 1)];
-  const int x = find_interval(cdf, width_, u.x);
+  const int y = rows_.find(0, v), x = texels_.find(y, u.x);
   const auto row = static_cast<size_t>(y);
-  const float in_row = clamp01((v - row_cdf_[row]) / (row_cdf_[row + 1] - row_cdf_[row]));
-  const float in_texel = clamp01((u.x - cdf[x]) / (cdf[x + 1] - cdf[x]));
+  const float in_row = clamp01((v - rows_.before(0, y)) / rows_.probability(0, y));
+  const float in_texel = clamp01((u.x - texels_.before(y, x)) / texels_.probability(y, x));
   const float cos_theta = lerp(row_cos_[row], row_cos_[row + 1], in_row);
   const Vec3 direction = direction_at((static_cast<float>(x) + in_texel) / static_cast<float>(width_), cos_theta);
   return {direction, lerp(map_pdf(x, y), kUniformPdf, uniform_share_)};

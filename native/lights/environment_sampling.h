@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "lights/cumulative_rows.h"
 #include "lights/sky_cone.h"
 
 namespace cistern {
@@ -35,7 +36,7 @@ class EnvironmentSampler {
 
   /// Luminance that the samples are for, averaged over all directions.
   float mean_radiance() const { return mean_radiance_; }
-  size_t memory_bytes() const { return (row_cdf_.capacity() + texel_cdf_.capacity()) * sizeof(float); }
+  size_t memory_bytes() const { return rows_.memory_bytes() + texels_.memory_bytes(); }
 
  private:
   struct Sun {
@@ -56,9 +57,8 @@ class EnvironmentSampler {
 
   int width_ = 0, height_ = 0;  // 0: uniform
   float mean_radiance_ = 0.0f, uniform_share_ = 0.0f;
-  // Row 0 is around +Z. Cumulative probabilities start with 0 and end with 1; `texel_cdf_` has width + 1 per row.
-  std::vector<float> row_cdf_, texel_cdf_;
-  std::vector<float> row_cos_;  // cosine of the polar angle at the rows' edges
+  CumulativeRows rows_, texels_;  // of the map, in its one row; of their texels. Row 0 is around +Z.
+  std::vector<float> row_cos_;    // cosine of the polar angle at the rows' edges
   std::vector<Sun> suns_;
   float sky_share_ = 1.0f;  // of samples that are not for a sun
 };
