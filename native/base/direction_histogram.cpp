@@ -25,8 +25,11 @@ int last_before(float t, const uint16_t* begins) {
   return std::popcount(static_cast<uint32_t>(_mm256_movemask_epi8(is_before))) / 2 - 1;
 }
 
-/// Where `t` lies between two numbers, in [0, 1).
-float fraction(float t, float low, float high) { return std::clamp((t - low) / (high - low), 0.0f, kOneMinusEpsilon); }
+/// Where `t` lies between two numbers, in [0, 1): so far below 1 that added to a step it does not round to the next.
+float fraction(float t, float low, float high) {
+  constexpr float kMost = 1.0f - 0x1p-20f;
+  return std::clamp((t - low) / (high - low), 0.0f, kMost);
+}
 
 }  // namespace
 
@@ -50,7 +53,7 @@ Vec3 DirectionHistogram::sample(Vec2 u) const {
   const int row = last_before(t_row, row_begin_.data());
   const auto first = static_cast<uint32_t>(row * kSide);
   const auto low = static_cast<float>(begin_[first]), high = static_cast<float>(end(first + kSide - 1));
-  const float t = low + u.x * (high - low);
+  const float t = std::min(low + u.x * (high - low), high * kOneMinusEpsilon);
   const int column = last_before(t, &begin_[first]);
   const uint32_t bin = first + static_cast<uint32_t>(column);
   const float across = fraction(t, begin_[bin], static_cast<float>(end(bin)));

@@ -18,7 +18,11 @@ SurfaceLayer matte_layer(size_t kind, int level) {
 }
 
 /// With two digits.
-std::string matte_name(size_t kind, int level) { return kMatteNames[kind] + ("0" + std::to_string(level)); }
+std::string matte_name(size_t kind, int level) {
+  std::string name = kMatteNames[kind];  // sums of strings set off a false warning of GCC 12
+  name += '0';
+  return name += std::to_string(level);
+}
 
 }  // namespace
 

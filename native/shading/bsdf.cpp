@@ -148,7 +148,7 @@ std::optional<BsdfSample> sample_delta(const Bsdf& bsdf, const Lobe& lobe, const
   return sample;
 }
 
-/// The commonest surface by far: one Lambert lobe without a bent normal. Its weight over its density is its colour.
+/// The commonest surface by far: one Lambert lobe without bump shadowing. Its weight over its density is its colour.
 std::optional<BsdfSample> sample_lambert(const Bsdf& bsdf, Vec3 n, Vec2 u) {
   const Vec3 local = square_to_cosine_hemisphere(u);
   std::optional<BsdfSample> result;
@@ -220,7 +220,8 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
   if (bsdf.count == 0) return {};
   if (bsdf.count == 1 && bsdf.rough_sampling == RoughSampling::BSDF && !bsdf.guide) {
     const auto* lambert = std::get_if<LambertLobe>(&bsdf.lobes[0].model);
-    if (lambert && lambert->n == bsdf.ns) return sample_lambert(bsdf, lambert->n, u_direction);
+    const bool is_unbent = lambert && lambert->n == bsdf.ns && bump_reference(bsdf) == bsdf.ns;
+    if (is_unbent) return sample_lambert(bsdf, lambert->n, u_direction);
   }
   // Choose a lobe and reuse what is left of u_lobe for its branch.
   float u = u_lobe * bsdf.total_sample_weight;

@@ -30,6 +30,14 @@ void add_even_lobe(Receiver& receiver, const Lobe& lobe) {
   add_normal(receiver, lobe, lobe.weight);
 }
 
+/// The Lambert lobe that all scattering is by, if a VisiblePoint alone can say how: one that is as it is without bump
+/// shadowing, or whose normal shows that there is some. Or null.
+const LambertLobe* only_lambert_lobe(const Bsdf& bsdf) {
+  if (bsdf.count != 1 || bsdf.even_shade != 0.0f || bsdf.lobes[0].even != bsdf.lobes[0].weight) return nullptr;
+  const auto* lambert = std::get_if<LambertLobe>(&bsdf.lobes[0].model);
+  return lambert && (lambert->n != bsdf.ns || bump_reference(bsdf) == bsdf.ns) ? lambert : nullptr;
+}
+
 /// Sums over the rough lobes.
 Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
   Receiver receiver{point.position, light_side(point, bsdf), {}, point.wo, {}, {}, 1.0f, 0.0f};
@@ -84,10 +92,9 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
   visible.footprint = point.footprint;
   visible.is_backface = point.is_backface;
   visible.exists = true;
-  visible.is_lambertian = bsdf.count == 1 && bsdf.even_shade == 0.0f && bsdf.lobes[0].even == bsdf.lobes[0].weight &&
-                          std::holds_alternative<LambertLobe>(bsdf.lobes[0].model) &&
-                          !scene.materials[static_cast<size_t>(point.material)]->depends_on_view;
-  if (visible.is_lambertian) visible.receiver.n = std::get<LambertLobe>(bsdf.lobes[0].model).n;  // without roundings
+  const LambertLobe* lambert = only_lambert_lobe(bsdf);
+  visible.is_lambertian = lambert && !scene.materials[static_cast<size_t>(point.material)]->depends_on_view;
+  if (visible.is_lambertian) visible.receiver.n = lambert->n;  // without roundings
   visible.mean_alpha = mean_alpha(bsdf);
   visible.even_shade = bsdf.even_shade;
   visible.even_normal = bsdf.even_normal;

@@ -84,6 +84,12 @@ def normal_mapped_without_uv(tree: Nodes) -> bpy.types.NodeSocket:
     return build.shader(tree, "ShaderNodeBsdfDiffuse", Normal=node.outputs[0]).outputs[0]
 
 
+def straightened(tree: Nodes) -> bpy.types.NodeSocket:
+    """The surface's own normal undoes the bump, but not its shadowing."""
+    normal = tree.nodes.new("ShaderNodeNewGeometry").outputs["True Normal"]
+    return build.shader(tree, "ShaderNodeBsdfDiffuse", Normal=normal).outputs[0]
+
+
 def boxed(tree: Nodes) -> bpy.types.NodeSocket:
     """The sides of a box projection are blended by the displaced normal."""
     image = tree.nodes.new("ShaderNodeTexImage")
@@ -110,6 +116,7 @@ CASES = {
     "normal map": (along_normal("WORLD"), normal_mapped),
     "normal map in object space": (along_normal("WORLD"), normal_mapped_in_object_space),
     "normal map without UVs": (along_normal("WORLD"), normal_mapped_without_uv),
+    "true normal": (along_normal("WORLD", scale=0.4), straightened),
     "box projection": (along_normal("WORLD", scale=0.4), boxed),
     "nodes that read the normal": (along_normal("OBJECT"), mirrored),
     "a colour": (lambda tree: vector_math(tree, "MULTIPLY", waves(tree).outputs["Color"], (0.2,) * 3), diffuse),

@@ -232,6 +232,18 @@ TEST(Bsdf, BumpShadowingIsMeasuredFromTheDisplacedNormal) {
   EXPECT_NEAR(reflected({}, kTestNormal), 1.0f, 1e-6f);
 }
 
+TEST(Bsdf, SamplesKnowOfBumpShadowing) {
+  Bsdf bsdf = make_bsdf(kTestNormal);
+  bsdf.bump_ns = normalize(kTestNormal + 0.6f * kFrame.s);
+  add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(1.0f), 1.0f);
+  Rng rng(9, 0, 0, 0);
+  for (int i = 0; i < 1000; ++i) {
+    const std::optional<BsdfSample> sample = draw(bsdf, rng);
+    if (!sample) continue;
+    ASSERT_NEAR(sample->rough_weight.g * sample->pdf, evaluate_bsdf(bsdf, sample->wi).rough_cos.g, 1e-6f);
+  }
+}
+
 TEST(Bsdf, DiffuseLobesBentAwayAreBlackAndLeftOut) {
   const Vec3 above = at_angle(kFrame, 0.03f), below = at_angle(kFrame, -0.03f);
   Bsdf bsdf = make_bsdf(kTestNormal);
