@@ -116,7 +116,9 @@ class Walk {
   void see_held_out(const SurfacePoint& point) { scratch_.seen_surfaces.push_back({point, state_, false, true}); }
 
   void see_environment() {
-    SeenSurface seen{.path = state_, .is_environment = true};
+    SeenSurface seen;
+    seen.path = state_;
+    seen.is_environment = true;
     seen.point.wo = -ray_.direction;
     scratch_.seen_surfaces.push_back(seen);
   }
