@@ -7,10 +7,14 @@ namespace {
 
 using Kind = SurfaceLayer::Kind;
 
-const SurfaceLayer kMist{Kind::MIST, 1}, kUv{Kind::UV, 3}, kVector{Kind::VECTOR, 4};
+// Made on demand, not as the module is loaded: nothing may run before the processor is checked.
+SurfaceLayer mist_layer() { return {Kind::MIST, 1}; }
+SurfaceLayer uv_layer() { return {Kind::UV, 3}; }
+SurfaceLayer vector_layer() { return {Kind::VECTOR, 4}; }
+
 constexpr int kMatteChannels = 4;
 constexpr std::array<const char*, kMatteKinds> kMatteNames{"CryptoObject", "CryptoMaterial", "CryptoAsset"};
-const std::string kColorPrefix = "AOV COLOR ", kValuePrefix = "AOV VALUE ";
+constexpr std::string_view kColorPrefix = "AOV COLOR ", kValuePrefix = "AOV VALUE ";
 
 SurfaceLayer aov_layer(const AovPass& aov) { return {Kind::AOV, aov.channels(), aov}; }
 SurfaceLayer matte_layer(size_t kind, int level) {
@@ -32,9 +36,9 @@ bool SurfacePasses::any() const {
 }
 
 std::optional<SurfaceLayer> find_surface_layer(const std::string& name) {
-  if (name == "Mist") return kMist;
-  if (name == "UV") return kUv;
-  if (name == "Vector") return kVector;
+  if (name == "Mist") return mist_layer();
+  if (name == "UV") return uv_layer();
+  if (name == "Vector") return vector_layer();
   if (name.starts_with(kColorPrefix)) return aov_layer({name.substr(kColorPrefix.size()), true});
   if (name.starts_with(kValuePrefix)) return aov_layer({name.substr(kValuePrefix.size()), false});
   for (size_t kind = 0; kind < kMatteNames.size(); ++kind)
@@ -52,7 +56,7 @@ std::string name_of(const SurfaceLayer& layer) {
     case Kind::VECTOR:
       return "Vector";
     case Kind::AOV:
-      return (layer.aov.is_color ? kColorPrefix : kValuePrefix) + layer.aov.name;
+      return std::string(layer.aov.is_color ? kColorPrefix : kValuePrefix) += layer.aov.name;
     case Kind::MATTE:
       return matte_name(static_cast<size_t>(layer.matte), layer.level);
   }
@@ -61,9 +65,9 @@ std::string name_of(const SurfaceLayer& layer) {
 
 std::vector<SurfaceLayer> layers_of(const SurfacePasses& passes) {
   std::vector<SurfaceLayer> layers;
-  if (passes.mist) layers.push_back(kMist);
-  if (passes.uv) layers.push_back(kUv);
-  if (passes.motion) layers.push_back(kVector);
+  if (passes.mist) layers.push_back(mist_layer());
+  if (passes.uv) layers.push_back(uv_layer());
+  if (passes.motion) layers.push_back(vector_layer());
   for (const AovPass& aov : passes.aovs) layers.push_back(aov_layer(aov));
   for (size_t kind = 0; kind < passes.matte_levels.size(); ++kind)
     for (int level = 0; level < passes.matte_levels[kind]; ++level) layers.push_back(matte_layer(kind, level));
