@@ -10,6 +10,8 @@ import bpy
 
 from .changes import original_uid
 
+FIRST_TILE = 1001
+_TILES_IN_ROW = 10
 _ANIMATED = {"SEQUENCE", "MOVIE"}
 
 
@@ -29,26 +31,37 @@ class ImageSource:
 
 
 def is_packed(image: bpy.types.Image) -> bool:
-    """Whether the image is read from bytes of the .blend."""
-    return image.packed_file is not None and image.source == "FILE" and not image.is_dirty
+    """Whether the image is read from bytes of the .blend. Of a tiled one they are read whatever was painted on it."""
+    is_read = image.source == "TILED" or (image.source == "FILE" and not image.is_dirty)
+    return image.packed_file is not None and is_read
 
 
-def packed_source(image: bpy.types.Image, data: bytes) -> ImageSource:
+def packed_file(image: bpy.types.Image, tile: int | None = None) -> bpy.types.PackedFile | None:
+    """The bytes of an image that is packed, or of one of its tiles; None for a tile that is not there."""
+    if tile is None:
+        return image.packed_file
+    return next((file.packed_file for file in image.packed_files if file.tile_number == tile), None)
+
+
+def packed_source(image: bpy.types.Image, data: bytes, tile: int | None = None) -> ImageSource:
     """`data`: the packed bytes. Their hash is another one in each session."""
-    return ImageSource(image_path(image), (len(data), hash(data)), packed_in=original_uid(image))
+    return ImageSource(image_path(image, tile=tile), (len(data), hash(data)), packed_in=original_uid(image))
 
 
 def file_source(
-    image: bpy.types.Image, image_user: bpy.types.ImageUser | None, scene_frame: int | None = None
+    image: bpy.types.Image,
+    image_user: bpy.types.ImageUser | None,
+    scene_frame: int | None = None,
+    tile: int | None = None,
 ) -> ImageSource | None:
     """The file on disk behind an image, or None where only Blender has its pixels or there is no file.
 
-    A frame of a movie or sequence is never None: Blender's pixels may be those of another frame. Files of a sequence
-    are read whatever was painted on them, as in Cycles."""
-    is_painted = image.is_dirty and image.source != "SEQUENCE"
+    A frame of a movie or sequence is never None: Blender's pixels may be those of another frame. Files of sequences and
+    tiles are read whatever was painted on them, as in Cycles."""
+    is_painted = image.is_dirty and image.source not in {"SEQUENCE", "TILED"}
     if is_painted or image.source not in {"FILE", "SEQUENCE", "TILED", "MOVIE"}:
         return None
-    path = image_path(image, image_user, scene_frame)
+    path = image_path(image, image_user, scene_frame, tile)
     is_animated = image.source in _ANIMATED and image_user is not None
     try:
         status = Path(path).stat()
@@ -63,17 +76,21 @@ def file_source(
 
 
 def image_path(
-    image: bpy.types.Image, image_user: bpy.types.ImageUser | None = None, scene_frame: int | None = None
+    image: bpy.types.Image,
+    image_user: bpy.types.ImageUser | None = None,
+    scene_frame: int | None = None,
+    tile: int | None = None,
 ) -> str:
-    """Absolute path of an image, of the shown frame of a sequence, or of the first tile."""
+    """Absolute path of an image, of the shown frame of a sequence, or of a tile (1001 the first)."""
     path = image.filepath
     if image.source == "SEQUENCE" and image_user is not None:
         path = image.filepath_from_user(image_user=image_user)
         frame = shown_frame(image_user, scene_frame)
         if frame != image_user.frame_current:
             path = _with_number(path, frame)
-    if image.source == "TILED" and len(image.tiles):
-        path = path.replace("<UDIM>", str(image.tiles[0].number))
+    if tile is not None:
+        row, column = divmod(tile - FIRST_TILE, _TILES_IN_ROW)
+        path = path.replace("<UDIM>", str(tile)).replace("<UVTILE>", f"u{column + 1}_v{row + 1}")
     return bpy.path.abspath(path, library=image.library)
 
 

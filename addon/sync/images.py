@@ -31,7 +31,7 @@ from .image_alpha import (
     is_straight,
     packed_needs_blender,
 )
-from .image_source import ImageSource, file_source, image_path, is_packed, packed_source
+from .image_source import FIRST_TILE, ImageSource, file_source, image_path, is_packed, packed_file, packed_source
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -51,8 +51,8 @@ class ImageCache:
         self._handles: dict[tuple, int] = {}
         self._before: dict[tuple, int] = {}
         self._free_handles: list[int] = []
-        self._packed: dict[tuple[int, int], ImageSource] = {}
-        """By image and size: to look at all bytes takes 1.4 ms for each megabyte."""
+        self._packed: dict[tuple[int, int | None, int], ImageSource] = {}
+        """By image, tile and size: to look at all bytes takes 1.4 ms for each megabyte."""
         self._scene_frame: int | None = None
 
     def begin(self, scene_frame: int | None = None) -> None:
@@ -86,9 +86,10 @@ class ImageCache:
 
     def prefetch(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> None:
         """Start decoding an image that `handle` will be asked for."""
-        source = self._source(image, image_user)
-        if source is not None and not source.is_movie and (original_uid(image), source) not in self._handles:
-            self._decode(source, image)
+        for tile in tile_numbers(image) or [None]:
+            source = self._source(image, image_user, tile)
+            if source is not None and not source.is_movie and (original_uid(image), source) not in self._handles:
+                self._decode(source, image, tile)
 
     def handle(
         self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None, builder: SceneBuilder, report: SyncReport
@@ -98,7 +99,28 @@ class ImageCache:
         key = (original_uid(image), source)
         if key not in self._handles:
             self._handles[key] = self._add(image, source, builder, report, self._before.pop(key, None))
+            if self._handles[key] == _MISSING:
+                path = image_path(image) if source is None else source.path
+                report.warn(f"Image '{image.name}': {path!r} cannot be read, shown magenta")
         return self._handles[key]
+
+    def tile_handles(self, image: bpy.types.Image, builder: SceneBuilder, report: SyncReport) -> list[int]:
+        """Of a tiled image: the handles of its tiles from 1001 on, -1 where there is none. A warning names those that
+        cannot be read."""
+        numbers, missing = tile_numbers(image), []
+        handles = [_MISSING] * (max(numbers, default=FIRST_TILE) - FIRST_TILE + 1)
+        for number in numbers:
+            source = self._source(image, None, number)
+            key = (original_uid(image), source or number)
+            if key not in self._handles:
+                before = self._before.pop(key, None)
+                self._handles[key] = self._add(image, source, builder, report, before, number)
+                missing += [number] if self._handles[key] == _MISSING else []
+            handles[number - FIRST_TILE] = self._handles[key]
+        if missing:
+            tiles = ", ".join(map(str, missing))
+            report.warn(f"Image '{image.name}': tiles of {image.filepath!r} cannot be read, shown magenta: {tiles}")
+        return handles
 
     def table_handle(self, key: tuple, name: str, make: Callable[[], NDArray], builder: SceneBuilder) -> int:
         """The builder's handle of colours (height, width, 3) in the working space, made where `key` is new."""
@@ -107,21 +129,28 @@ class ImageCache:
             self._handles[key] = builder.add_image(name, make(), alpha="IGNORED", replace=before)
         return self._handles[key]
 
-    def _source(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> ImageSource | None:
+    def _source(
+        self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None, tile: int | None = None
+    ) -> ImageSource | None:
         if not is_packed(image):
-            return file_source(image, image_user, self._scene_frame)
-        key = (original_uid(image), image.packed_file.size)
+            return file_source(image, image_user, self._scene_frame, tile)
+        file = packed_file(image, tile)
+        if file is None:
+            return None
+        key = (original_uid(image), tile, file.size)
         if key not in self._packed:
-            data = image.packed_file.data
-            self._packed[key] = packed_source(image, data)
-            self._decode(self._packed[key], image, data)
+            data = file.data
+            self._packed[key] = packed_source(image, data, tile)
+            self._decode(self._packed[key], image, tile, data)
         return self._packed[key]
 
-    def _decode(self, source: ImageSource, image: bpy.types.Image, packed: bytes | None = None) -> Future:
+    def _decode(
+        self, source: ImageSource, image: bpy.types.Image, tile: int | None = None, packed: bytes | None = None
+    ) -> Future:
         self._used.add(source)
         if source not in self._decoded:
             if source.packed_in and packed is None:
-                packed = image.packed_file.data
+                packed = packed_file(image, tile).data
             self._decoded[source] = self._pool.submit(read_file, source.path, packed)
         return self._decoded[source]
 
@@ -132,16 +161,14 @@ class ImageCache:
         builder: SceneBuilder,
         report: SyncReport,
         before: int | None,
+        tile: int | None = None,
     ) -> int:
-        if image.source == "TILED":
-            report.warn(f"Image '{image.name}': only the first tile is used")
+        """The new handle, or -1 for what cannot be read."""
         colour = image_colour(image.colorspace_settings.name, versions.working_space())
         is_file = source is not None and not source.is_movie
-        file = self._decode(source, image).result() if is_file else None
+        file = self._decode(source, image, tile).result() if is_file else None
         content = _content(image, source, file, colour)
         if content is None:
-            path = image_path(image) if source is None else source.path
-            report.warn(f"Image '{image.name}': {path!r} cannot be read, shown magenta")
             return _MISSING
         if not colour.is_known:
             report.warn(f"Image '{image.name}': colour space {image.colorspace_settings.name} is read as sRGB")
@@ -158,6 +185,11 @@ class ImageCache:
         if before is None or before == _MISSING:
             return self._free_handles.pop() if self._free_handles else None
         return before
+
+
+def tile_numbers(image: bpy.types.Image) -> list[int]:
+    """Of a tiled image, 1001 the first; empty for others."""
+    return [tile.number for tile in image.tiles] if image.source == "TILED" else []
 
 
 @dataclass(frozen=True)
@@ -187,6 +219,8 @@ def _stored_content(
         return _Content(file.pixels, colour, alpha_of_file(mode, is_data, file.is_straight))
     if file is not None and not packed_needs_blender(mode, is_data, file.pixels, colour.transfer == "LINEAR"):
         return _Content(file.pixels, colour, alpha_of_packed(mode, is_data))
+    if image.source == "TILED":  # Blender gives the pixels of the first tile alone
+        return None if file is None else _Content(file.pixels, colour, alpha_of_packed(mode, is_data))
     pixels = blender_pixels(image, None if source is None else source.frame)
     if pixels is None:
         return None

@@ -50,6 +50,12 @@ class MaterialContext:
         self.used_images.add(handle)
         return handle
 
+    def tile_handles(self, image: bpy.types.Image) -> list[int]:
+        """Handles of a tiled image's tiles from 1001 on; -1 for those that are not there."""
+        handles = self.images.tile_handles(image, self.builder, self.report)
+        self.used_images.update(handles)
+        return handles
+
     def table_handle(self, key: tuple, name: str, make: Callable[[], NDArray]) -> int:
         """Handle of an image that a node computes, unless one of an equal key is there."""
         handle = self.images.table_handle(key, name, make, self.builder)

@@ -101,6 +101,7 @@ void bind_material_program(py::module_& m) {
       .def("closure", &closure, py::arg("op"), py::arg("inputs"), parameters)
       .def("attribute", [](MaterialProgram& p, const std::string& name) { return index_of(p.attribute_names, name); })
       .def("image", [](MaterialProgram& p, int handle) { return index_of(p.images, handle); })
+      .def("tiles", [](MaterialProgram& p, const std::vector<int>& images) { return index_of(p.tile_tables, images); })
       .def("table", &table, py::arg("values").noconvert(), py::arg("alpha").noconvert() = py::none());
   m.def("describe_ops", &describe_ops);
 }

@@ -54,6 +54,9 @@ class MaterialProgram:
         """Index of a (257, 3) lookup table over [0, 1], with alpha (257,) for ramps."""
     def image(self, handle: int) -> int:
         """Index of an image handle, for IMAGE's parameter 0."""
+    def tiles(self, images: Sequence[int]) -> int:
+        """Index of a table of tiles, for TILED_IMAGE's parameter 0: what `image` returned for tiles 1001, 1002, ...; -1
+        where there is none."""
 
 def matte_hash(name: str) -> int:
     """MurmurHash3 of a name, by which Cryptomatte knows it."""

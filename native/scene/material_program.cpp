@@ -10,7 +10,7 @@
 namespace cistern {
 namespace {
 
-enum class ParameterKind : uint8_t { RANGE, ATTRIBUTE_NAME, IMAGE, TABLE, ALPHA_TABLE, PROJECTION };
+enum class ParameterKind : uint8_t { RANGE, ATTRIBUTE_NAME, IMAGE, TILES, TABLE, ALPHA_TABLE, PROJECTION };
 
 struct ParameterRule {
   ParameterKind kind = ParameterKind::RANGE;
@@ -90,6 +90,9 @@ ParameterRules parameter_rules(Op op) {
     case Op::IMAGE:
     case Op::IMAGE_ALPHA:
       return {kImage, up_to(2), up_to(3), ParameterRule{ParameterKind::PROJECTION}};
+    case Op::TILED_IMAGE:
+    case Op::TILED_IMAGE_ALPHA:
+      return {ParameterRule{ParameterKind::TILES}, up_to(2), up_to(3), ParameterRule{ParameterKind::PROJECTION}};
     case Op::ENVIRONMENT_IMAGE:
       return {kImage, up_to(2), up_to(2)};
     case Op::SUN_DISC:
@@ -159,12 +162,22 @@ class Validator {
       if (program_.images[i] < -1 || program_.images[i] >= image_count_)
         fail("image " + std::to_string(i) + " has handle " + std::to_string(program_.images[i]) + "; there are " +
              std::to_string(image_count_) + " images (-1 = missing)");
+    for (const std::vector<int>& tiles : program_.tile_tables) check_tiles(tiles);
     for (const std::vector<Vec3>& table : program_.tables)
       for (const Vec3 v : table)
         if (!is_finite(v)) fail("a table has an entry that is not finite");
     for (const std::vector<float>& table : program_.table_alphas)
       for (const float v : table)
         if (!std::isfinite(v)) fail("a table has an alpha that is not finite");
+  }
+
+  void check_tiles(const std::vector<int>& tiles) const {
+    if (tiles.size() > static_cast<size_t>(kMaxTiles))
+      fail(std::to_string(tiles.size()) + " tiles of an image; at most " + std::to_string(kMaxTiles) + " are allowed");
+    for (const int image : tiles)
+      if (image < -1 || image >= static_cast<int>(program_.images.size()))
+        fail("a tile is image " + std::to_string(image) + "; the program has " +
+             std::to_string(program_.images.size()) + " (-1 = missing)");
   }
 
   void check_instruction(const Instruction& instruction) {
@@ -218,6 +231,8 @@ class Validator {
         return check_range(i, value, 0, static_cast<int>(program_.attribute_names.size()) - 1, " (attribute names)");
       case ParameterKind::IMAGE:
         return check_range(i, value, -1, static_cast<int>(program_.images.size()) - 1, " (images, -1 = missing)");
+      case ParameterKind::TILES:
+        return check_range(i, value, 0, static_cast<int>(program_.tile_tables.size()) - 1, " (tables of tiles)");
       case ParameterKind::TABLE:
         check_range(i, value, 0, static_cast<int>(program_.tables.size()) - 1, " (tables)");
         return check_table_size(value, program_.tables[static_cast<size_t>(value)].size());

@@ -36,8 +36,8 @@ enum class Op : uint8_t {
   // Shading helpers.
   FRESNEL, LAYER_WEIGHT_FRESNEL, LAYER_WEIGHT_FACING,
   // Textures.
-  IMAGE, IMAGE_ALPHA, ENVIRONMENT_IMAGE, SUN_DISC, CHECKER, CHECKER_FACTOR, GRADIENT, NOISE, NOISE_COLOR, VORONOI_DISTANCE,
-  VORONOI_COLOR, VORONOI_POSITION, WAVE, WHITE_NOISE, WHITE_NOISE_COLOR, BRICK, BRICK_FACTOR, MAGIC,
+  IMAGE, IMAGE_ALPHA, TILED_IMAGE, TILED_IMAGE_ALPHA, ENVIRONMENT_IMAGE, SUN_DISC, CHECKER, CHECKER_FACTOR, GRADIENT, NOISE,
+  NOISE_COLOR, VORONOI_DISTANCE, VORONOI_COLOR, VORONOI_POSITION, WAVE, WHITE_NOISE, WHITE_NOISE_COLOR, BRICK, BRICK_FACTOR, MAGIC,
   // Closures: first input is the weight (float), no output.
   CLOSURE_PRINCIPLED, CLOSURE_DIFFUSE, CLOSURE_GLOSSY, CLOSURE_GLASS, CLOSURE_REFRACTION, CLOSURE_TRANSLUCENT,
   CLOSURE_TRANSPARENT, CLOSURE_EMISSION, CLOSURE_SHEEN, CLOSURE_METALLIC, CLOSURE_HOLDOUT,
@@ -81,6 +81,9 @@ struct MaterialProgram {
   std::vector<std::vector<Vec3>> tables;         // ramps and curves: 257 samples over [0, 1]
   std::vector<std::vector<float>> table_alphas;  // alpha of ramps, beside `tables`
   std::vector<int> images;                       // image handles used; IMAGE's parameter 0 indexes this
+  /// TILED_IMAGE's parameter 0 indexes this: for each tile from 1001 on (UDIM, ten to a row) one of `images`, -1 where
+  /// there is none.
+  std::vector<std::vector<int>> tile_tables;
   uint16_t register_count = 0;
 
   // Derived by `finish_program`.
@@ -128,5 +131,7 @@ void finish_program(MaterialProgram& program, int image_count);
 
 inline constexpr int kMaxRegisters = 256;
 inline constexpr int kTableSize = 257;
+inline constexpr int kTilesInRow = 10;  // of a UDIM grid
+inline constexpr int kMaxTiles = 1000;  // numbers 1001 to 2000
 
 }  // namespace cistern

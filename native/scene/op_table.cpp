@@ -92,6 +92,10 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // bit 16: the colour stays multiplied by alpha]
     {"IMAGE", "vv", 'c', 4, false},
     {"IMAGE_ALPHA", "vv", 'f', 4, false},
+    // vector; the same, without BOX, parameter 0 is the index of a table of tiles. As in Cycles, the tile is that of the
+    // coordinates cut to whole numbers, 1001 + u + 10 v: what reaches up to 1 below 0 still belongs to the tiles at 0.
+    {"TILED_IMAGE", "v", 'c', 4, false},
+    {"TILED_IMAGE_ALPHA", "v", 'f', 4, false},
     // direction; [image index, interpolation, 0 EQUIRECTANGULAR 1 MIRROR_BALL 2 HORIZON: equirectangular with rows that
     // are dense where z = 0: v = 1/2 + sign(e) sqrt(|e| / 2 pi) for the elevation e, nothing repeats up and down]
     {"ENVIRONMENT_IMAGE", "v", 'c', 3, false},

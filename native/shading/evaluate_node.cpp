@@ -161,6 +161,10 @@ Vec3 evaluate_texture(const Instruction& instruction, const Vec3* in, const Node
       return to_vec(image_node(c, p, in[0], in[1]).color);
     case Op::IMAGE_ALPHA:
       return broadcast(image_node(c, p, in[0], in[1]).alpha);
+    case Op::TILED_IMAGE:
+      return to_vec(tiled_image_node(c, p, in[0]).color);
+    case Op::TILED_IMAGE_ALPHA:
+      return broadcast(tiled_image_node(c, p, in[0]).alpha);
     case Op::ENVIRONMENT_IMAGE:
       return to_vec(environment_image_node(c, p, in[0]).color);
     case Op::SUN_DISC:

@@ -17,6 +17,17 @@ const Image* find_image(const NodeContext& c, int32_t index) {
   return handle < 0 ? nullptr : c.scene.images[static_cast<size_t>(handle)].get();
 }
 
+/// The image of the tile that `uv` lies in, and `uv` in that tile; null for a missing tile.
+const Image* find_tile(const NodeContext& c, int32_t table, Vec2& uv) {
+  const std::vector<int>& tiles = c.program.tile_tables[static_cast<size_t>(table)];
+  constexpr int kRows = kMaxTiles / kTilesInRow;
+  if (!(uv.x > -1.0f && uv.y > -1.0f && uv.x < float{kTilesInRow} && uv.y < float{kRows})) return nullptr;
+  const int column = static_cast<int>(uv.x), row = static_cast<int>(uv.y);
+  const size_t tile = static_cast<size_t>(kTilesInRow * row + column);
+  uv = {uv.x - static_cast<float>(column), uv.y - static_cast<float>(row)};
+  return tile < tiles.size() ? find_image(c, tiles[tile]) : nullptr;
+}
+
 Texel missing_image() { return {Rgb{1.0f, 0.0f, 1.0f}, 1.0f}; }
 
 Vec2 sphere_coordinates(Vec3 p) {
@@ -75,6 +86,23 @@ Texel box_lookup(const NodeContext& c, const Image& image, Vec3 p, Vec3 normal, 
   return sum;
 }
 
+/// Flat, sphere or tube.
+Vec2 projected(const int32_t* parameters, Vec3 vector) {
+  const Vec3 centered = 2.0f * vector - Vec3{1.0f, 1.0f, 1.0f};
+  switch (parameters[3] & kProjectionMask) {
+    case kSphere:
+      return sphere_coordinates(centered);
+    case kTube:
+      return tube_coordinates(centered);
+    default:
+      return {vector.x, vector.y};
+  }
+}
+
+ColorAlpha color_alpha_of(const int32_t* parameters) {
+  return parameters[3] & kKeepMultipliedBit ? ColorAlpha::MULTIPLIED : ColorAlpha::DIVIDED;
+}
+
 }  // namespace
 
 Texel image_node(const NodeContext& c, const int32_t* parameters, Vec3 vector, Vec3 normal) {
@@ -82,24 +110,20 @@ Texel image_node(const NodeContext& c, const int32_t* parameters, Vec3 vector, V
   if (image == nullptr) return missing_image();
   const auto interpolation = static_cast<Interpolation>(parameters[1]);
   const auto extension = static_cast<Extension>(parameters[2]);
-  const ColorAlpha color_alpha = parameters[3] & kKeepMultipliedBit ? ColorAlpha::MULTIPLIED : ColorAlpha::DIVIDED;
-  const Vec3 centered = 2.0f * vector - Vec3{1.0f, 1.0f, 1.0f};
-  Vec2 uv{vector.x, vector.y};
-  switch (parameters[3] & kProjectionMask) {
-    case kBox:
-      return box_lookup(c, *image, vector, normal,
-                        0.01f * static_cast<float>((parameters[3] >> kBoxBlendShift) & kBoxBlendMask), interpolation,
-                        extension, color_alpha);
-    case kSphere:
-      uv = sphere_coordinates(centered);
-      break;
-    case kTube:
-      uv = tube_coordinates(centered);
-      break;
-    default:
-      break;
-  }
-  return lookup_image(*image, uv.x, uv.y, interpolation, extension, color_alpha);
+  if ((parameters[3] & kProjectionMask) == kBox)
+    return box_lookup(c, *image, vector, normal,
+                      0.01f * static_cast<float>((parameters[3] >> kBoxBlendShift) & kBoxBlendMask), interpolation,
+                      extension, color_alpha_of(parameters));
+  const Vec2 uv = projected(parameters, vector);
+  return lookup_image(*image, uv.x, uv.y, interpolation, extension, color_alpha_of(parameters));
+}
+
+Texel tiled_image_node(const NodeContext& c, const int32_t* parameters, Vec3 vector) {
+  Vec2 uv = projected(parameters, vector);
+  const Image* image = find_tile(c, parameters[0], uv);
+  if (image == nullptr) return missing_image();
+  return lookup_image(*image, uv.x, uv.y, static_cast<Interpolation>(parameters[1]),
+                      static_cast<Extension>(parameters[2]), color_alpha_of(parameters));
 }
 
 Texel environment_image_node(const NodeContext& c, const int32_t* parameters, Vec3 direction) {

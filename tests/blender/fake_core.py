@@ -43,6 +43,9 @@ class MaterialProgram:
     def image(self, handle: int) -> int:
         return self._operand("image", handle)
 
+    def tiles(self, images: Sequence[int]) -> int:
+        return self._operand("tiles", tuple(images))
+
 
 def _signatures() -> dict[str, tuple[list[str], set[str], bool]]:
     """Method of SceneBuilder -> (names in order, required ones, takes more keywords), read from the contract itself."""

@@ -12,6 +12,7 @@ from addon.sync import SyncReport, images, versions
 from addon.sync.colour import image_colour, rgb_to_xyz
 from addon.sync.image_source import packed_source
 from addon.sync.images import ImageCache, blender_pixels, read_file
+from tests.support.blender_scenes import tiled_image
 
 # 2 x 3 pixels, the first row is the top of the picture.
 ROWS = np.array([[[0, 10, 20, 255], [30, 40, 50, 128]], [[1, 2, 3, 4], [5, 6, 7, 8]], [[9, 9, 9, 0], [250, 0, 0, 64]]])
@@ -220,13 +221,59 @@ def test_sequences_follow_the_frame(empty_scene, cache, tmp_path) -> None:
         assert (call["pixels"] == frame).all()
 
 
-def test_tiles_use_the_first_with_a_warning(empty_scene, cache, tmp_path) -> None:
-    for tile in (1001, 1002):
-        write(tmp_path / f"t.{tile}.png", np.full((2, 2, 3), tile - 1000, np.uint8))
-    image = bpy.data.images.load(str(tmp_path / "t.1001.png"))
-    image.source, image.filepath = "TILED", str(tmp_path / "t.<UDIM>.png")
-    call, report = added(cache, image)
-    assert (call["pixels"] == 1).all() and "tile" in report.warnings[0]
+def write_tiles(folder: Path, name: str) -> bpy.types.Image:
+    """Tiles 1001 and 1012, whose pixels are 1 and 12; the list has 1003 too."""
+    for tile, uv in ((1001, "u1_v1"), (1012, "u2_v2")):
+        pixels = np.full((2, 2, 3), tile - 1000, np.uint8)
+        write(folder / name.replace("<UDIM>", str(tile)).replace("<UVTILE>", uv), pixels)
+    return tiled_image(str(folder / name), (1001, 1003, 1012))
+
+
+def added_tiles(cache: ImageCache, image: bpy.types.Image) -> tuple[dict[int, int], SyncReport]:
+    """Pixels by tile."""
+    builder, report = SceneBuilder(), SyncReport()
+    cache.begin()
+    cache.prefetch(image, None)
+    handles = cache.tile_handles(image, builder, report)
+    pixels = [call["pixels"] for call in builder.of("add_image")]
+    assert len(pixels) == len(set(handles) - {-1}) and handles == cache.tile_handles(image, builder, report)
+    return {1001 + k: int(pixels[handle].max()) for k, handle in enumerate(handles) if handle >= 0}, report
+
+
+@pytest.mark.parametrize("name", ["t.<UDIM>.png", "t_<UVTILE>.png"])
+def test_each_tile_is_read_and_missing_ones_are_named(empty_scene, cache, tmp_path, name) -> None:
+    found, report = added_tiles(cache, write_tiles(tmp_path, name))
+    assert found == {1001: 1, 1012: 12}
+    assert len(report.warnings) == 1 and "'tiles'" in report.warnings[0] and report.warnings[0].endswith(": 1003")
+
+
+def test_packed_tiles(empty_scene, cache, tmp_path) -> None:
+    image = write_tiles(tmp_path, "t.<UDIM>.png")
+    image.tiles.remove(image.tiles.get(1003))
+    image.pack()
+    for file in tmp_path.glob("*.png"):
+        file.unlink()
+    image.tiles.new(1005)
+    found, report = added_tiles(cache, image)
+    assert found == {1001: 1, 1012: 12} and report.warnings[0].endswith(": 1005")
+
+
+def test_no_tile_can_be_read(empty_scene, cache, tmp_path) -> None:
+    found, report = added_tiles(cache, tiled_image(str(tmp_path / "t.<UDIM>.png"), (1001, 1002)))
+    assert found == {} and report.warnings[0].endswith(": 1001, 1002")
+
+
+def test_a_tile_that_changes_is_decoded_again(empty_scene, cache, tmp_path) -> None:
+    image = write_tiles(tmp_path, "t.<UDIM>.png")
+    added_tiles(cache, image)
+    write(tmp_path / "t.1012.png", np.full((2, 3, 3), 77, np.uint8))
+    assert added_tiles(cache, image)[0] == {1001: 1, 1012: 77}
+
+
+def test_a_tiled_environment_cannot_be_read(empty_scene, cache, tmp_path) -> None:
+    """As in Cycles, which looks for a file whose name holds the token."""
+    call, report = added(cache, write_tiles(tmp_path, "t.<UDIM>.png"))
+    assert call is None and "<UDIM>" in report.warnings[0]
 
 
 def test_colour_matrices() -> None:

@@ -13,6 +13,7 @@ from watched_scene import base_color
 from addon.sync.changes import EVERYTHING, UNLISTED
 from addon.sync.live import Exported
 from addon.sync.placements import instance_keys
+from tests.support.blender_scenes import save_tile, tile_pixels, tiled_image
 
 
 def test_deleting_and_undoing(watched) -> None:
@@ -126,6 +127,36 @@ def test_a_repainted_image_is_read_again(watched) -> None:
     watched.after(lambda: tree.nodes.remove(node))
     pixels = [stored["pixels"].size for stored in watched.live.builder.stored["image"].values()]
     assert pixels == [1]
+
+
+def test_tiles_follow_edits(watched, tmp_path) -> None:
+    save_tile(str(tmp_path / "t.1001.png"), 1001)
+    image = tiled_image(str(tmp_path / "t.<UDIM>.png"), (1001,))
+    tree = bpy.data.materials["Material 1"].node_tree
+    node = tree.nodes.new("ShaderNodeTexImage")
+    node.image = image
+    tree.links.new(node.outputs["Color"], base_color(bpy.data.materials["Material 1"]))
+    stored = watched.live.builder.stored["image"]
+    watched.after(lambda: None)
+    assert len(stored) == 1
+
+    def add() -> None:
+        save_tile(str(tmp_path / "t.1002.png"), 1002)
+        image.tiles.new(1002)
+        image.update_tag()
+
+    assert watched.after(add).materials == 1
+    watched.expect_truth()
+    assert len(stored) == 2
+
+    def repaint() -> None:
+        save_tile(str(tmp_path / "t.1002.png"), 1003)
+        image.reload()
+        image.update_tag()
+
+    watched.after(repaint)
+    watched.expect_truth()
+    assert any(np.array_equal(image["pixels"], tile_pixels(1003)) for image in stored.values())
 
 
 def test_another_scene_starts_anew(watched) -> None:

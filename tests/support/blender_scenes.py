@@ -156,6 +156,36 @@ def gradient_image(name: str = "gradient", width: int = 32, height: int = 16, br
     return image
 
 
+def tile_pixels(number: int, width: int = 16, height: int = 8) -> np.ndarray:
+    """8-bit blocks with alpha, (height, width, 4), of which products of colour and alpha are whole codes: Cycles keeps
+    them in 8 bits, Cistern does not round. Tiles are told apart by their colours."""
+    rng = np.random.default_rng(number)
+    pixels = rng.integers(0, 52, (height, width, 4)) * 5
+    pixels[..., number % 3] //= 25
+    pixels[..., number % 3] *= 5
+    pixels[..., 3] = rng.integers(1, 6, (height, width)) * 51
+    return pixels.astype(np.uint8)
+
+
+def save_tile(path: str, number: int) -> None:
+    pixels = tile_pixels(number)
+    image = bpy.data.images.new("tile", pixels.shape[1], pixels.shape[0], alpha=True)
+    image.pixels.foreach_set((pixels / np.float32(255.0)).astype(np.float32).ravel())
+    image.filepath_raw, image.file_format = path, "PNG"
+    image.save()
+    bpy.data.images.remove(image)
+
+
+def tiled_image(path: str, numbers: Sequence[int]) -> bpy.types.Image:
+    """`path` holds <UDIM> or <UVTILE>; no files are looked for."""
+    image = bpy.data.images.new("tiles", 1, 1, tiled=True)
+    image.filepath = path
+    for number in numbers[1:]:
+        image.tiles.new(number)
+    image.tiles[0].number = numbers[0]
+    return image
+
+
 def set_environment_image(scene: bpy.types.Scene, image: bpy.types.Image, **mapping: Sequence[float]) -> None:
     world = set_world(scene, strength=1.0)
     tree = world.node_tree

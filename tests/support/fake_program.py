@@ -47,6 +47,7 @@ class MaterialProgram:
     attributes: list[str] = field(default_factory=list)
     tables: list[np.ndarray] = field(default_factory=list)
     images: list[int] = field(default_factory=list)
+    tile_tables: list[tuple[int, ...]] = field(default_factory=list)
 
     def constant(self, x: float, y: float = 0.0, z: float = 0.0) -> int:
         if not np.isfinite([x, y, z]).all():
@@ -81,6 +82,12 @@ class MaterialProgram:
         self.images.append(handle)
         return len(self.images) - 1
 
+    def tiles(self, images: Sequence[int]) -> int:
+        if any(not -1 <= image < len(self.images) for image in images):
+            raise Error(f"{self.name}: tiles {images}")
+        self.tile_tables.append(tuple(images))
+        return len(self.tile_tables) - 1
+
     def _checked(self, op: str, inputs: Sequence[int], parameters: Sequence[int], is_closure: bool) -> Instruction:
         ops = describe_ops()
         if op not in ops:
@@ -106,6 +113,7 @@ class MaterialProgram:
             raise Error(f"{self.name}: {op} has parameters {parameters}")
         limits = {"RAMP_LOOKUP": self.tables, "RAMP_LOOKUP_ALPHA": self.tables, "CURVE_LOOKUP": self.tables}
         limits |= {"IMAGE": self.images, "IMAGE_ALPHA": self.images, "ENVIRONMENT_IMAGE": self.images}
+        limits |= {"TILED_IMAGE": self.tile_tables, "TILED_IMAGE_ALPHA": self.tile_tables}
         limits |= {"ATTRIBUTE": self.attributes, "ATTRIBUTE_ALPHA": self.attributes, "TANGENT": self.attributes}
         if op in limits and parameters[0] >= len(limits[op]):
             raise Error(f"{self.name}: {op} points at {parameters[0]} of {len(limits[op])}")

@@ -1,8 +1,8 @@
 """Shader node trees to material programs of the core.
 
 `context` offers `core` (the module cistern_core), `image_handle(image, image_user) -> int` (-1: missing),
-`table_handle(key, name, make) -> int` and `warn(text)`. Nothing here raises for what a tree contains: what cannot be
-expressed becomes a default, with one line per material that says so.
+`tile_handles(image) -> list[int]`, `table_handle(key, name, make) -> int` and `warn(text)`. Nothing here raises for
+what a tree contains: what cannot be expressed becomes a default, with one line per material that says so.
 """
 
 from __future__ import annotations

@@ -35,6 +35,9 @@ class Context(Protocol):
     def image_handle(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> int:
         """Handle of an image, -1 for one that cannot be read."""
 
+    def tile_handles(self, image: bpy.types.Image) -> list[int]:
+        """Handles of a tiled image's tiles from 1001 on, -1 for those that are not there."""
+
     def table_handle(self, key: tuple, name: str, make: Callable[[], NDArray]) -> int:
         """Handle of an image whose colours, in the working space, a node computes; equal keys have equal ones."""
 

@@ -56,23 +56,39 @@ def _image_index(node: NodeView) -> int:
     return -1 if handle < 0 else node.compiler.code.program.image(handle)
 
 
+def _tile_indices(node: NodeView) -> list[int]:
+    """Indices of the tiles from 1001 on, -1 for those that are not there."""
+    program = node.compiler.code.program
+    return [
+        -1 if handle < 0 else program.image(handle) for handle in node.compiler.context.tile_handles(node.node.image)
+    ]
+
+
 @value_node("ShaderNodeTexImage")
 def image_texture(node: NodeView, output: str) -> Value:
-    index = _image_index(node)
-    if index < 0:
-        return constant(1.0) if output == "Alpha" else constant(*MISSING_IMAGE, COLOR)
     tree_node = node.node
-    projection = enums.PROJECTIONS.index(tree_node.projection)
+    is_tiled = tree_node.image is not None and tree_node.image.source == "TILED"
     is_box = tree_node.projection == "BOX"
+    tiles = _tile_indices(node) if is_tiled else [_image_index(node)]
+    tiles = tiles[:1] if is_box else tiles  # box projections never leave the first tile
+    if max(tiles) < 0:
+        return constant(1.0) if output == "Alpha" else constant(*MISSING_IMAGE, COLOR)
+    projection = enums.PROJECTIONS.index(tree_node.projection)
     if is_box:
         projection |= round(100.0 * tree_node.projection_blend) << 8
     if not tree_node.outputs["Alpha"].is_linked:
         projection |= COLOR_STAYS_MULTIPLIED
-    extension = enums.EXTENSIONS.index(tree_node.extension)
-    parameters = (index, enums.INTERPOLATIONS[tree_node.interpolation], extension, projection)
+    parameters = (
+        enums.INTERPOLATIONS[tree_node.interpolation],
+        enums.EXTENSIONS.index(tree_node.extension),
+        projection,
+    )
+    vector = texture_vector(node, uv_coordinate)
+    suffix = "_ALPHA" if output == "Alpha" else ""
+    if is_tiled and not is_box:
+        return node.emit(f"TILED_IMAGE{suffix}", (vector,), (node.compiler.code.program.tiles(tiles), *parameters))
     normal = node.shading_normal() if is_box else vector_constant(0.0, 0.0, 0.0)
-    inputs = (texture_vector(node, uv_coordinate), normal)
-    return node.emit("IMAGE_ALPHA" if output == "Alpha" else "IMAGE", inputs, parameters)
+    return node.emit(f"IMAGE{suffix}", (vector, normal), (tiles[0], *parameters))
 
 
 @value_node("ShaderNodeTexEnvironment")

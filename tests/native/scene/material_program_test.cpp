@@ -95,10 +95,25 @@ TEST(MaterialProgram, TypesAreChecked) {
   expect_error(f.program, {"(CLOSURE_TRANSPARENT): input 1 is a float (register 0); a colour is needed"});
 }
 
+TEST(MaterialProgram, TilesAreChecked) {
+  MaterialProgram program;
+  program.name = "Clay";
+  program.images = {0, 1};
+  program.tile_tables = {{0, -1, 1}};
+  EXPECT_EQ(error_of(program), "no error");
+  program.tile_tables = {{0, 2}};
+  expect_error(program, {"a tile is image 2", "the program has 2"});
+  program.tile_tables = {{-2}};
+  expect_error(program, {"a tile is image -2"});
+  program.tile_tables = {std::vector<int>(1001, -1)};
+  expect_error(program, {"1001 tiles", "at most 1000"});
+}
+
 TEST(MaterialProgram, IndicesOfNamesTablesAndImagesAreChecked) {
   ProgramBuilder b;
   b.program.attribute_names = {"UV"};
   b.program.images = {1};
+  b.program.tile_tables = {{0, -1}};
   b.program.tables = {std::vector<Vec3>(kTableSize), std::vector<Vec3>(3)};
   b.program.table_alphas = {std::vector<float>(kTableSize), {}};
   const MaterialProgram base = b.program;
@@ -119,6 +134,9 @@ TEST(MaterialProgram, IndicesOfNamesTablesAndImagesAreChecked) {
   EXPECT_NE(message(Op::IMAGE, {1, 0, 0, 0}).find("images"), std::string::npos);
   EXPECT_NE(message(Op::IMAGE, {0, 0, 0, 1 | (101 << 8)}).find("blend"), std::string::npos);
   EXPECT_NE(message(Op::IMAGE, {0, 0, 0, 2 | (5 << 8)}).find("blend"), std::string::npos);
+  EXPECT_EQ(message(Op::TILED_IMAGE, {0, 2, 3, 3}), "no error");
+  EXPECT_NE(message(Op::TILED_IMAGE_ALPHA, {1, 0, 0, 0}).find("tables of tiles"), std::string::npos);
+  EXPECT_NE(message(Op::TILED_IMAGE, {-1, 0, 0, 0}).find("tables of tiles"), std::string::npos);
   EXPECT_EQ(message(Op::RAMP_LOOKUP, {0, 1}), "no error");
   EXPECT_NE(message(Op::RAMP_LOOKUP, {2, 1}).find("tables"), std::string::npos);
   EXPECT_NE(message(Op::CURVE_LOOKUP, {1}).find("table 1 has 3 entries; 257"), std::string::npos);
