@@ -23,9 +23,9 @@ const Image* find_tile(const NodeContext& c, int32_t table, Vec2& uv) {
   constexpr int kRows = kMaxTiles / kTilesInRow;
   if (!(uv.x > -1.0f && uv.y > -1.0f && uv.x < float{kTilesInRow} && uv.y < float{kRows})) return nullptr;
   const int column = static_cast<int>(uv.x), row = static_cast<int>(uv.y);
-  const size_t tile = static_cast<size_t>(kTilesInRow * row + column);
+  const int tile = kTilesInRow * row + column;
   uv = {uv.x - static_cast<float>(column), uv.y - static_cast<float>(row)};
-  return tile < tiles.size() ? find_image(c, tiles[tile]) : nullptr;
+  return tile < static_cast<int>(tiles.size()) ? find_image(c, tiles[static_cast<size_t>(tile)]) : nullptr;
 }
 
 Texel missing_image() { return {Rgb{1.0f, 0.0f, 1.0f}, 1.0f}; }
