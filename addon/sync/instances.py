@@ -20,7 +20,16 @@ from .lights import is_portal
 from .materials import MaterialTable, TreeUses
 from .mesh_table import KeptMeshes, MeshTable, PlacedMesh
 from .meshes import has_own_texture_space
-from .placements import Lamp, Placements, PrototypeKey, Surface, instance_arrays, is_flattened, name_random
+from .placements import (
+    Lamp,
+    Placements,
+    PrototypeKey,
+    Surface,
+    identity_of,
+    instance_arrays,
+    is_flattened,
+    name_random,
+)
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -100,7 +109,8 @@ class InstanceSync:
     @property
     def surface_items(self) -> NDArray[np.intp]:
         """Items of the dependency graph whose surfaces the builder has, in its order."""
-        return self._kept.placements.items_showing(Surface)
+        placements = self._kept.placements
+        return placements.items_of(placements.entries_showing(Surface))
 
     def _place_surfaces(self, placements: Placements, arrays: dict[str, NDArray]) -> None:
         if not replace_instances(self._builder, self._kept, placements, arrays):
@@ -114,23 +124,70 @@ class InstanceSync:
         slot_of: list[int] = []
         instancers: dict = {None: -1}
         instancer_of: list[int] = []
-        read = attrgetter("show_self", "object", "object.data", "instance_object", "parent")
-        for show, obj, data, instanced, parent in map(read, self._depsgraph.object_instances):
+        hair: dict[tuple, list[int]] = {}
+        hair_slots: list[int] = []
+        hair_items: list[int] = []
+        read = attrgetter("show_self", "object", "object.data", "instance_object", "parent", "show_particles")
+        for show, obj, data, instanced, parent, show_hair in map(read, self._depsgraph.object_instances):
             # Instances share one temporary object, which therefore cannot be part of the key.
-            key = (data, obj if instanced is None else instanced, parent, show)
+            key = (data, obj if instanced is None else instanced, parent, show, show_hair)
             slot = slots.get(key)
             if slot is None:
-                is_shown = show and self._is_in_viewport(obj if parent is None else parent)
-                prototype = self._known_prototype(obj, parent) if is_shown else None
+                is_in_view = self._is_in_viewport(obj if parent is None else parent)
+                prototype = self._known_prototype(obj, parent) if show and is_in_view else None
                 slot = slots[key] = -1 if prototype is None else len(prototypes)
                 if prototype is not None:
                     prototypes.append(prototype)
+                found = (
+                    self._hair(obj, obj if instanced is None else instanced, parent) if show_hair and is_in_view else []
+                )
+                if found:
+                    hair[key] = list(range(len(prototypes), len(prototypes) + len(found)))
+                    prototypes += found
+            if hair and key in hair:
+                hair_slots += hair[key]
+                hair_items += [len(slot_of)] * len(hair[key])
             slot_of.append(slot)
             if self._value_names:
                 instancer_of.append(instancers.setdefault(parent, len(instancers) - 1))
+        values = self._item_values(instancers, instancer_of)
+        if values is not None and hair_items:
+            values = np.concatenate((values, values[hair_items]))
         return Placements(
-            prototypes, np.array(slot_of, np.int32), self._value_names, self._item_values(instancers, instancer_of)
+            prototypes,
+            np.array(slot_of + hair_slots, np.int32),
+            self._value_names,
+            values,
+            np.array(hair_items, np.intp),
         )
+
+    def _hair(
+        self, obj: bpy.types.Object, shown: bpy.types.Object, instancer: bpy.types.Object | None
+    ) -> list[Surface]:
+        """The hair of particle systems; `shown`: the object that has them, where `obj` is its instance."""
+        is_render = self._depsgraph.mode == "RENDER"
+        surfaces: list[Surface] = []
+        if not self._depsgraph.view_layer_eval.use_strand or not self._visibility(obj, instancer)[0]:
+            return surfaces
+        for number, modifier in enumerate(shown.modifiers if len(shown.particle_systems) else ()):
+            if modifier.type != "PARTICLE_SYSTEM" or not (
+                modifier.show_render if is_render else modifier.show_viewport
+            ):
+                continue
+            settings = modifier.particle_system.settings
+            if settings.type != "HAIR" or settings.render_type != "PATH":
+                continue
+            key = (original_uid(obj), original_uid(instancer), -1 - number)
+            known = self._kept.prototypes.get(key) if self._is_untouched(key) and self.meshes.knows_attributes else None
+            if known is None:
+                owner = identity_of(original_uid(shown), number)
+                mesh = self.meshes.placed_hair(shown, number, owner, is_render)
+                known = None if mesh is None else self._surface(obj, instancer, key, mesh)
+            else:
+                self.meshes.keep(known.mesh)
+            self._prototypes[key] = known
+            surfaces += [] if known is None else [known]
+        return surfaces
 
     def _item_values(self, instancers: dict, instancer_of: list[int]) -> NDArray[np.float32] | None:
         known = list(instancers)[1:]  # without None
@@ -156,13 +213,15 @@ class InstanceSync:
 
     def _known_prototype(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> Surface | Lamp | None:
         """The prototype of an earlier sync where nothing touched it, else a new one."""
-        is_mesh = isinstance(obj.data, bpy.types.Mesh)
+        is_mesh, is_hair = isinstance(obj.data, bpy.types.Mesh), isinstance(obj.data, bpy.types.Curves)
         data_uid = obj.data.session_uid if is_mesh else original_uid(obj.data)
         key = (original_uid(obj), original_uid(instancer), data_uid)
         if obj.type == "LIGHT":
             self._lights[key] = obj.data
         known = self._kept.prototypes.get(key) if self._is_untouched(key) else None
-        if known is None or (is_mesh and self._mesh(obj).handle != known.mesh):
+        if is_hair and known is not None and self.meshes.knows_attributes:
+            self.meshes.keep(known.mesh)
+        elif known is None or is_hair or (is_mesh and self._mesh(obj).handle != known.mesh):
             known = self._prototype(obj, instancer, key)
         self._prototypes[key] = known
         return known
@@ -178,26 +237,39 @@ class InstanceSync:
         self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey
     ) -> Surface | Lamp | None:
         """None for what has no surface, or is hidden from every kind of ray."""
+        self._warn_of_what_is_ignored(obj)
+        if obj.type == "LIGHT":
+            return self._lamp(obj, self._visibility(obj, instancer)[0], key)
+        if not isinstance(obj.data, bpy.types.Mesh | bpy.types.Curves):
+            if obj.type not in _INVISIBLE_TYPES | _MESHED_TYPES:
+                self._report.warn(f"Object '{obj.name}': type {obj.type} is not supported and left out")
+            return None
+        is_mesh = isinstance(obj.data, bpy.types.Mesh)
+        view_layer = self._depsgraph.view_layer_eval
+        is_shown = self._visibility(obj, instancer)[0] and (view_layer.use_solid if is_mesh else view_layer.use_strand)
+        mesh = self._mesh(obj) if is_shown else None
+        if mesh is None:
+            return None
+        if is_mesh and instancer is None and has_own_texture_space(obj.data):
+            self._report.warn(
+                f"Mesh '{obj.data.name}': its own texture space is ignored, Generated uses the bounding box"
+            )
+        return self._surface(obj, instancer, key, mesh)
+
+    def _visibility(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> tuple[int, bool]:
+        """Bits of the rays that see it, and whether it is a holdout."""
         parent = obj if instancer is None else instancer
         view_layer = self._depsgraph.view_layer_eval
         holdout = parent.holdout_get(view_layer=view_layer)
         visibility = ray_visibility(obj) & ray_visibility(parent)
         if parent.indirect_only_get(view_layer=view_layer) and not holdout:
             visibility &= ~RAY_BITS["camera"]
-        self._warn_of_what_is_ignored(obj)
-        if obj.type == "LIGHT":
-            return self._lamp(obj, visibility, key)
-        if not isinstance(obj.data, bpy.types.Mesh):
-            if obj.type not in _INVISIBLE_TYPES | _MESHED_TYPES:
-                self._report.warn(f"Object '{obj.name}': type {obj.type} is not supported and left out")
-            return None
-        mesh = self._mesh(obj) if visibility and view_layer.use_solid else None
-        if mesh is None:
-            return None
-        if instancer is None and has_own_texture_space(obj.data):
-            self._report.warn(
-                f"Mesh '{obj.data.name}': its own texture space is ignored, Generated uses the bounding box"
-            )
+        return visibility, holdout
+
+    def _surface(
+        self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey, mesh: PlacedMesh
+    ) -> Surface:
+        visibility, holdout = self._visibility(obj, instancer)
         random = name_random(obj.name) if instancer is None else math.nan
         name = self._name_handle(obj)
         material_set = self._materials.set_handle(obj)
@@ -210,9 +282,6 @@ class InstanceSync:
             self._report.warn(f"Object '{obj.name}': light linking is not supported and is ignored")
         if obj.is_shadow_catcher and obj.type != "LIGHT":
             self._report.warn(f"Object '{obj.name}': shadow catchers are not supported, it is an ordinary surface")
-        for system in obj.particle_systems:
-            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-                self._report.warn(f"Object '{obj.name}': hair is not supported and left out")
 
     def _lamp(self, obj: bpy.types.Object, visibility: int, key: PrototypeKey) -> Lamp | None:
         if is_portal(obj.data):

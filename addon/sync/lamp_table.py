@@ -99,7 +99,7 @@ class LampTable:
     ) -> None:
         """Make the builder's lamps those of the placements; `matrices` (n, 4, 4) hold columns."""
         kept = self._kept
-        items = placements.items_showing(Lamp)
+        items = placements.entries_showing(Lamp)
         lamps = [placements.prototypes[index] for index in placements.prototype_of[items]]
         self._materials.keep(lamp.key[2] for lamp in lamps)
         is_same_list = lamps == kept.lamps

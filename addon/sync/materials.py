@@ -17,7 +17,7 @@ from .images import ImageCache
 from .instance_values import Rgba, layer_value
 from .nodes import compile_light, compile_material, compile_world
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
-from .nodes.value_names import GEOMETRY_OUTPUTS, value_names
+from .nodes.value_names import ATTRIBUTE_OUTPUTS, value_names
 
 if TYPE_CHECKING:
     from cistern_core import MaterialProgram, SceneBuilder
@@ -252,8 +252,8 @@ def tree_uses(depsgraph: bpy.types.Depsgraph, only_updated: bool = False) -> Tre
     images: dict[int, tuple[bpy.types.Image, bpy.types.ImageUser]] = {}
     for node in _nodes(owner.node_tree for owner in owners if owner.node_tree is not None):
         instance_values |= value_names(node)
-        if node.bl_idname == "ShaderNodeNewGeometry":
-            attributes.update(name for output, name in GEOMETRY_OUTPUTS.items() if node.outputs[output].is_linked)
+        outputs = ATTRIBUTE_OUTPUTS.get(node.bl_idname, {})
+        attributes.update(name for output, name in outputs.items() if node.outputs[output].is_linked)
         if getattr(node, "attribute_type", "GEOMETRY") == "GEOMETRY":
             attributes.add(getattr(node, "attribute_name", ""))
         if node.bl_idname == "ShaderNodeVertexColor":

@@ -13,6 +13,7 @@ import numpy as np
 
 from . import SyncReport
 from .meshes import MeshArrays, mesh_arrays
+from .strands import StrandArrays, curve_arrays, particle_arrays
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -55,7 +56,7 @@ class MeshTable:
         """Whether the meshes of the last sync have the attributes that are wanted now."""
         known = kept.by_owner.values() if self.knows_attributes else ()
         self._by_version = {mesh.version: mesh for mesh in known if mesh.version}
-        self._by_address: dict[int, PlacedMesh | None] = {}
+        self._by_address: dict[int | tuple[int, int], PlacedMesh | None] = {}
         self._by_owner: dict[tuple[int, int], PlacedMesh] = {}
         self._used: set[int] = set()
         self._counts: Counter[int] = Counter()
@@ -71,6 +72,24 @@ class MeshTable:
             self.seconds += time.perf_counter() - start
         return self._by_address[address]
 
+    def placed_hair(self, obj: bpy.types.Object, number: int, owner: int, is_render: bool) -> PlacedMesh | None:
+        """The strands of modifier `number`, a particle system, of an evaluated object; None for one without any."""
+        address = (obj.as_pointer(), number)
+        if address not in self._by_address:
+            start = time.perf_counter()
+            modifier = obj.modifiers[number]
+            arrays = particle_arrays(obj, modifier, is_render, self._wanted_attributes)
+            name = f"{obj.name} {modifier.particle_system.name}"
+            self._by_address[address] = self._place_strands(arrays, f"Particle system '{name}'", name, owner)
+            self.seconds += time.perf_counter() - start
+        return self._by_address[address]
+
+    def keep(self, handle: int) -> None:
+        """Strands of the last sync that are shown again."""
+        if handle not in self._used:
+            self._used.add(handle)
+            self._by_owner.update((key, mesh) for key, mesh in self._kept.by_owner.items() if mesh.handle == handle)
+
     def finish(self) -> None:
         """Free what no object showed, and remember the rest for the next sync."""
         kept = self._kept
@@ -80,6 +99,9 @@ class MeshTable:
         kept.by_owner, kept.attributes = self._by_owner, self._wanted_attributes
 
     def _place(self, obj: bpy.types.Object, owner: int) -> PlacedMesh | None:
+        if isinstance(obj.data, bpy.types.Curves):
+            arrays = curve_arrays(obj.data, self._wanted_attributes)
+            return self._place_strands(arrays, f"Curves '{obj.data.name}'", obj.data.name, owner)
         key = (owner, self._counts[owner])
         self._counts[owner] += 1
         mesh = self._by_version.get(obj.data.session_uid) or self._export(obj, key)
@@ -111,6 +133,25 @@ class MeshTable:
         elif np.abs(arrays.positions).max(initial=0.0) > _LARGEST_COORDINATE:
             self._report.warn(f"Mesh '{name}': triangles beyond {_LARGEST_COORDINATE:.1e} m are left out")
         return PlacedMesh(handle, flat_axis, 0 if obj.data.is_editmode else obj.data.session_uid)
+
+    def _place_strands(self, arrays: StrandArrays | None, label: str, name: str, owner: int) -> PlacedMesh | None:
+        """`label`: as a warning calls them. Blender does not tell one evaluation of strands from another."""
+        key = (owner, self._counts[owner])
+        self._counts[owner] += 1
+        if arrays is None:
+            return None
+        self.exported += 1
+        handle = self._builder.add_strands(name, **vars(arrays), replace=self._handle_for(key))
+        statistics = self._builder.mesh_statistics(handle)
+        if statistics["dropped_triangles"]:
+            self._report.warn(f"{label}: strands whose keys or radii are not finite are left out")
+        counts = np.diff(arrays.strand_offsets)
+        if (counts < 2).any():
+            self._report.warn(f"{label}: strands with fewer than two keys are left out")
+        mesh = PlacedMesh(handle, -1, 0)
+        self._used.add(handle)
+        self._by_owner[key] = mesh
+        return mesh
 
 
 def read_mesh(obj: bpy.types.Object, wanted_attributes: Set[str]) -> MeshArrays | None:

@@ -175,6 +175,11 @@ def attribute_rgba(attribute: bpy.types.Attribute | None) -> NDArray[np.float32]
     return rgba
 
 
+def read_attribute_values(attribute: bpy.types.Attribute) -> NDArray[np.float32] | None:
+    """(n, 1 to 4) as a shader reads them; None for kinds that carry nothing it can."""
+    return _read_values(attribute) if attribute.data_type in _READABLE_TYPES else None
+
+
 def _read_values(attribute: bpy.types.Attribute) -> NDArray[np.float32]:
     member, components = _READABLE_TYPES[attribute.data_type]
     values = np.empty((len(attribute.data), components), np.float32)

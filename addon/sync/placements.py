@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,13 +59,17 @@ def identity_of(*numbers: int) -> int:
 
 @dataclass(frozen=True)
 class Placements:
-    """The prototype that each item of `depsgraph.object_instances` shows; -1 for items that show nothing."""
+    """What each item of `depsgraph.object_instances` shows. An entry for each item in order, and after them one for
+    each head of hair that an item shows beside its mesh."""
 
     prototypes: list[Surface | Lamp] = field(default_factory=list)
     prototype_of: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
+    """Of entries; -1 for those that show nothing."""
     value_names: tuple[str, ...] = ()
     item_values: NDArray[np.float32] | None = None
-    """What items have in place of their prototypes' values, (items, names, 4), where it is a number."""
+    """What entries have in place of their prototypes' values, (entries, names, 4), where it is a number."""
+    hair_items: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
+    """Items of the entries for hair."""
 
     def value_rows(self) -> NDArray[np.float32]:
         """(n, names, 4): one row for each prototype, or one for each item where items differ."""
@@ -78,23 +83,27 @@ class Placements:
         of_items = rows[self.prototype_of] if len(rows) else np.zeros_like(self.item_values)
         return np.where(np.isnan(self.item_values), of_items, self.item_values)
 
-    def value_row_of(self, items: NDArray[np.intp]) -> NDArray[np.int32]:
+    def value_row_of(self, entries: NDArray[np.intp]) -> NDArray[np.int32]:
         if not self.value_names:
-            return np.full(len(items), -1, np.int32)
-        return self.prototype_of[items] if self.item_values is None else items.astype(np.int32)
+            return np.full(len(entries), -1, np.int32)
+        return self.prototype_of[entries] if self.item_values is None else entries.astype(np.int32)
 
-    def items_showing(self, kind: type) -> NDArray[np.intp]:
-        """Items that show a surface, or a lamp, in order."""
+    def entries_showing(self, kind: type) -> NDArray[np.intp]:
+        """Entries that show a surface, or a lamp (those are items), in order."""
         chosen = np.array([isinstance(p, kind) for p in self.prototypes] + [False], np.bool_)
         return np.flatnonzero(chosen[self.prototype_of])  # -1 looks up the last entry
+
+    def items_of(self, entries: NDArray[np.intp]) -> NDArray[np.intp]:
+        items = len(self.prototype_of) - len(self.hair_items)
+        return np.concatenate((np.arange(items), self.hair_items))[entries] if len(self.hair_items) else entries
 
 
 def instance_arrays(
     placements: Placements, matrices: NDArray[np.float32], random_ids: NDArray[np.int32]
 ) -> dict[str, NDArray]:
     """The arguments of `SceneBuilder.add_instances` for all placed surfaces; `matrices` (n, 4, 4) hold columns."""
-    items = placements.items_showing(Surface)
-    prototype = placements.prototype_of[items]
+    entries = placements.entries_showing(Surface)
+    items, prototype = placements.items_of(entries), placements.prototype_of[entries]
 
     def column(member: str, dtype: type) -> NDArray:
         return np.array([getattr(p, member, 0) for p in placements.prototypes], dtype)[prototype]
@@ -111,7 +120,7 @@ def instance_arrays(
         "visibility": column("visibility", np.uint8),
         "holdout": column("holdout", np.uint8),
         "random": np.where(np.isnan(random), random_fraction(random_ids[items]), random),
-        "values": placements.value_row_of(items),
+        "values": placements.value_row_of(entries),
         "keys": instance_keys(column("identity", np.uint64), random_ids[items]),
     }
 
@@ -179,10 +188,13 @@ def name_random(name: str) -> float:
     return float(random_fraction(np.array([hash_pair(code, 0)], np.uint32).view(np.int32))[0])
 
 
-def hash_pair(x: int, y: int) -> int:
+Words = TypeVar("Words", int, NDArray[np.int64])
+
+
+def hash_pair(x: Words, y: int) -> Words:
     """Jenkins' lookup3 for two words (burtleburtle.net/bob/c/lookup3.c, `final`)."""
 
-    def rotated(v: int, bits: int) -> int:
+    def rotated(v: Words, bits: int) -> Words:
         return ((v << bits) | (v >> (32 - bits))) & _UINT32_MASK
 
     start = (0xDEADBEEF + (2 << 2) + 13) & _UINT32_MASK

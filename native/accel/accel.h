@@ -20,6 +20,7 @@ struct Ray {
 
 /// Closest surface along a ray. `normal` is the geometric normal by the triangle's winding in object space, mapped to
 /// the world and not normalised: the outside of a mirrored object stays outside. (u, v) weigh vertices 1 and 2.
+/// Of a strand, `triangle` is the segment, u how far along it, v 0, and the normal points away from its middle.
 struct Hit {
   float t;
   float u, v;

@@ -1,5 +1,6 @@
 #include "accel/mesh_scene.h"
 
+#include "accel/strand_geometry.h"
 #include "base/parallel.h"
 
 namespace cistern {
@@ -43,7 +44,8 @@ EmbreeGeometry flattened_geometry(const EmbreeDevice& device, const Mesh& mesh, 
 
 std::shared_ptr<MeshScene> build_mesh_scene(std::shared_ptr<const EmbreeDevice> device,
                                             std::shared_ptr<const Mesh> mesh) {
-  const EmbreeGeometry geometry = flattened_geometry(*device, *mesh, Transform{});
+  const EmbreeGeometry geometry =
+      mesh->is_strands() ? strand_geometry(*device, *mesh) : flattened_geometry(*device, *mesh, Transform{});
   rtcSetGeometryMask(geometry.get(), ~0u);  // visibility is the instance's
   rtcCommitGeometry(geometry.get());
   EmbreeScene scene = new_scene(*device);

@@ -17,6 +17,15 @@ uint32_t mask_of(const Scene& scene, const Instance& instance) {
   return any_surface_mask(visibility) | (is_opaque ? opaque_mask(visibility) : transparent_mask(visibility));
 }
 
+/// Whether rays, taken to the space of an object this small, may lie beyond what Embree allows (1.8e18), which ends the
+/// process where it was built with assertions.
+bool enlarges_rays(const Transform& object_to_world) {
+  constexpr float kLargest = 1e12f;
+  const Transform to_object = inverse(object_to_world);
+  const auto is_large = [](Vec3 v) { return !(std::abs(v.x) + std::abs(v.y) + std::abs(v.z) < kLargest); };
+  return is_large(to_object.row_x) || is_large(to_object.row_y) || is_large(to_object.row_z);
+}
+
 Transform normal_map(const Placement& placement) {
   if (!placement.is_flattened) return inverse(placement.object_to_world);
   const float side = placement.object_to_world.determinant() < 0.0f ? -1.0f : 1.0f;
@@ -68,7 +77,9 @@ std::vector<Placement> place_instances(const Scene& scene, bool keep_instances) 
     const std::shared_ptr<const Mesh>& mesh = scene.meshes[instance.mesh];
     const uint32_t mask = mask_of(scene, instance);
     if (!mesh || mesh->triangle_count() == 0 || mask == 0) continue;
-    placements[i] = {mesh, instance.object_to_world, mask, !keep_instances && uses[instance.mesh] == 1};
+    const bool is_flattened = !keep_instances && uses[instance.mesh] == 1 && !mesh->is_strands();
+    if (!is_flattened && enlarges_rays(instance.object_to_world)) continue;
+    placements[i] = {mesh, instance.object_to_world, mask, is_flattened};
   }
   return placements;
 }

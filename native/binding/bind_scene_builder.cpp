@@ -78,6 +78,33 @@ int add_mesh(SceneBuilder& builder, const std::string& name, const Array<float>&
   return builder.add_mesh(input, replace);
 }
 
+/// Of strands: at keys ("POINT") or one for each ("FACE").
+MeshAttribute to_strand_attribute(const AttributeArgument& argument, const StrandInput& strands) {
+  MeshInput sizes;  // as a mesh with a polygon for each strand
+  sizes.name = strands.name;
+  sizes.positions = strands.positions;
+  sizes.polygon_offsets = strands.strand_offsets;
+  return to_attribute(argument, sizes);
+}
+
+int add_strands(SceneBuilder& builder, const std::string& name, const Array<float>& positions,
+                const Array<float>& radii, const Array<int32_t>& strand_offsets,
+                const OptionalArray<int32_t>& material_indices, bool has_straight_segments,
+                const std::vector<AttributeArgument>& attributes, std::optional<int> replace) {
+  StrandInput input;
+  input.name = name;
+  input.positions = vec3_span(positions, name, "positions");
+  input.radii = flat_span(radii, name, "radii");
+  input.strand_offsets = flat_span(strand_offsets, name, "strand_offsets");
+  if (input.strand_offsets.empty()) throw Error(name, "strand_offsets must not be empty");
+  input.material_indices = optional_span(material_indices, name, "material_indices");
+  input.has_straight_segments = has_straight_segments;
+  for (const AttributeArgument& attribute : attributes)
+    input.attributes.push_back(to_strand_attribute(attribute, input));
+  const py::gil_scoped_release nogil;
+  return builder.add_strands(input, replace);
+}
+
 int take_mesh(SceneBuilder& builder, const SceneHandle& from, int handle) {
   const auto& meshes = from.scene->meshes;
   const bool exists = handle >= 0 && static_cast<size_t>(handle) < meshes.size() && meshes[static_cast<size_t>(handle)];
@@ -300,6 +327,10 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
            py::arg("material_indices").noconvert() = none, py::arg("normals").noconvert() = none,
            py::arg("normals_domain") = "FACE", py::arg("sharp_faces").noconvert() = none,
            py::arg("attributes") = std::vector<AttributeArgument>{}, py::arg("replace") = none)
+      .def("add_strands", &add_strands, py::arg("name"), py::arg("positions").noconvert(), py::arg("radii").noconvert(),
+           py::arg("strand_offsets").noconvert(), py::arg("material_indices").noconvert() = none,
+           py::arg("has_straight_segments") = false, py::arg("attributes") = std::vector<AttributeArgument>{},
+           py::arg("replace") = none)
       .def("add_instances", &add_instances, py::arg("mesh").noconvert(), py::arg("material_set").noconvert(),
            py::arg("object").noconvert(), py::arg("object_to_world").noconvert(), py::arg("visibility").noconvert(),
            py::arg("holdout").noconvert() = none, py::arg("random").noconvert() = none,

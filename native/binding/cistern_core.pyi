@@ -90,6 +90,19 @@ class SceneBuilder:
         attributes: Sequence[tuple[str, str, NDArray[np.float32]]] = (),  # (name, domain, (n, 1..4)); UV maps first
         replace: int | None = None,
     ) -> int: ...
+    def add_strands(
+        self,
+        name: str,
+        positions: NDArray[np.float32],  # (keys, 3), strand after strand
+        radii: NDArray[np.float32],  # (keys,)
+        strand_offsets: NDArray[np.int32],  # (strands + 1,) first key of each, and how many there are
+        material_indices: NDArray[np.int32] | None = None,  # (strands,)
+        has_straight_segments: bool = False,  # between keys, in place of Catmull-Rom splines
+        attributes: Sequence[tuple[str, str, NDArray[np.float32]]] = (),  # (name, POINT or FACE: of strands, (n, 1..4))
+        replace: int | None = None,
+    ) -> int:
+        """Strands as a mesh, whose handle this is: round curves through their keys. Those with fewer than two keys are
+        left out, and those that are not finite, whose segments `mesh_statistics` counts as dropped triangles."""
     def add_image(
         self,
         name: str,

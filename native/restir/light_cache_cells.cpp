@@ -35,6 +35,7 @@ std::vector<Chunk> make_chunks(const Scene& scene) {
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
     const int mesh = scene.instances[i].mesh;
     if (mesh < 0 || !scene.meshes[static_cast<size_t>(mesh)]) continue;
+    if (scene.meshes[static_cast<size_t>(mesh)]->is_strands()) continue;  // their segments have no area
     const auto count = static_cast<uint32_t>(scene.meshes[static_cast<size_t>(mesh)]->triangle_count());
     for (uint32_t begin = 0; begin < count; begin += kChunkTriangles)
       chunks.push_back({i, begin, std::min(begin + kChunkTriangles, count)});

@@ -59,6 +59,7 @@ bool is_same_mesh(const Mesh& a, const Mesh& b) {
   const bool has_same_surface = a.name == b.name && a.positions == b.positions && a.vertices == b.vertices &&
                                 a.corners == b.corners && a.polygons == b.polygons &&
                                 a.material_slots == b.material_slots && a.corner_count == b.corner_count &&
+                                a.radii == b.radii && a.has_straight_segments == b.has_straight_segments &&
                                 a.dropped_triangles == b.dropped_triangles;
   return has_same_surface && a.normals_domain == b.normals_domain && a.normals == b.normals &&
          std::ranges::equal(a.attributes, b.attributes,
@@ -68,7 +69,8 @@ bool is_same_mesh(const Mesh& a, const Mesh& b) {
 size_t memory_bytes(const Mesh& mesh) {
   size_t bytes = mesh.positions.capacity() * sizeof(Vec3) + mesh.vertices.capacity() * sizeof(TriangleIndices) +
                  mesh.corners.capacity() * sizeof(TriangleIndices) + mesh.polygons.capacity() * sizeof(uint32_t) +
-                 mesh.material_slots.capacity() * sizeof(uint16_t) + mesh.normals.capacity() * sizeof(uint32_t);
+                 mesh.material_slots.capacity() * sizeof(uint16_t) + mesh.normals.capacity() * sizeof(uint32_t) +
+                 mesh.radii.capacity() * sizeof(float);
   for (const MeshAttribute& attribute : mesh.attributes) {
     bytes += element_count(mesh, attribute) * static_cast<size_t>(attribute.components) * sizeof(float);
   }

@@ -32,6 +32,9 @@ struct MeshAttribute {
 using TriangleIndices = std::array<uint32_t, 3>;
 
 /// A triangle mesh in object space, immutable once built. See scene_builder.h for how polygons become triangles.
+///
+/// Or strands of hair, which have radii: then a "triangle" is a segment between two keys, {first, second, second}, a
+/// "polygon" a strand, and the weight of vertex 1 says how far along the segment; see strand_curve.h for its shape.
 struct Mesh {
   std::string name;
   std::vector<Vec3> positions;            // capacity for one more, so that Embree may read 16 bytes at the last
@@ -42,10 +45,13 @@ struct Mesh {
   Domain normals_domain = Domain::FACE;   // FACE: flat shading, no stored normals
   std::vector<uint32_t> normals;          // octahedral 2x16 bits per point or per corner
   std::vector<MeshAttribute> attributes;  // UV maps first, in Blender's order
-  uint32_t corner_count = 0;              // elements of corner data
+  std::vector<float> radii;               // of strands: per position, in object space, at least 0; empty: triangles
+  bool has_straight_segments = false;     // of strands: between their keys they do not bend
+  uint32_t corner_count = 0;              // elements of corner data; of strands: how many there are
   Bounds3 bounds;                         // of all finite positions, loose ones included
   uint32_t dropped_triangles = 0;         // degenerate or with non-finite coordinates: left out, reported
 
+  bool is_strands() const { return !radii.empty(); }
   size_t triangle_count() const { return vertices.size(); }
   /// Of its three vertices.
   std::array<Vec3, 3> triangle_positions(size_t triangle) const {

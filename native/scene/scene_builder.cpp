@@ -7,6 +7,7 @@
 #include "base/check.h"
 #include "scene/mesh_builder.h"
 #include "scene/scene_checks.h"
+#include "scene/strand_builder.h"
 
 namespace cistern {
 namespace {
@@ -93,6 +94,11 @@ SceneBuilder::SceneBuilder(const Scene& earlier) : scene_(earlier) {
 int SceneBuilder::add_mesh(const MeshInput& input, std::optional<int> replace) {
   check_replace(input.name, "mesh", replace, scene_.meshes.size());
   return store_shared(scene_.meshes, build_mesh(input), replace, is_same_mesh);
+}
+
+int SceneBuilder::add_strands(const StrandInput& input, std::optional<int> replace) {
+  check_replace(input.name, "mesh", replace, scene_.meshes.size());
+  return store_shared(scene_.meshes, build_strands(input), replace, is_same_mesh);
 }
 
 int SceneBuilder::add_mesh(std::shared_ptr<const Mesh> mesh) { return store(scene_.meshes, std::move(mesh), {}); }

@@ -27,6 +27,17 @@ struct MeshInput {
   std::vector<MeshAttribute> attributes;
 };
 
+/// Strands of hair; every span is read during the call only.
+struct StrandInput {
+  std::string name;
+  std::span<const Vec3> positions;            // of all keys, strand after strand
+  std::span<const float> radii;               // beside positions; below 0 means 0
+  std::span<const int32_t> strand_offsets;    // strand_count + 1 offsets into the keys
+  std::span<const int32_t> material_indices;  // per strand; empty = 0
+  bool has_straight_segments = false;         // between keys, in place of Catmull-Rom splines
+  std::vector<MeshAttribute> attributes;      // POINT: at keys, FACE: at strands; a UV map first
+};
+
 /// Collects a scene; keeps handles stable across edits. Not thread-safe; `snapshot` returns an immutable copy that
 /// shares all meshes, images and programs. Bad input throws Error and leaves the builder as it was.
 class SceneBuilder {
@@ -40,6 +51,9 @@ class SceneBuilder {
   /// polygons is allowed. Handles count up from 0; passing `replace` keeps a handle, and the old mesh itself if the new
   /// one is equal. The same goes for images and materials.
   int add_mesh(const MeshInput& input, std::optional<int> replace = {});
+  /// Strands as a mesh. Those with fewer than two keys are left out, and those that are not finite, whose segments
+  /// Mesh::dropped_triangles counts.
+  int add_strands(const StrandInput& input, std::optional<int> replace = {});
   /// Shares a mesh of another scene.
   int add_mesh(std::shared_ptr<const Mesh> mesh);
   int add_image(Image image, std::optional<int> replace = {});

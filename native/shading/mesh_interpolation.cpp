@@ -1,5 +1,7 @@
 #include "shading/mesh_interpolation.h"
 
+#include "scene/strand_curve.h"
+
 namespace cistern {
 namespace {
 
@@ -25,6 +27,7 @@ TriangleIndices element_indices(const Mesh& mesh, uint32_t triangle, Domain doma
 }  // namespace
 
 Vec3 interpolate_position(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
+  if (mesh.is_strands()) return strand_segment(mesh, triangle).center(barycentric.x);
   const auto [p0, p1, p2] = mesh.triangle_positions(triangle);
   const float w = 1.0f - barycentric.x - barycentric.y;
   return w * p0 + barycentric.x * p1 + barycentric.y * p2;

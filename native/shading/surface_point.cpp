@@ -1,6 +1,7 @@
 #include "shading/surface_point.h"
 
 #include "shading/mesh_interpolation.h"
+#include "shading/strand_point.h"
 
 namespace cistern {
 namespace {
@@ -28,6 +29,7 @@ Vec2 barycentric_step(const WorldTriangle& t, Vec3 step) {
 SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& hit) {
   const Instance& instance = scene.instances[hit.instance];
   const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
+  if (mesh.is_strands()) return make_strand_point(scene, ray, hit);
 
   SurfacePoint point;
   // Interpolating vertices is accurate to the size of the triangle; origin + t * direction only to the ray's length.

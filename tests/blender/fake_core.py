@@ -114,8 +114,9 @@ class SceneBuilder:
         if checker is not None:
             checker(**arguments)
         self.calls.append((method, arguments))
-        handle = self._handles.get(method, 0)
-        self._handles[method] = handle + (len(arguments["mesh"]) if method == "add_instances" else 1)
+        kind = "add_mesh" if method == "add_strands" else method  # strands are meshes
+        handle = self._handles.get(kind, 0)
+        self._handles[kind] = handle + (len(arguments["mesh"]) if method == "add_instances" else 1)
         return handle
 
     @staticmethod
@@ -153,6 +154,19 @@ class SceneBuilder:
             check_array(sharp_faces, np.uint8, polygons)
         for _, domain, values in attributes:
             check_array(values, np.float32, lengths[domain], None)
+            assert 1 <= values.shape[1] <= 4
+
+    @staticmethod
+    def check_add_strands(name, positions, radii, strand_offsets, material_indices=None, attributes=(), **_) -> None:
+        check_array(positions, np.float32, None, 3)
+        check_array(radii, np.float32, len(positions))
+        check_array(strand_offsets, np.int32, None)
+        strands = len(strand_offsets) - 1
+        assert strand_offsets[0] == 0 and strand_offsets[-1] == len(positions) and (np.diff(strand_offsets) >= 0).all()
+        if material_indices is not None:
+            check_array(material_indices, np.int32, strands)
+        for _, domain, values in attributes:
+            check_array(values, np.float32, {"POINT": len(positions), "FACE": strands}[domain], None)
             assert 1 <= values.shape[1] <= 4
 
     @staticmethod

@@ -5,7 +5,7 @@ from typing import Any
 import fake_core
 import numpy as np
 
-KINDS = {"add_mesh": "mesh", "add_material": "material", "add_image": "image"}
+KINDS = {"add_mesh": "mesh", "add_strands": "mesh", "add_material": "material", "add_image": "image"}
 
 
 class ReplayBuilder(fake_core.SceneBuilder):
@@ -90,6 +90,7 @@ class ReplayBuilder(fake_core.SceneBuilder):
         return (
             self.names[instance["object"]],
             mesh["positions"].round(5).tolist(),
+            mesh.get("radii", np.empty(0)).tolist(),
             [self.material(handle) for handle in self.sets[instance["material_set"]]],
             instance["object_to_world"].round(5).tolist(),
             int(instance["visibility"]),

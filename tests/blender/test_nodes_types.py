@@ -19,7 +19,7 @@ MODES = {  # enum members that select what a node computes
 }  # fmt: skip
 PARTLY_SUPPORTED = {  # outputs that become defaults with a warning
     ("ShaderNodeNewGeometry", "Parametric"),
-    ("ShaderNodeTexVoronoi", "W"), ("ShaderNodeMix", "Result_Rotation"),
+    ("ShaderNodeHairInfo", "Tangent Normal"), ("ShaderNodeTexVoronoi", "W"), ("ShaderNodeMix", "Result_Rotation"),
 }  # fmt: skip
 
 

@@ -96,6 +96,16 @@ def geometry(node: NodeView, output: str) -> Value | None:
     return node.emit(ops[output]) if output in ops else None
 
 
+@value_node("ShaderNodeHairInfo")
+def hair_info(node: NodeView, output: str) -> Value | None:
+    """0 on what is no hair."""
+    if output not in value_names.STRAND_OUTPUTS:
+        return None
+    if not node.compiler.is_surface:
+        return constant(0.0)
+    return _attribute(node, value_names.STRAND_OUTPUTS[output], "Fac", missing_alpha=0)
+
+
 @value_node("ShaderNodeObjectInfo")
 def object_info(node: NodeView, output: str) -> Value | None:
     if output == "Random" and node.compiler.is_lamp:

@@ -7,6 +7,17 @@ import bpy
 # Mesh attributes that outputs of the Geometry node read.
 RANDOM_PER_ISLAND, POINTINESS = "INFO:island", "INFO:pointiness"
 GEOMETRY_OUTPUTS = {"Random Per Island": RANDOM_PER_ISLAND, "Pointiness": POINTINESS}
+# Attributes of strands that outputs of the Hair Info node read; on meshes they are 0.
+STRAND, STRAND_INTERCEPT, STRAND_LENGTH = "INFO:strand", "INFO:intercept", "INFO:length"
+STRAND_THICKNESS, STRAND_RANDOM = "INFO:thickness", "INFO:random"
+STRAND_OUTPUTS = {
+    "Is Strand": STRAND,
+    "Intercept": STRAND_INTERCEPT,
+    "Length": STRAND_LENGTH,
+    "Thickness": STRAND_THICKNESS,
+    "Random": STRAND_RANDOM,
+}
+ATTRIBUTE_OUTPUTS = {"ShaderNodeNewGeometry": GEOMETRY_OUTPUTS, "ShaderNodeHairInfo": STRAND_OUTPUTS}
 COLOR, INDEX = "INFO:color", "INFO:index"
 OBJECT, INSTANCER, VIEW_LAYER = "OBJECT", "INSTANCER", "VIEW_LAYER"  # types of Attribute nodes
 INFO_OUTPUTS = {"Color": COLOR, "Alpha": COLOR, "Object Index": INDEX}

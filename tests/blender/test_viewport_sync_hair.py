@@ -1,0 +1,77 @@
+"""The live scene of a viewport when hair changes."""
+
+import bpy
+import numpy as np
+import pytest
+from small_objects import link
+
+from addon.sync.live import Exported
+from tests.support.hair_scenes import CAN_MAKE_CURVES, add_particle_hair, hair_curves, scale_radii
+
+pytestmark = pytest.mark.skipif(not CAN_MAKE_CURVES, reason="scripts cannot make hair curves")
+
+KEYS = np.array([[(0, 0, 0), (0, 0, 1), (0, 0, 3)], [(1, 0, 0), (1, 0, 2), (1, 0, 4)]], np.float32)
+
+
+@pytest.fixture
+def hairy(watched):
+    """With curves, and an object of particle hair that is not there from the start."""
+    curves = hair_curves("Fur", KEYS, np.full((2, 3), 0.1))
+    watched.after(lambda: link("Fur", curves))
+    watched.after(lambda: add_particle_hair(bpy.data.objects["Object 1"], count=4))
+    watched.expect_truth()
+    return watched
+
+
+def stored_radii(watched) -> list[float]:
+    meshes = watched.live.builder.stored["mesh"].values()
+    return sorted(float(m["radii"].max()) for m in meshes if m["is_there"] and "radii" in m)
+
+
+def test_hair_that_comes_is_exported(hairy) -> None:
+    assert stored_radii(hairy) == pytest.approx([0.006, 0.1])
+
+
+def test_curves_that_change_are_exported_alone(hairy) -> None:
+    exported = hairy.after(lambda: scale_radii(bpy.data.hair_curves["Fur"], 2.0))
+    assert exported.meshes == 1 and stored_radii(hairy) == pytest.approx([0.006, 0.2])
+    hairy.expect_truth()
+
+
+def test_particle_settings_that_change_are_exported(hairy) -> None:
+    settings = bpy.data.objects["Object 1"].particle_systems[0].settings
+    hairy.after(lambda: setattr(settings, "radius_scale", 0.06))
+    assert stored_radii(hairy) == pytest.approx([0.03, 0.1])
+    hairy.expect_truth()
+
+
+def test_moves_take_hair_along(hairy) -> None:
+    """Blender makes the particles of an object anew where it moves, and its mesh with them."""
+    for name, meshes in (("Object 1", 2), ("Fur", 0)):
+        exported = hairy.after(lambda name=name: setattr(bpy.data.objects[name], "location", (1, 2, 3)))
+        assert (exported.meshes, exported.instances) == (meshes, True)
+        hairy.expect_truth()
+
+
+def test_what_else_changes_leaves_hair_as_it_is(hairy) -> None:
+    exported = hairy.after(lambda: setattr(bpy.data.objects["SUN Lamp"].data, "energy", 2.0))
+    assert exported == Exported(lamps=1)
+    exported = hairy.after(lambda: setattr(bpy.data.objects["Object 2"], "location", (1, 2, 3)))
+    assert exported == Exported(instances=True)
+    hairy.expect_truth()
+
+
+@pytest.mark.parametrize("name", ["Object 1", "Fur"])
+def test_hair_that_goes_is_forgotten(hairy, name) -> None:
+    hairy.after(lambda: bpy.data.objects.remove(bpy.data.objects[name]))
+    assert len(stored_radii(hairy)) == 1
+    hairy.expect_truth()
+
+
+def test_hair_that_is_hidden_and_shown_again(hairy) -> None:
+    for is_shown in (False, True):
+        hairy.after(
+            lambda is_shown=is_shown: setattr(bpy.data.objects["Object 1"].modifiers[-1], "show_viewport", is_shown)
+        )
+        assert len(stored_radii(hairy)) == 1 + is_shown
+        hairy.expect_truth()
