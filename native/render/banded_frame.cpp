@@ -13,7 +13,8 @@ constexpr uint32_t kBandStream = 0x62616e64;
 
 BandedFrame::BandedFrame(const FrameContext& context, const Settings& settings)
     : settings_(settings),
-      context_{settings_, context.paths, context.filter, context.learning, context.guiding, context.surfaces},
+      context_{settings_,        context.paths,   context.filter,  context.sequences,
+               context.learning, context.guiding, context.surfaces},
       band_(context_) {
   const Region& region = settings.region;
   const int most_rows = std::max(kBandPixels / region.width, 1);

@@ -1,6 +1,6 @@
 #include "render/frame.h"
 
-#include "base/hash.h"
+#include "render/training_paths.h"
 #include "transport/camera_ray.h"
 
 namespace cistern {
@@ -23,13 +23,28 @@ Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, 
   return camera_ray(camera, film_position, u_lens);
 }
 
+void begin_frames(const FrameContext& context, uint32_t frame, uint32_t number) {
+  const auto samples = static_cast<uint32_t>(context.settings.samples);
+  FrameSequences::Kind kind;
+  bool goes_on = true;  // to the end, and not to the next update of a table
+  if (const LearnedLightStage* learning = context.learning) {
+    kind.lights_learned_at = learning->learned_at();
+    goes_on = learning->has_learned();
+  }
+  if (const GuidingStage* guiding = context.guiding) {
+    kind.guides_learned_at = guiding->guided_since();
+    kind.is_decided = guiding->is_decided(frame);
+    goes_on = goes_on && (kind.guides_learned_at == 0 || guiding->has_learned());
+  }
+  context.sequences.begin(number, kind, goes_on ? samples - frame : frames_to_next_update(frame));
+}
+
 PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame, PathScratch& scratch,
                        PathCapture* capture) {
   const Settings& s = context.settings;
   const uint32_t pixel = full_frame_pixel(s, x, y);
-  SequencePoint point = context.guiding ? context.guiding->sequence_point(frame) : SequencePoint{0, frame};
-  if (context.learning && context.learning->learned_at() > 0)
-    point.sequence = static_cast<uint32_t>(hash_combine(point.sequence, context.learning->learned_at()));
+  const SequencePoint point =
+      context.sequences.point(static_cast<uint32_t>(s.region.x + x), static_cast<uint32_t>(s.region.y + y), frame);
   PathSampler sampler(s.seed, pixel, frame, s.sequence, point);
   const Ray ray = sample_camera_ray(context, x, y, sampler);
   scratch.trains_lights = context.learning && context.learning->trains(pixel, frame);

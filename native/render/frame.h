@@ -1,6 +1,7 @@
 #pragma once
 
 #include "film/surface_film.h"
+#include "render/frame_sequences.h"
 #include "render/guiding_stage.h"
 #include "render/learned_light_stage.h"
 #include "render/tiles.h"
@@ -12,6 +13,7 @@ struct FrameContext {
   const Settings& settings;
   const PathContext& paths;
   const PixelFilter& filter;
+  FrameSequences& sequences;
   LearnedLightStage* learning = nullptr;  // where paths leave records of light; null: nowhere
   GuidingStage* guiding = nullptr;        // where they leave records of directions; null: nowhere
   SurfaceFilm* surfaces = nullptr;        // what keeps the surfaces that camera rays meet; null: nothing does
@@ -25,6 +27,9 @@ Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sa
 /// The same of another camera.
 Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, int y, PathSampler& sampler);
 
+/// Before frames that are alike: tells what their random numbers depend on. `frame` is the first one's place in the
+/// render, `number` its own.
+void begin_frames(const FrameContext& context, uint32_t frame, uint32_t number);
 /// Traces the path of a pixel's sample in a frame, which leaves records in the scratch where something learns from it;
 /// `capture` as trace_path has it.
 PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame, PathScratch& scratch,

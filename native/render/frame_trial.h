@@ -10,7 +10,7 @@ inline constexpr int kBoxOfDenoisers = 8;
 
 /// Whether a way to make frames that costs more is worth it in this scene. Some frames are made so in turn with frames
 /// that are not; the variance of either kind decides for the rest: they are made so too unless that is surely not worth
-/// it. A frame's kind depends on earlier frames alone, whose random numbers it does not share (kDecidedSequence): so
+/// it. A frame's kind depends on earlier frames alone, whose random numbers it does not share (FrameSequences): so
 /// whatever was decided, its expectation is the picture. All frames count alike, and no clock is asked: with a given
 /// number of samples pictures stay unbiased, and the same for each seed.
 class FrameTrial {

@@ -53,22 +53,12 @@ bool GuidingStage::may_guide(uint32_t frame) const {
   return trial_->is_running(frame) ? trial_->tries(frame) : trial_->has_won();
 }
 
-SequencePoint GuidingStage::sequence_point(uint32_t frame) const {
-  const uint32_t in_batch = frame > first_ ? frame - first_ : 0;
-  SequencePoint point =
-      use_.is_on ? SequencePoint{learned_at_, guided_ + in_batch} : SequencePoint{0, not_guided_ + in_batch};
-  if (trial_ && frame >= trial_->end()) point.sequence |= kDecidedSequence;
-  return point;
-}
-
 uint32_t GuidingStage::frames_to_update(uint32_t frame) const {
   if (observes(frame)) return 1;
   return frames_to_next_update(frame);
 }
 
 void GuidingStage::finish_frames(uint32_t next) {
-  (use_.is_on ? guided_ : not_guided_) += next - first_;
-  first_ = next;
   if (trial_) trial_->finish_frame(next - 1);
   if (has_lost(next)) {
     guide_.set_table({});
@@ -76,7 +66,6 @@ void GuidingStage::finish_frames(uint32_t next) {
   } else if (std::has_single_bit(next) && !training_.is_full()) {
     guide_.set_table(training_.learn());
     learned_at_ = next;
-    guided_ = 0;
   }
   use_.is_on = may_guide(next) && !guide_.table().is_empty();
 }

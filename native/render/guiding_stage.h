@@ -26,9 +26,12 @@ class GuidingStage {
   /// From any thread, in any order.
   void add(std::span<const GuideRecord> records) { training_.add(records); }
 
-  /// Which point of which sequence a frame's paths take. Guided frames start a new sequence with each table, and others
-  /// go on with theirs as if there were no guided ones.
-  SequencePoint sequence_point(uint32_t frame) const;
+  /// The first frame with the table that frames under way are guided by; 0: they are not guided.
+  uint32_t guided_since() const { return use_.is_on ? learned_at_ : 0; }
+  /// Whether that table is the last.
+  bool has_learned() const { return training_.is_full(); }
+  /// Whether a trial has told before this frame whether frames are guided.
+  bool is_decided(uint32_t frame) const { return trial_ && frame >= trial_->end(); }
 
   /// Whether the pixels of this frame are to be observed.
   bool observes(uint32_t frame) const { return trial_ && trial_->is_running(frame); }
@@ -43,7 +46,7 @@ class GuidingStage {
   size_t memory_bytes() const { return guide_.table().memory_bytes() + training_.memory_bytes(); }
 
  private:
-  bool has_lost(uint32_t frame) const { return trial_ && frame >= trial_->end() && !trial_->has_won(); }
+  bool has_lost(uint32_t frame) const { return is_decided(frame) && !trial_->has_won(); }
   bool may_guide(uint32_t frame) const;
 
   PathGuide guide_;
@@ -52,9 +55,7 @@ class GuidingStage {
   std::optional<FrameTrial> trial_;  // with AUTO
   uint64_t seed_;
   double pixels_;
-  uint32_t first_ = 0;                    // of the frames under way
-  uint32_t learned_at_ = 0;               // first frame with the current table
-  uint32_t guided_ = 0, not_guided_ = 0;  // frames before: with that table, and at all
+  uint32_t learned_at_ = 0;  // first frame with the current table
 };
 
 }  // namespace cistern

@@ -42,14 +42,14 @@ LearnedLightStage::LearnedLightStage(const Settings& settings, const LightSet& l
       pixels_(static_cast<double>(settings.region.width) * settings.region.height) {}
 
 bool LearnedLightStage::trains(uint32_t pixel, uint32_t frame) const {
-  if (is_off() || training_.is_full()) return false;
+  if (has_learned()) return false;
   return is_training_path(seed_, pixel, frame, kTrainingStream, pixels_, learned_at_);
 }
 
 uint32_t LearnedLightStage::frames_to_update(uint32_t frame) const { return frames_to_next_update(frame); }
 
 void LearnedLightStage::finish_frames(uint32_t next) {
-  if (!std::has_single_bit(next) || is_off() || training_.is_full()) return;
+  if (!std::has_single_bit(next) || has_learned()) return;
   lights_.set_table(training_.learn());
   learned_at_ = next;
   if (next == kTrialFrames && gain(training_.statistics()) < kLeastGain)

@@ -25,8 +25,10 @@ class LearnedLightStage {
   bool trains(uint32_t pixel, uint32_t frame) const;
   /// From any thread, in any order.
   void add(std::span<const LightRecord> records) { training_.add(records); }
-  /// The first frame with the current table. Frames before taught it: those from it on start a new sequence.
+  /// The first frame with the current table, which frames before taught.
   uint32_t learned_at() const { return learned_at_; }
+  /// Whether that table is the last.
+  bool has_learned() const { return is_off() || training_.is_full(); }
   /// How many frames from this one on have the same table.
   uint32_t frames_to_update(uint32_t frame) const;
   /// After all frames before `next` are finished.

@@ -43,6 +43,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             learning ? learning->use() : nullptr,
             guiding ? guiding->use() : nullptr,
             surfaces != nullptr},
-      context{settings, paths, filter, learning.get(), guiding.get(), surfaces.get()} {}
+      sequences(std::make_unique<FrameSequences>(settings)),
+      context{settings, paths, filter, *sequences, learning.get(), guiding.get(), surfaces.get()} {}
 
 }  // namespace cistern

@@ -23,7 +23,8 @@ struct RenderWorld {
   const std::unique_ptr<GuidingStage> guiding;        // the same
   const std::shared_ptr<SurfaceFilm> surfaces;        // null unless asked for
   const PathContext paths;
-  const FrameContext context;  // refers to the above
+  const std::unique_ptr<FrameSequences> sequences;  // changes between frames
+  const FrameContext context;                       // refers to the above
 };
 
 }  // namespace cistern

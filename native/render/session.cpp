@@ -239,12 +239,14 @@ void Session::render(const RenderWorld& world, ReuseFrame* reuse) {
     if (context.guiding) batch = std::min(batch, context.guiding->frames_to_update(frame));
     const Clock::time_point batch_start = Clock::now();
     const uint32_t number = first_number + frame;
+    begin_frames(context, frame, number);
     if (!(is_reusing ? reuse->render(*film_, stop)
           : banded   ? banded->render(number, *film_, stop)
                      : render_frames(context, number, batch, *film_, stop)))
       break;
     const double batch_seconds = seconds_since(batch_start);
     frame += batch;
+    context.sequences.finish(number + batch);
     if (context.learning && frame < frames) context.learning->finish_frames(frame);
     if (context.guiding && frame < frames) context.guiding->finish_frames(frame);
     stop.deadline = deadline_from(rendering_since_, 1.0);

@@ -7,28 +7,25 @@ namespace cistern {
 
 enum class SampleSequence : uint8_t { SOBOL, RANDOM };
 
-/// Where in the sequences of a pixel a frame's Sobol points lie.
+/// Where a path's Sobol points lie.
 struct SequencePoint {
-  uint32_t sequence = 0, point = 0;
+  uint64_t sequence = 0;
+  uint32_t point = 0;
 };
-/// Bit of the sequences of frames that act on what a trial of earlier frames found.
-inline constexpr uint32_t kDecidedSequence = uint32_t{1} << 31;
 
 /// Random numbers of one camera path. The first dimensions of a path come from an Owen-scrambled Sobol sequence over
-/// the frames of its pixel, the rest (and every dimension with RANDOM) from a counter-based generator: so a path is a
-/// function of (seed, pixel, frame) alone. Points of a sequence depend on each other: frames that act on what earlier
-/// ones found take another sequence than those.
+/// the frames of its pixel, or of a block of pixels (transport/screen_points.h), the rest (and every dimension with
+/// RANDOM) from a counter-based generator: so a path is a function of (seed, pixel, frame, point) alone. Points of a
+/// sequence depend on each other: frames that act on what earlier ones found take another sequence than those.
 class PathSampler {
  public:
   PathSampler(uint64_t seed, uint32_t pixel, uint32_t frame, SampleSequence sequence)
-      : PathSampler(seed, pixel, frame, sequence, {0, frame}) {}
+      : PathSampler(seed, pixel, frame, sequence, {pixel, frame}) {}
   PathSampler(uint64_t seed, uint32_t pixel, uint32_t frame, SampleSequence sequence, SequencePoint point)
       : rng_(seed, pixel, frame, 0),
-        scramble_(static_cast<uint32_t>(hash_combine(mix_bits(seed), pixel))),
+        scramble_(static_cast<uint32_t>(hash_combine(mix_bits(seed), point.sequence))),
         point_(point.point),
-        is_sobol_(sequence == SampleSequence::SOBOL) {
-    if (point.sequence > 0) scramble_ = static_cast<uint32_t>(hash_combine(mix_bits(scramble_), point.sequence));
-  }
+        is_sobol_(sequence == SampleSequence::SOBOL) {}
 
   Vec2 filter() { return point_of(FILTER).pair; }
   Vec2 lens() { return point_of(LENS).pair; }
@@ -38,7 +35,7 @@ class PathSampler {
     double choice;
     Vec2 position;
   };
-  /// Of sample `index` of `count` at the vertex; those of all frames are stratified together.
+  /// Of sample `index` of `count` (at most 256) at the vertex; those of all frames are stratified together.
   LightNumbers light(int vertex, uint32_t index = 0, uint32_t count = 1) {
     if (!is_stratified(vertex)) {
       const double choice = rng_.next_double();

@@ -29,6 +29,7 @@ Picture render(Settings settings, int threads, uint32_t first_frame = 0, uint32_
   const PathContext paths{*scene, *accel, lights, settings.limits,
                           pixel_footprint(scene->camera, settings.width, settings.height)};
   const PixelFilter filter(settings.pixel_filter, settings.filter_width);
+  FrameSequences sequences(settings);
   const std::atomic<bool> cancelled{is_cancelled};
   Picture picture{Film(settings.region.width, settings.region.height, kPasses), false};
   // More threads than processors, where there are few.
@@ -36,7 +37,7 @@ Picture render(Settings settings, int threads, uint32_t first_frame = 0, uint32_
   tbb::task_arena arena(threads);
   arena.execute([&] {
     picture.is_finished =
-        render_frames({settings, paths, filter}, first_frame, frames, picture.film, {cancelled, deadline});
+        render_frames({settings, paths, filter, sequences}, first_frame, frames, picture.film, {cancelled, deadline});
   });
   return picture;
 }

@@ -57,33 +57,28 @@ TEST(GuidingStage, LearnsAsMuchWhereNumbersOfFramesGoOnFromEarlierRenders) {
   }
 }
 
-/// Frames take the points of sequences as if the others did not exist; a table starts a new one.
-TEST(GuidingStage, PointsOfSequencesFollowEachOther) {
+/// Random numbers of frames depend on which table they are guided by.
+TEST(GuidingStage, TellsSinceWhenFramesAreGuidedAsTheyAre) {
   GuidingStage stage(settings(Guiding::ON), kCells);
-  EXPECT_EQ(stage.sequence_point(0).sequence, 0u);
+  EXPECT_EQ(stage.guided_since(), 0u);
   stage.finish_frames(1);  // nothing learned yet
-  EXPECT_EQ(stage.sequence_point(1).sequence, 0u);
-  EXPECT_EQ(stage.sequence_point(1).point, 1u);
+  EXPECT_EQ(stage.guided_since(), 0u);
   stage.add(light());
-  stage.finish_frames(2);
-  EXPECT_EQ(stage.sequence_point(3).sequence, 2u);
-  EXPECT_EQ(stage.sequence_point(3).point, 1u);
-  stage.finish_frames(3);
-  stage.finish_frames(4);
-  EXPECT_EQ(stage.sequence_point(4).sequence, 4u);
-  EXPECT_EQ(stage.sequence_point(4).point, 0u);
+  for (const auto& [next, since] : {std::pair{2u, 2u}, {3u, 2u}, {4u, 4u}, {5u, 4u}}) {
+    stage.finish_frames(next);
+    EXPECT_EQ(stage.guided_since(), since);
+    EXPECT_FALSE(stage.has_learned());
+    EXPECT_FALSE(stage.is_decided(next));
+  }
 }
 
 /// Frames of AUTO, of which guided ones have `noise` times the noise of the others; returns whether the last is guided.
 bool is_guided_at_last(float noise) {
   GuidingStage stage(settings(Guiding::AUTO), kCells);
   stage.add(light());
-  uint32_t plain = 0;
   for (uint32_t frame = 0; frame < 40; ++frame) {
-    if (!stage.use()->is_on) {
-      EXPECT_EQ(stage.sequence_point(frame).point, plain);
-      ++plain;
-    }
+    EXPECT_EQ(stage.guided_since() > 0, stage.use()->is_on);
+    EXPECT_EQ(stage.is_decided(frame), frame >= kTrial + FrameTrial::kFrames);
     Rng rng(5, 0, frame, 0);
     const float spread = stage.use()->is_on ? noise : 1.0f;
     const bool is_trial = frame >= kTrial && frame < kTrial + FrameTrial::kFrames;
