@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .engine import CisternEngine
     from .sync import SyncReport
     from .sync.scene import SceneSync
+    from .sync.shutter import MotionBlur
 
 # How often Esc is looked for, and the display of the progress renewed.
 POLL_SECONDS = 0.1
@@ -51,6 +52,8 @@ class LayerRender:
         self.view_mode = settings.view_mode(depsgraph.scene_eval, engine.is_preview)
         self.size = (engine.resolution_x, engine.resolution_y)
         self.region = settings.render_region(depsgraph.scene_eval.render, *self.size)
+        self.arguments = settings.core_settings(core, depsgraph, self.size, self.region, self.passes, engine.is_preview)
+        self.blur = self.motion_blur()
         self.keeps_export = depsgraph.scene_eval.render.use_persistent_data
         self.is_cancelled = False
 
@@ -68,7 +71,11 @@ class LayerRender:
         """Bring the exported scene up to date with the evaluated one."""
         self.engine.update_stats("", "Exporting the scene")
         start = time.perf_counter()
-        synced = exported.sync(self.depsgraph, self.engine.camera_override, **self.motion())
+        camera, motion = self.engine.camera_override, self.motion()
+        if self.blur is None:
+            synced = exported.sync(self.depsgraph, camera, **motion)
+        else:
+            synced = self.blur.sync(exported, self.depsgraph, camera, **motion)
         self.figures.warnings += synced.warnings
         self.figures.sync_seconds = time.perf_counter() - start
         return synced
@@ -81,19 +88,35 @@ class LayerRender:
 
         return {"motion": read_steps(self.depsgraph, self.engine.camera_override, self.engine.go_to_frame)}
 
+    def motion_blur(self) -> MotionBlur | None:
+        """None where nothing is to be blurred, or cannot be."""
+        from .sync.shutter import MotionBlur, shutter_times
+
+        scene = self.depsgraph.scene_eval
+        times = shutter_times(scene, self.depsgraph.view_layer_eval)
+        if times is None or self.engine.is_preview:
+            return None
+        if not self.core.Session.can_blur_motion(self.core.Settings(**self.arguments)):
+            self.figures.warnings.append(
+                f"Scene '{scene.name}': there is no motion blur with techniques that keep samples from frame to frame, "
+                "or reservoirs; Final and Path Tracing have it"
+            )
+            return None
+        return MotionBlur(times, scene, self.engine.go_to_frame)
+
     def render_views(self, exported: SceneSync) -> None:
-        arguments = settings.core_settings(
-            self.core, self.depsgraph, self.size, self.region, self.passes, self.engine.is_preview
-        )
+        builders = [exported.builder, *(self.blur.ends if self.blur else ())]
         views = view_names(self.engine, self.layer_name)
         for index, view in enumerate(views):
             if self.is_cancelled:
                 break
             self.engine.active_view_set(view)
             if len(views) > 1:
-                place_view_camera(self.engine, self.depsgraph, exported.builder)
-            session = self.core.Session(self.core.Settings(**arguments))
-            session.start(exported.builder.snapshot())
+                for builder in builders:
+                    place_view_camera(self.engine, self.depsgraph, builder)
+            session = self.core.Session(self.core.Settings(**self.arguments))
+            scene, *ends = (builder.snapshot() for builder in builders)
+            session.start(scene, shutter=tuple(ends) or None)
             self.render_view(session, view, index / len(views), 1 / len(views))
 
     def render_view(self, session: Any, view: str, done_before: float, share: float) -> None:  # noqa: ANN401

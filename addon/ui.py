@@ -88,6 +88,22 @@ class CISTERN_RENDER_PT_film(CisternPanel, Panel):
         row.prop(settings, "film_transparent_glass")
 
 
+class CISTERN_RENDER_PT_motion_blur(CisternPanel, Panel):
+    bl_label = "Motion Blur"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw_header(self, context: Context) -> None:
+        self.layout.prop(context.scene.render, "use_motion_blur", text="")
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        render = context.scene.render
+        layout.active = render.use_motion_blur
+        layout.prop(render, "motion_blur_position", text="Position")
+        layout.prop(render, "motion_blur_shutter")
+
+
 class CISTERN_RENDER_PT_performance(CisternPanel, Panel):
     bl_label = "Performance"
     bl_context = "render"
@@ -187,6 +203,7 @@ CLASSES = (
     CISTERN_RENDER_PT_light_paths,
     CISTERN_RENDER_PT_clamping,
     CISTERN_RENDER_PT_film,
+    CISTERN_RENDER_PT_motion_blur,
     CISTERN_RENDER_PT_simplify,
     CISTERN_RENDER_PT_performance,
     CISTERN_VIEWLAYER_PT_passes,

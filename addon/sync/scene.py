@@ -42,6 +42,12 @@ class SceneSync:
         self.builder = self._core.SceneBuilder()
         return sync_scene(depsgraph, self.builder, core=self._core, camera=camera, images=self._images, motion=motion)
 
+    def sync_moment(self, depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None = None) -> SceneBuilder:
+        """A builder with the scene as the dependency graph shows it at another moment of the same frame."""
+        builder = self._core.SceneBuilder()
+        sync_scene(depsgraph, builder, core=self._core, camera=camera, images=self._images)
+        return builder
+
     def close(self) -> None:
         """Drop the scene and stop the decoding threads."""
         self.builder = None
@@ -104,8 +110,6 @@ def _sync(
             place_steps(builder, motion, depsgraph, instances.surface_items)
             builder.set_camera(**camera_now)
     report.seconds["meshes"] = instances.meshes.seconds
-    if scene.render.use_motion_blur:
-        report.warn(f"Scene '{scene.name}': motion blur is not supported")
 
 
 @contextmanager

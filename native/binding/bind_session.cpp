@@ -306,10 +306,17 @@ void bind_session(py::module_& m) {
       .def(py::init<Settings>(), py::arg("settings"))
       .def(
           "start",
-          [](Session& session, const SceneHandle& handle, const std::shared_ptr<RenderCache>& cache) {
-            session.start(handle.scene, cache);
+          [](Session& session, const SceneHandle& handle, const std::shared_ptr<RenderCache>& cache,
+             const std::optional<std::pair<SceneHandle, SceneHandle>>& shutter) {
+            if (shutter) {
+              const auto& [opening, closing] = *shutter;
+              session.start(std::make_shared<const Shutter>(handle.scene, *opening.scene, *closing.scene), cache);
+            } else {
+              session.start(handle.scene, cache);
+            }
           },
-          py::arg("scene"), py::arg("cache") = nullptr, NoGil())
+          py::arg("scene"), py::arg("cache") = nullptr, py::arg("shutter") = std::nullopt, NoGil())
+      .def_static("can_blur_motion", &Session::can_blur_motion, py::arg("settings"))
       .def("wait", &Session::wait, py::arg("seconds"), NoGil())
       .def("cancel", &Session::cancel, NoGil())
       .def("read", &read_pass, py::arg("pass_name"))

@@ -320,8 +320,13 @@ class Session:
     while waiting."""
 
     def __init__(self, settings: Settings) -> None: ...
-    def start(self, scene: Scene, cache: RenderCache | None = None) -> None:
-        """Starts rendering and returns at once; once per session. The cache is looked into and filled."""
+    def start(self, scene: Scene, cache: RenderCache | None = None, shutter: tuple[Scene, Scene] | None = None) -> None:
+        """Starts rendering and returns at once; once per session. The cache is looked into and filled. `shutter`: the
+        scene when the shutter opens and when it closes, `scene` being in the middle, for motion blur. Error then for
+        settings that keep samples."""
+    @staticmethod
+    def can_blur_motion(settings: Settings) -> bool:
+        """Whether frames of these settings keep no samples: then `start` takes a shutter."""
     def wait(self, seconds: float) -> Progress: ...
     def cancel(self) -> None:
         """Returns once the render has stopped (at most 100 ms)."""

@@ -23,13 +23,27 @@ int light_samples(const Settings& settings, const LightSet& lights) {
 RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene,
                          std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights,
                          std::shared_ptr<SurfaceFilm> the_surfaces)
+    : RenderWorld(the_settings, the_scene, the_accel, the_lights, std::move(the_surfaces),
+                  LearnedLightStage::make(the_settings, *the_scene, *the_accel, *the_lights),
+                  GuidingStage::make(the_settings, *the_scene, *the_accel),
+                  std::make_shared<FrameSequences>(the_settings)) {}
+
+RenderWorld::RenderWorld(const RenderWorld& earlier, std::shared_ptr<const Scene> the_scene,
+                         std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights)
+    : RenderWorld(earlier.settings, the_scene, the_accel, the_lights, earlier.surfaces,
+                  the_lights == earlier.lights ? earlier.learning : nullptr, earlier.guiding, earlier.sequences) {}
+
+RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene,
+                         std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights,
+                         std::shared_ptr<SurfaceFilm> the_surfaces, std::shared_ptr<LearnedLightStage> the_learning,
+                         std::shared_ptr<GuidingStage> the_guiding, std::shared_ptr<FrameSequences> the_sequences)
     : settings(std::move(the_settings)),
       scene(std::move(the_scene)),
       accel(std::move(the_accel)),
       lights(std::move(the_lights)),
       filter(settings.pixel_filter, settings.filter_width),
-      learning(LearnedLightStage::make(settings, *scene, *accel, *lights)),
-      guiding(GuidingStage::make(settings, *scene, *accel)),
+      learning(std::move(the_learning)),
+      guiding(std::move(the_guiding)),
       surfaces(std::move(the_surfaces)),
       paths{*scene,
             *accel,
@@ -43,7 +57,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             learning ? learning->use() : nullptr,
             guiding ? guiding->use() : nullptr,
             surfaces != nullptr},
-      sequences(std::make_unique<FrameSequences>(settings)),
+      sequences(std::move(the_sequences)),
       context{settings, paths, filter, *sequences, learning.get(), guiding.get(), surfaces.get()} {}
 
 }  // namespace cistern

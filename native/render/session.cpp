@@ -6,6 +6,7 @@
 #include <new>
 
 #include "base/check.h"
+#include "base/sobol.h"
 #include "render/cell_views.h"
 #include "render/index_views.h"
 #include "render/learning_views.h"
@@ -25,6 +26,7 @@ constexpr uint32_t kMaxBatch = 16;
 constexpr double kTrialShareOfLimit = 0.15;
 /// Frames before a trial of those without history, at least: the picture changes soon, and often for good.
 constexpr uint32_t kFramesBeforeTrial = 2;
+constexpr uint64_t kMomentSeed = 0x6d6f6d656e74;
 
 double seconds_since(std::chrono::steady_clock::time_point t) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
@@ -54,6 +56,19 @@ void Session::start(std::shared_ptr<const Scene> scene, std::shared_ptr<RenderCa
   progress_.stage = "Building";
   progress_.frames = settings_.samples;
   thread_ = std::thread([this] { run(); });
+}
+
+bool Session::can_blur_motion(const Settings& settings) {
+  return !ReuseFrame::is_needed(settings) || BandedFrame::is_for(settings);
+}
+
+void Session::start(std::shared_ptr<const Shutter> shutter, std::shared_ptr<RenderCache> cache) {
+  if (!can_blur_motion(settings_))
+    throw Error("motion blur",
+                "needs frames that keep no samples: indirect 'PATH' or 'CELL_SHARED' without temporal "
+                "reuse, and light by 'NEE', 'RIS' or 'LEARNED'");
+  if (shutter->moves_anything()) shutter_ = shutter;
+  start(shutter->middle(), std::move(cache));
 }
 
 Progress Session::wait(double seconds) {
@@ -120,7 +135,7 @@ void Session::run() {
         surfaces_ = std::make_shared<SurfaceFilm>(
             settings_.surface_passes, film_->width(), film_->height(),
             Vec2{static_cast<float>(settings_.width), static_cast<float>(settings_.height)});
-      const auto accel = cache_->accel(scene_, settings_.keep_instances);
+      const auto accel = cache_->accel(scene_, settings_.keep_instances || (shutter_ && shutter_->moves_surfaces()));
       const auto lights = cache_->lights(scene_, settings_.light_sampling, settings_.environment_density());
       const Clock::time_point trial_start = Clock::now();
       const Settings decided = decided_settings(settings_, accel, lights);
@@ -144,7 +159,7 @@ void Session::run() {
       const StopCondition no_limit{cancelled_, Clock::time_point::max()};
       if (show_cells(world->context, cache_cells.get(), *film_, no_limit) &&
           show_indices(world->context, *film_, no_limit))
-        render(*world, reuse.get());
+        render(world, reuse.get());
       show_learning(world->context, *film_, no_limit);
       if (reuse) leave_history(std::move(reuse));
     });
@@ -216,24 +231,29 @@ bool Session::try_sharing(uint32_t frames, const RenderWorld& world, std::option
 
 /// By `reuse`, all frames or the first one; where that is null or has made its own, in bands or by the reference path
 /// tracer, whose frames come in batches.
-void Session::render(const RenderWorld& world, ReuseFrame* reuse) {
-  const FrameContext& context = world.context;
+void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse) {
   const auto frames = static_cast<uint32_t>(settings_.samples);
   const size_t fixed_memory = progress_.memory_bytes;
   const uint32_t first_number = reuse ? reuse->next_frame() : 0;  // later renders know those by `reuse` alone
-  const bool has_later_frames = reuse && world.settings.of_later_frames() != world.settings;
+  const bool has_later_frames = reuse && world->settings.of_later_frames() != world->settings;
   bool is_reusing = reuse, is_decided = false;
   std::optional<BandedFrame> banded;
-  if (BandedFrame::is_for(world.settings)) banded.emplace(context, world.settings);
+  if (BandedFrame::is_for(world->settings)) banded.emplace(world->context, world->settings);
   // Every pixel gets at least one sample: the limit holds from the second frame on.
   StopCondition stop{cancelled_, Clock::time_point::max()};
   uint32_t batch = 1;
   for (uint32_t frame = 0; frame < frames && !cancelled_ && !stop.deadline_passed();) {
+    if (shutter_) {
+      world = at_moment(frame, *world);
+      if (banded) banded.emplace(world->context, world->settings);
+      batch = 1;
+    }
+    const FrameContext& context = world->context;
     if (has_later_frames && frame == 1) {
       is_reusing = false;
-      banded.emplace(context, world.settings.of_later_frames());
+      banded.emplace(context, world->settings.of_later_frames());
     }
-    if (has_later_frames && !is_decided && frame >= kFramesBeforeTrial) is_decided = try_sharing(frame, world, banded);
+    if (has_later_frames && !is_decided && frame >= kFramesBeforeTrial) is_decided = try_sharing(frame, *world, banded);
     batch = std::min(batch, frames - frame);
     if (context.learning) batch = std::min(batch, context.learning->frames_to_update(frame));
     if (context.guiding) batch = std::min(batch, context.guiding->frames_to_update(frame));
@@ -269,6 +289,15 @@ void Session::render(const RenderWorld& world, ReuseFrame* reuse) {
     if (!is_reusing && !banded && batch_seconds * 2.0 < kBatchSeconds) batch = std::min(2 * batch, kMaxBatch);
     if (batch_seconds > kBatchSeconds) batch = std::max(batch / 2, 1u);
   }
+}
+
+/// The scene at the moment of a frame. Of any number of frames the moments are spread evenly, and each is anywhere.
+std::shared_ptr<const RenderWorld> Session::at_moment(uint32_t frame, const RenderWorld& earlier) const {
+  const auto seed = static_cast<uint32_t>(hash_combine(mix_bits(settings_.seed), kMomentSeed));
+  const std::shared_ptr<const Scene> scene = shutter_->at(sobol_point(frame, 0, seed).pair.x);
+  const auto accel = shutter_->moves_surfaces() ? cache_->accel(scene, true) : earlier.accel;
+  const auto lights = cache_->lights(scene, settings_.light_sampling, settings_.environment_density());
+  return std::make_shared<const RenderWorld>(earlier, scene, accel, lights);
 }
 
 void Session::report_caching(float done) {

@@ -12,6 +12,7 @@
 #include "render/banded_frame.h"
 #include "render/render_cache.h"
 #include "render/reuse_frame.h"
+#include "scene/shutter.h"
 
 namespace cistern {
 
@@ -45,6 +46,11 @@ class Session {
   /// Starts rendering and returns at once. A session renders once; a second start throws Error. `cache`, if any, is
   /// looked into and filled for later sessions.
   void start(std::shared_ptr<const Scene> scene, std::shared_ptr<RenderCache> cache = {});
+  /// Whether frames of these settings keep nothing, so that each can be of another moment.
+  static bool can_blur_motion(const Settings& settings);
+  /// With motion blur: each frame is of a moment while the shutter is open, all of its paths of the same one. So what
+  /// paths share in a frame is exact. Throws Error where that cannot be.
+  void start(std::shared_ptr<const Shutter> shutter, std::shared_ptr<RenderCache> cache = {});
   /// Returns after `seconds` or as soon as the render has ended.
   Progress wait(double seconds);
   /// Stops within 100 ms; what was rendered can be read.
@@ -68,7 +74,8 @@ class Session {
                                                std::shared_ptr<const LightCacheCells> cache_cells);
   void report_caching(float done);
   bool try_sharing(uint32_t frames, const RenderWorld& world, std::optional<BandedFrame>& banded);
-  void render(const RenderWorld& world, ReuseFrame* reuse);
+  void render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse);
+  std::shared_ptr<const RenderWorld> at_moment(uint32_t frame, const RenderWorld& earlier) const;
   std::vector<float> read_published(const std::vector<float>& pixels, int channels);
   void publish();
   void end(Status status, const std::string& error);
@@ -76,6 +83,7 @@ class Session {
 
   Settings settings_;
   std::shared_ptr<const Scene> scene_;
+  std::shared_ptr<const Shutter> shutter_;  // null unless something moves
   std::shared_ptr<RenderCache> cache_;
   std::unique_ptr<Film> film_;
   std::shared_ptr<SurfaceFilm> surfaces_;  // null unless asked for

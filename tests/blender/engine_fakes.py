@@ -97,8 +97,8 @@ class FakeSession:
         self.status = Status.RUNNING
         core.settings.append(settings)
 
-    def start(self, scene):
-        assert scene == "snapshot"
+    def start(self, scene, shutter):
+        assert (scene, shutter) == ("snapshot", None)
 
     def wait(self, seconds):
         assert 0.05 <= seconds <= 0.2

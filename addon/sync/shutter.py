@@ -1,0 +1,84 @@
+"""Motion blur: when the shutter is open, and the scene at the instants it opens and closes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import bpy
+
+if TYPE_CHECKING:
+    from cistern_core import SceneBuilder
+
+    from . import SyncReport
+    from .motion import MotionStep
+    from .scene import SceneSync
+
+_FLAT = 1e-3
+
+
+@dataclass(frozen=True)
+class ShutterTimes:
+    """In frames, from the frame that is rendered on."""
+
+    opening: float
+    closing: float
+
+    @property
+    def middle(self) -> float:
+        return 0.5 * (self.opening + self.closing)
+
+
+def shutter_times(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> ShutterTimes | None:
+    """None without motion blur."""
+    render = scene.render
+    if not (
+        render.use_motion_blur and render.motion_blur_shutter > 0.0 and getattr(view_layer, "use_motion_blur", True)
+    ):
+        return None
+    length = render.motion_blur_shutter
+    opening = {"START": 0.0, "CENTER": -0.5 * length, "END": -length}[render.motion_blur_position]
+    return ShutterTimes(opening, opening + length)
+
+
+def warn_of_curve(scene: bpy.types.Scene, report: SyncReport) -> None:
+    """The shutter opens and closes at once, whatever its curve says."""
+    mapping = scene.render.motion_blur_shutter_curve
+    mapping.initialize()
+    values = [mapping.evaluate(mapping.curves[0], step / 16) for step in range(17)]
+    if max(values) - min(values) > _FLAT:
+        report.warn(f"Scene '{scene.name}': the shutter curve is ignored, the shutter opens and closes at once")
+
+
+class MotionBlur:
+    """Exports the scene in the middle of the exposure and at its ends."""
+
+    def __init__(self, times: ShutterTimes, scene: bpy.types.Scene, go_to_frame: Callable[[int, float], None]) -> None:
+        self.times = times
+        self.ends: list[SceneBuilder] = []
+        self._frame, self._subframe = scene.frame_current, scene.frame_subframe
+        self._go_to_frame = go_to_frame
+
+    def sync(
+        self,
+        exported: SceneSync,
+        depsgraph: bpy.types.Depsgraph,
+        camera: bpy.types.Object | None,
+        **motion: Sequence[MotionStep],
+    ) -> SyncReport:
+        """Fill the builder of `exported` with the middle, and `ends`. The scene is then where it was."""
+        try:
+            for time in (self.times.opening, self.times.closing):
+                self._go_to(time)
+                self.ends.append(exported.sync_moment(depsgraph, camera))
+            self._go_to(self.times.middle)
+            report = exported.sync(depsgraph, camera, **motion)
+        finally:
+            self._go_to_frame(self._frame, self._subframe)
+        warn_of_curve(depsgraph.scene_eval, report)
+        return report
+
+    def _go_to(self, offset: float) -> None:
+        whole, part = divmod(self._frame + self._subframe + offset, 1.0)
+        self._go_to_frame(int(whole), part)

@@ -1,0 +1,125 @@
+#include "scene/shutter.h"
+
+#include <unordered_map>
+
+namespace cistern {
+namespace {
+
+/// Finds the things of the middle in another scene.
+class Matches {
+ public:
+  explicit Matches(const Scene& scene) : scene_(scene) {
+    for (const Instance& instance : scene.instances)
+      if (instance.key != 0) by_key_.try_emplace(instance.key, &instance);
+  }
+  /// `instance` itself where it is not there.
+  const Instance& find(const Instance& instance, size_t handle) const {
+    if (instance.mesh < 0) return instance;
+    const Instance* found = nullptr;
+    if (instance.key != 0) {
+      const auto known = by_key_.find(instance.key);
+      if (known != by_key_.end()) found = known->second;
+    } else if (handle < scene_.instances.size() && scene_.instances[handle].key == 0) {
+      found = &scene_.instances[handle];
+    }
+    return found && found->mesh >= 0 ? *found : instance;
+  }
+
+ private:
+  const Scene& scene_;
+  std::unordered_map<uint64_t, const Instance*> by_key_;
+};
+
+/// Triangles may differ: those of bent polygons are cut otherwise.
+bool has_same_structure(const Mesh& a, const Mesh& b) {
+  return a.positions.size() == b.positions.size() && a.corner_count == b.corner_count &&
+         a.normals_domain == b.normals_domain && a.normals.size() == b.normals.size();
+}
+
+/// What a mesh of the middle has become; the mesh itself where that cannot be told point by point.
+std::shared_ptr<const Mesh> counterpart(const std::shared_ptr<const Mesh>& middle, const Scene& scene, int handle) {
+  const bool is_there = handle >= 0 && static_cast<size_t>(handle) < scene.meshes.size();
+  const std::shared_ptr<const Mesh> other = is_there ? scene.meshes[static_cast<size_t>(handle)] : nullptr;
+  if (!other || other == middle || !has_same_structure(*middle, *other)) return middle;
+  return other->positions == middle->positions && other->normals == middle->normals ? middle : other;
+}
+
+bool is_invertible(const Transform& transform) {
+  const float determinant = transform.determinant();
+  return std::isfinite(determinant) && determinant != 0.0f;
+}
+
+/// A mirrored end would have to pass through what is flat.
+const Transform& end_of(const Transform& middle, const Transform& end) {
+  return is_invertible(end) && (end.determinant() < 0.0f) == (middle.determinant() < 0.0f) ? end : middle;
+}
+
+}  // namespace
+
+Shutter::Shutter(std::shared_ptr<const Scene> middle, const Scene& opening, const Scene& closing)
+    : middle_(std::move(middle)),
+      cameras_{opening.camera, closing.camera},
+      eye_{{end_of(middle_->camera.camera_to_world, opening.camera.camera_to_world), middle_->camera.camera_to_world},
+           {middle_->camera.camera_to_world, end_of(middle_->camera.camera_to_world, closing.camera.camera_to_world)}},
+      moves_camera_(!(opening.camera == middle_->camera && closing.camera == middle_->camera)) {
+  const Matches in_opening(opening), in_closing(closing);
+  std::vector<bool> is_known(middle_->meshes.size());
+  for (size_t i = 0; i < middle_->instances.size(); ++i) {
+    const Instance& now = middle_->instances[i];
+    if (now.mesh < 0) continue;
+    const Instance &before = in_opening.find(now, i), &after = in_closing.find(now, i);
+    const Transform& transform = now.object_to_world;
+    const Transform &first = end_of(transform, before.object_to_world),
+                    &last = end_of(transform, after.object_to_world);
+    if (!(first == transform && last == transform)) instances_.push_back({i, {{first, transform}, {transform, last}}});
+    const auto mesh = static_cast<size_t>(now.mesh);
+    if (is_known[mesh]) continue;
+    is_known[mesh] = true;
+    const std::shared_ptr<const Mesh>& shape = middle_->meshes[mesh];
+    const std::shared_ptr<const Mesh> opened = &before == &now ? shape : counterpart(shape, opening, before.mesh);
+    const std::shared_ptr<const Mesh> closed = &after == &now ? shape : counterpart(shape, closing, after.mesh);
+    if (opened != shape || closed != shape) meshes_.push_back({mesh, {opened, closed}});
+  }
+}
+
+std::shared_ptr<const Scene> Shutter::at(float time) const {
+  auto scene = std::make_shared<Scene>(*middle_);
+  const bool is_before = time < 0.5f;
+  const float t = is_before ? 2.0f * time : 2.0f * time - 1.0f;  // in this half
+  const float from_middle = is_before ? 1.0f - 2.0f * time : 2.0f * time - 1.0f;
+  if (moves_camera_) {
+    const Camera& end = is_before ? cameras_.before : cameras_.after;
+    Camera& camera = scene->camera;
+    camera.camera_to_world = (is_before ? eye_.before : eye_.after).at(t);
+    for (float Camera::*member : {&Camera::left, &Camera::right, &Camera::bottom, &Camera::top, &Camera::focus_distance,
+                                  &Camera::aperture_radius})
+      camera.*member = lerp(camera.*member, end.*member, from_middle);
+  }
+  for (const MovingInstance& moving : instances_)
+    scene->instances[moving.instance].object_to_world =
+        (is_before ? moving.object_to_world.before : moving.object_to_world.after).at(t);
+  for (const MovingMesh& moving : meshes_) {
+    std::shared_ptr<const Mesh>& mesh = scene->meshes[moving.mesh];
+    const Mesh& end = is_before ? *moving.ends.before : *moving.ends.after;
+    if (&end != mesh.get()) mesh = between(*mesh, end, from_middle);
+  }
+  return scene;
+}
+
+std::shared_ptr<const Mesh> Shutter::between(const Mesh& middle, const Mesh& end, float t) {
+  auto mesh = std::make_shared<Mesh>(middle);
+  mesh->bounds = {};
+  mesh->positions.reserve(middle.positions.size() + 1);  // see Mesh
+  for (size_t i = 0; i < mesh->positions.size(); ++i) {
+    mesh->positions[i] = lerp(middle.positions[i], end.positions[i], t);
+    if (is_finite(mesh->positions[i])) mesh->bounds.extend(mesh->positions[i]);
+  }
+  for (size_t i = 0; i < mesh->normals.size(); ++i) {
+    if (middle.normals[i] == end.normals[i]) continue;
+    const Vec3 normal = decode_octahedral(middle.normals[i]);
+    mesh->normals[i] = encode_octahedral(normalize_or(lerp(normal, decode_octahedral(end.normals[i]), t), normal));
+  }
+  return mesh;
+}
+
+}  // namespace cistern

@@ -1,0 +1,136 @@
+#include "scene/shutter.h"
+
+#include <gtest/gtest.h>
+
+#include "base/check.h"
+#include "render/render_scenes.h"
+#include "render/session.h"
+
+namespace cistern::test {
+namespace {
+
+/// A square of half width 1 whose points lie at `height`, moved along x, before a camera moved along y.
+std::shared_ptr<const Scene> scene_at(float x, float height = 0.0f, float eye = 0.0f, uint64_t key = 7, int extra = 0) {
+  SceneBuilder builder;
+  MeshInput input;
+  input.name = "square";
+  std::vector<Vec3> positions{{-1, -1, height}, {1, -1, height}, {1, 1, height}, {-1, 1, height}};
+  for (int i = 0; i < extra; ++i) positions.push_back({0, 0, 1});
+  const std::vector<int32_t> corners{0, 1, 2, 0, 2, 3};
+  input.positions = positions;
+  input.corner_vertices = corners;
+  Instance instance;
+  instance.mesh = builder.add_mesh(input);
+  instance.material_set = builder.add_material_set({}, "square");
+  instance.object = builder.add_object_name("square");
+  instance.object_to_world.translation = {x, 0, 0};
+  instance.key = key;
+  builder.add_instance(instance);
+  Camera camera;
+  camera.camera_to_world.translation = {0, eye, 5};
+  builder.set_camera(camera, "camera");
+  return builder.snapshot();
+}
+
+float x_at(const Shutter& shutter, float time) { return shutter.at(time)->instances[0].object_to_world.translation.x; }
+
+TEST(Shutter, ThingsGoStraightFromInstantToInstant) {
+  const Shutter shutter(scene_at(1.0f, 0.5f, 2.0f), *scene_at(0.0f, 0.0f, 0.0f), *scene_at(4.0f, 1.5f, 3.0f));
+  EXPECT_TRUE(shutter.moves_surfaces());
+  for (const auto& [time, x, height, eye] : {std::array{0.0f, 0.0f, 0.0f, 0.0f},
+                                             {0.25f, 0.5f, 0.25f, 1.0f},
+                                             {0.5f, 1.0f, 0.5f, 2.0f},
+                                             {0.75f, 2.5f, 1.0f, 2.5f},
+                                             {1.0f, 4.0f, 1.5f, 3.0f}}) {
+    const std::shared_ptr<const Scene> scene = shutter.at(time);
+    EXPECT_FLOAT_EQ(scene->instances[0].object_to_world.translation.x, x) << time;
+    EXPECT_FLOAT_EQ(scene->meshes[0]->positions[0].z, height) << time;
+    EXPECT_FLOAT_EQ(scene->meshes[0]->bounds.upper.z, height) << time;
+    EXPECT_FLOAT_EQ(scene->camera.camera_to_world.translation.y, eye) << time;
+  }
+}
+
+TEST(Shutter, WhatRestsIsShared) {
+  const std::shared_ptr<const Scene> middle = scene_at(1.0f);
+  const Shutter still(middle, *scene_at(1.0f), *scene_at(1.0f));
+  EXPECT_FALSE(still.moves_anything());
+  const Shutter moved(middle, *scene_at(0.0f), *scene_at(2.0f));
+  EXPECT_EQ(moved.at(0.2f)->meshes[0], middle->meshes[0]);
+  const Shutter looked(middle, *scene_at(1.0f, 0.0f, -1.0f), *scene_at(1.0f));
+  EXPECT_TRUE(looked.moves_anything());
+  EXPECT_FALSE(looked.moves_surfaces());
+}
+
+TEST(Shutter, WhatIsNotThereAtBothEndsStandsStill) {
+  const Shutter other_key(scene_at(1.0f), *scene_at(0.0f, 0.0f, 0.0f, 8), *scene_at(2.0f));
+  EXPECT_EQ(x_at(other_key, 0.0f), 1.0f);
+  EXPECT_EQ(x_at(other_key, 1.0f), 2.0f);
+  const Shutter other_points(scene_at(1.0f), *scene_at(0.0f, 3.0f, 0.0f, 7, 2), *scene_at(2.0f));
+  EXPECT_EQ(x_at(other_points, 0.0f), 0.0f);
+  EXPECT_EQ(other_points.at(0.0f)->meshes[0]->positions[0].z, 0.0f);
+}
+
+TEST(Shutter, WhatCannotBeTurnedIntoTheMiddleStandsStill) {
+  const auto scaled = [](float scale) {
+    SceneBuilder builder(*scene_at(0.0f));
+    Instance instance = builder.scene().instances[0];
+    instance.object_to_world.row_x = {scale, 0, 0};
+    builder.add_instance(instance, 0);
+    return builder.snapshot();
+  };
+  const Shutter shutter(scaled(1.0f), *scaled(-1.0f), *scaled(2.0f));  // mirrored, and then wider
+  EXPECT_EQ(shutter.at(0.1f)->instances[0].object_to_world.row_x.x, 1.0f);
+  EXPECT_FLOAT_EQ(shutter.at(0.75f)->instances[0].object_to_world.row_x.x, 1.5f);
+}
+
+/// The small room while the camera passes by and one of its walls is turned.
+std::shared_ptr<const Shutter> passing_room() {
+  const auto at = [](float offset) {
+    SceneBuilder builder(*small_room());
+    Camera camera = builder.scene().camera;
+    camera.camera_to_world.translation.x += offset;
+    builder.set_camera(camera, "camera");
+    Instance wall = builder.scene().instances[1];
+    wall.object_to_world.translation.z += offset;
+    builder.add_instance(wall, 1);
+    return builder.snapshot();
+  };
+  return std::make_shared<const Shutter>(at(0.0f), *at(-0.5f), *at(0.5f));
+}
+
+std::vector<float> blurred(Settings settings, int threads) {
+  settings.threads = threads;
+  Session session(settings);
+  session.start(passing_room());
+  const Progress progress = session.wait(30.0);
+  EXPECT_EQ(progress.status, Status::DONE) << progress.error;
+  EXPECT_EQ(progress.frames_done, settings.samples);
+  return session.read(Pass::COMBINED);
+}
+
+TEST(Shutter, PicturesAreTheSameForAnyNumberOfThreads) {
+  Settings paths = small_settings(40, 24, 6), shared = paths;
+  shared.indirect = IndirectAnswer::CELL_SHARED;
+  shared.path_sharing.temporal_reuse = false;
+  shared.direct = DirectAnswer::LEARNED;
+  shared.guiding = Guiding::ON;
+  for (const Settings& settings : {paths, shared}) {
+    const std::vector<float> one = blurred(settings, 1);
+    EXPECT_EQ(one, blurred(settings, 3));
+    Session still(settings);
+    still.start(passing_room()->middle());
+    still.wait(30.0);
+    EXPECT_NE(one, still.read(Pass::COMBINED));
+  }
+}
+
+TEST(Shutter, IsRefusedWhereSamplesAreKept) {
+  Settings settings = small_settings();
+  settings.indirect = IndirectAnswer::SCREEN_REUSE;
+  EXPECT_FALSE(Session::can_blur_motion(settings));
+  Session session(settings);
+  EXPECT_THROW(session.start(passing_room()), Error);
+}
+
+}  // namespace
+}  // namespace cistern::test
