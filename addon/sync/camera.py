@@ -14,6 +14,17 @@ from . import SyncError, SyncReport
 
 # f-stops below this would open the lens without bound; Blender's own slider ends at 0.1.
 _SMALLEST_FSTOP = 1e-5
+CAMERA_TYPES = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC", "PANO": "PANORAMIC"}
+PANORAMA_TYPES = {
+    "EQUIRECTANGULAR": "EQUIRECTANGULAR",
+    "EQUIANGULAR_CUBEMAP_FACE": "CUBEMAP_FACE",
+    "MIRRORBALL": "MIRROR_BALL",
+    "FISHEYE_EQUIDISTANT": "FISHEYE_EQUIDISTANT",
+    "FISHEYE_EQUISOLID": "FISHEYE_EQUISOLID",
+    "FISHEYE_LENS_POLYNOMIAL": "FISHEYE_POLYNOMIAL",
+    "CENTRAL_CYLINDRICAL": "CENTRAL_CYLINDRICAL",
+}
+
 # Nothing can be in focus at the lens itself; Cycles' limit, in metres.
 _SMALLEST_FOCUS_DISTANCE = 1e-5
 
@@ -25,12 +36,13 @@ def camera_arguments(
     if camera_object is None or camera_object.type != "CAMERA":
         raise SyncError(f"Scene '{scene.name}' has no camera")
     camera = camera_object.data
-    if camera.type not in {"PERSP", "ORTHO"}:
+    if camera.type not in CAMERA_TYPES:
         report.warn(f"Camera '{camera_object.name}': type {camera.type} is not supported, rendered as perspective")
+    panorama = {"panorama": panorama_arguments(camera, scene.render)} if camera.type == "PANO" else {}
     left, right, bottom, top = camera_window(camera, scene.render)
     return {
         "name": camera_object.name,
-        "type": "ORTHOGRAPHIC" if camera.type == "ORTHO" else "PERSPECTIVE",
+        "type": CAMERA_TYPES.get(camera.type, "PERSPECTIVE"),
         "camera_to_world": rigid_matrix(camera_object.matrix_world),
         "left": left,
         "right": right,
@@ -39,7 +51,42 @@ def camera_arguments(
         "clip_start": camera.clip_start,
         "clip_end": camera.clip_end,
         **lens_arguments(camera_object),
+        **panorama,
     }
+
+
+def panorama_arguments(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> dict[str, Any]:
+    """What a panoramic camera sees where; see native/scene/camera.h."""
+    cylinder = {}
+    if camera.panorama_type == "CENTRAL_CYLINDRICAL":
+        radius = camera.central_cylindrical_radius
+        cylinder = {
+            "cylinder": (
+                camera.central_cylindrical_range_v_min / radius,
+                camera.central_cylindrical_range_v_max / radius,
+            ),
+            "longitude": (camera.central_cylindrical_range_u_min, camera.central_cylindrical_range_u_max),
+        }
+    return {
+        "type": PANORAMA_TYPES[camera.panorama_type],
+        "longitude": (camera.longitude_min, camera.longitude_max),
+        "latitude": (camera.latitude_min, camera.latitude_max),
+        "fov": camera.fisheye_fov,
+        "lens": camera.fisheye_lens,
+        "sensor": sensor_size(camera, render),
+        "polynomial": tuple(getattr(camera, f"fisheye_polynomial_k{power}") for power in range(5)),
+        **cylinder,
+    }
+
+
+def sensor_size(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> tuple[float, float]:
+    """Of the full frame, in millimetres."""
+    width = _pixels(render.resolution_x, render) * render.pixel_aspect_x
+    height = _pixels(render.resolution_y, render) * render.pixel_aspect_y
+    vertical = camera.sensor_fit == "VERTICAL" or (camera.sensor_fit == "AUTO" and width < height)
+    side = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width
+    per_pixel = side / (height if vertical else width)
+    return width * per_pixel, height * per_pixel
 
 
 def camera_window(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> tuple[float, float, float, float]:

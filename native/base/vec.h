@@ -23,6 +23,7 @@ struct Vec2 {
   friend constexpr Vec2 operator-(Vec2 a, Vec2 b) { return {a.x - b.x, a.y - b.y}; }
   friend constexpr Vec2 operator*(Vec2 a, float s) { return {a.x * s, a.y * s}; }
   friend constexpr Vec2 operator*(float s, Vec2 a) { return a * s; }
+  friend constexpr bool operator==(Vec2 a, Vec2 b) = default;
 };
 
 /// A point, a direction or a normal; which one is said by the name of the variable.

@@ -180,7 +180,7 @@ class SceneBuilder:
     def set_camera(
         self,
         name: str,
-        type: str,  # PERSPECTIVE, ORTHOGRAPHIC
+        type: str,  # PERSPECTIVE, ORTHOGRAPHIC, PANORAMIC
         camera_to_world: NDArray[np.float32],  # (4, 4), without scale
         left: float,
         right: float,
@@ -193,6 +193,7 @@ class SceneBuilder:
         blades: int = 0,
         blade_rotation: float = 0.0,
         aperture_ratio: float = 1.0,
+        panorama: dict[str, Any] = ...,  # members of native/scene/camera.h, for PANORAMIC
     ) -> None: ...
     def remove_mesh(self, handle: int) -> None: ...
     def remove_instance(self, handle: int) -> None: ...

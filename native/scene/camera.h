@@ -1,14 +1,41 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
+
 #include "base/transform.h"
 
 namespace cistern {
 
-enum class CameraType : uint8_t { PERSPECTIVE, ORTHOGRAPHIC };
+enum class CameraType : uint8_t { PERSPECTIVE, ORTHOGRAPHIC, PANORAMIC };
+
+enum class PanoramaType : uint8_t {
+  EQUIRECTANGULAR,
+  CUBEMAP_FACE,  // equal angles
+  MIRROR_BALL,
+  FISHEYE_EQUIDISTANT,
+  FISHEYE_EQUISOLID,
+  FISHEYE_POLYNOMIAL,
+  CENTRAL_CYLINDRICAL,
+};
+
+/// What a panoramic camera sees where. Each type uses some of these; angles are radians, ranges from left to right and
+/// from bottom to top.
+struct Panorama {
+  PanoramaType type = PanoramaType::EQUIRECTANGULAR;
+  Vec2 longitude{-kPi, kPi}, latitude{-0.5f * kPi, 0.5f * kPi};
+  Vec2 cylinder{-1.0f, 1.0f};         // heights, of a cylinder of radius 1
+  float fov = kPi;                    // of fisheyes, across
+  float lens = 10.5f;                 // of equisolid ones; mm, as the sensor
+  Vec2 sensor{36.0f, 24.0f};          // of the full frame
+  std::array<float, 5> polynomial{};  // angle from the axis, negated, by powers of the distance on the sensor
+  friend bool operator==(const Panorama&, const Panorama&) = default;
+};
 
 /// A thin-lens or parallel camera looking along -Z of `camera_to_world`, +Y up.
 /// The sensor rectangle is given for the *full* frame: in camera space a perspective ray through the image point
 /// (s, t) in [0,1]^2 (t up) passes (lerp(left, right, s), lerp(bottom, top, t), -1); an orthographic one starts there.
+/// Panoramic cameras focus on a sphere, and clip by distance.
 struct Camera {
   CameraType type = CameraType::PERSPECTIVE;
   Transform camera_to_world;
@@ -19,6 +46,7 @@ struct Camera {
   int blades = 0;                             // < 3: round
   float blade_rotation = 0.0f;                // radians
   float aperture_ratio = 1.0f;                // > 1: anamorphic, narrower in x
+  Panorama panorama;                          // of PANORAMIC ones, which have no window
   friend bool operator==(const Camera&, const Camera&) = default;
 };
 

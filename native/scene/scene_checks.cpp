@@ -92,6 +92,22 @@ void check_light(const Light& light) {
   std::visit([&](const auto& shape) { check_shape(check, shape); }, light.shape);
 }
 
+namespace {
+
+void check_panorama(const Panorama& panorama, const Checker& check) {
+  for (const Vec2 range : {panorama.longitude, panorama.latitude, panorama.cylinder}) {
+    check.finite("start of a range of the panorama", range.x);
+    check.finite("end of a range of the panorama", range.y);
+  }
+  check.positive("field of view", panorama.fov);
+  check.positive("lens of the fisheye", panorama.lens);
+  check.positive("width of the sensor", panorama.sensor.x);
+  check.positive("height of the sensor", panorama.sensor.y);
+  for (const float coefficient : panorama.polynomial) check.finite("polynomial of the fisheye", coefficient);
+}
+
+}  // namespace
+
 void check_camera(const Camera& camera, const std::string& name) {
   const Checker check{name};
   check_transform(name, "matrix", camera.camera_to_world);
@@ -106,6 +122,7 @@ void check_camera(const Camera& camera, const std::string& name) {
   if (camera.aperture_radius > 0.0f) check.positive("focus distance", camera.focus_distance);
   check.finite("blade rotation", camera.blade_rotation);
   check.positive("aperture ratio", camera.aperture_ratio);
+  if (camera.type == CameraType::PANORAMIC) check_panorama(camera.panorama, check);
 }
 
 bool is_singular(const Transform& transform) {

@@ -1,6 +1,7 @@
 #include "transport/camera_ray.h"
 
 #include "base/warp.h"
+#include "transport/panorama.h"
 
 namespace cistern {
 
@@ -20,7 +21,27 @@ Vec2 sample_aperture(const Camera& camera, Vec2 u) {
   return {p.x / camera.aperture_ratio, p.y};
 }
 
+namespace {
+
+/// [Cycles] A lens across each direction, in focus on a sphere.
+Ray panoramic_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
+  const std::optional<Vec3> seen = panorama_direction(camera.panorama, film_position);
+  if (!seen) return {camera.camera_to_world.translation, {0.0f, 0.0f, 1.0f}, 0.0f, -1.0f};
+  Vec3 origin, direction = *seen;
+  if (camera.aperture_radius > 0.0f) {
+    const Vec3 side = normalize_or(Vec3{1.0f, 0.0f, 0.0f} - direction.x * direction, {0.0f, 1.0f, 0.0f});
+    const Vec2 lens = sample_aperture(camera, u_lens) * camera.aperture_radius;
+    origin = lens.x * side + lens.y * cross(side, direction);
+    direction = normalize(camera.focus_distance * direction - origin);
+  }
+  return {camera.camera_to_world.point(origin), normalize(camera.camera_to_world.vector(direction)), camera.clip_start,
+          camera.clip_end};
+}
+
+}  // namespace
+
 Ray camera_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
+  if (camera.type == CameraType::PANORAMIC) return panoramic_ray(camera, film_position, u_lens);
   const float x = lerp(camera.left, camera.right, film_position.x);
   const float y = lerp(camera.bottom, camera.top, film_position.y);
   const bool perspective = camera.type == CameraType::PERSPECTIVE;
@@ -43,6 +64,12 @@ Ray camera_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
 
 std::optional<Vec2> project(const Camera& camera, Vec3 position) {
   const Vec3 offset = position - camera.camera_to_world.translation;
+  if (camera.type == CameraType::PANORAMIC) {
+    const Transform& axes = camera.camera_to_world;
+    const Vec3 local{dot(axes.column(0), offset), dot(axes.column(1), offset), dot(axes.column(2), offset)};
+    if (!(length_squared(local) > 0.0f)) return std::nullopt;
+    return panorama_position(camera.panorama, normalize(local));
+  }
   const float depth = camera_depth(camera, position);
   if (!(depth > 0.0f)) return std::nullopt;
   const float scale = camera.type == CameraType::PERSPECTIVE ? 1.0f / depth : 1.0f;
@@ -52,10 +79,12 @@ std::optional<Vec2> project(const Camera& camera, Vec3 position) {
 }
 
 float camera_depth(const Camera& camera, Vec3 position) {
+  if (camera.type == CameraType::PANORAMIC) return length(position - camera.camera_to_world.translation);
   return -dot(camera.camera_to_world.column(2), position - camera.camera_to_world.translation);
 }
 
 PixelFootprint pixel_footprint(const Camera& camera, int width, int height) {
+  if (camera.type == CameraType::PANORAMIC) return {0.0f, panorama_pixel_angle(camera.panorama, width, height)};
   const float pixel = 0.5f * ((camera.right - camera.left) / static_cast<float>(width) +
                               (camera.top - camera.bottom) / static_cast<float>(height));
   if (camera.type == CameraType::ORTHOGRAPHIC) return {pixel, 0.0f};

@@ -1,5 +1,6 @@
 #include "transport/path_tracer.h"
 
+#include "transport/camera_ray.h"
 #include "transport/path_walk.h"
 
 namespace cistern {
@@ -22,6 +23,13 @@ float light_sample_share(const PathContext& context, float candidates, uint32_t 
 
 PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
                       PathCapture* capture) {
+  if (sees_nothing(ray)) {
+    if (context.record_surfaces) scratch.seen_surfaces.clear();
+    if (capture) capture->clear();
+    PathRecord nothing;
+    if (context.limits.film_transparent) nothing.alpha = 0.0f;
+    return nothing;
+  }
   const bool is_guided = context.guiding && (context.guiding->is_on || scratch.trains_guide);
   if (context.learned || is_guided) return trace_learned_path(context, ray, sampler, scratch, capture);
   if (capture) return Walk<CapturingWalk>(context, ray, sampler, scratch, capture).run();

@@ -32,6 +32,19 @@ def textured_stage(scene: bpy.types.Scene) -> bpy.types.Object:
     return scene.camera
 
 
+PANORAMAS = {
+    "EQUIRECTANGULAR": [{}, {"longitude_min": -1.0, "longitude_max": 0.7, "latitude_min": -0.9, "latitude_max": 0.4}],
+    "EQUIANGULAR_CUBEMAP_FACE": [{}],
+    "MIRRORBALL": [{}],
+    "FISHEYE_EQUIDISTANT": [{}, {"fisheye_fov": 1.2}],
+    "FISHEYE_EQUISOLID": [{}, {"fisheye_lens": 12.0, "fisheye_fov": 2.0, "sensor_width": 30.0}],
+    "FISHEYE_LENS_POLYNOMIAL": [
+        {"fisheye_fov": 1.8, "fisheye_polynomial_k1": -0.06, "fisheye_polynomial_k2": 0.0005, "sensor_width": 30.0}
+    ],
+    "CENTRAL_CYLINDRICAL": [{}, {"central_cylindrical_range_u_min": -0.5, "central_cylindrical_radius": 1.6}],
+}
+
+
 @pytest.mark.parametrize("case", CAMERAS)
 def test_camera(empty_scene: bpy.types.Scene, case: str) -> None:
     camera = textured_stage(empty_scene)
@@ -92,4 +105,41 @@ def turned(scene: bpy.types.Scene) -> None:
 def test_planted_bugs(empty_scene: bpy.types.Scene, plant) -> None:
     """Cycles' lens is 1 % longer, or its camera turned by 0.3 degrees."""
     textured_stage(empty_scene)
+    assert not compare_with_cycles(empty_scene, plant=plant).agrees
+
+
+def panoramic(scene: bpy.types.Scene, kind: str, number: int) -> bpy.types.Camera:
+    camera = textured_stage(scene).data
+    if kind not in camera.bl_rna.properties["panorama_type"].enum_items:
+        pytest.skip("this Blender does not have it")
+    camera.type, camera.panorama_type = "PANO", kind
+    for name, value in PANORAMAS[kind][number].items():
+        setattr(camera, name, value)
+    return camera
+
+
+@pytest.mark.parametrize("size", [(64, 40), (40, 64)])
+@pytest.mark.parametrize(
+    ("kind", "number"), [(kind, number) for kind, cases in PANORAMAS.items() for number in range(len(cases))]
+)
+def test_panorama(empty_scene: bpy.types.Scene, kind: str, number: int, size: tuple[int, int]) -> None:
+    panoramic(empty_scene, kind, number)
+    result = compare_with_cycles(empty_scene, size=size)
+    assert result.agrees, result
+
+
+def test_panorama_with_a_lens(empty_scene: bpy.types.Scene) -> None:
+    camera = panoramic(empty_scene, "FISHEYE_EQUIDISTANT", 1)
+    camera.dof.use_dof, camera.dof.aperture_fstop, camera.dof.focus_distance = True, 0.1, 2.2
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def test_another_fisheye_is_seen(empty_scene: bpy.types.Scene) -> None:
+    """Planted: a field of view 2 % wider."""
+    panoramic(empty_scene, "FISHEYE_EQUIDISTANT", 1)
+
+    def plant(scene: bpy.types.Scene) -> None:
+        scene.camera.data.fisheye_fov *= 1.02
+
     assert not compare_with_cycles(empty_scene, plant=plant).agrees

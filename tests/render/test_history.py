@@ -161,16 +161,15 @@ def test_two_sessions_make_the_frames_of_one(system: str, threads: int) -> None:
     np.testing.assert_allclose(mean, color(one), rtol=1e-5, atol=1e-6)
 
 
-CELLS = dict(indirect="CELL_SHARED")
-
-
 def test_first_frames_alone_may_have_history() -> None:
-    """They look at it and leave it; the others are those of independent frames. Planted bug: all have it."""
+    """They look at it and leave it; the others are those of independent frames. Planted bug: all have it. Random
+    numbers, since Sobol points depend on how many frames there will be."""
     scene = scenes("nothing")[0]
+    cells = dict(indirect="CELL_SHARED", sequence="RANDOM")
 
     def last(*renders: dict) -> NDArray:
         cache = core.RenderCache()
-        return [color(run(scene, cache, **CELLS | dict(first_frame_history=True) | more)) for more in renders][-1]
+        return [color(run(scene, cache, **cells | dict(first_frame_history=True) | more)) for more in renders][-1]
 
     def later_frames(*history: dict, **more) -> NDArray:
         return 4.0 * last(*history, dict(samples=4) | more) - last(*history, dict(samples=1) | more)
@@ -187,7 +186,7 @@ def test_other_systems_keep_the_history_of_all_frames() -> None:
     scene = scenes("nothing")[0]
     for system in (dict(direct="RESTIR"), dict(secondary="CELL_RESERVOIRS"), SYSTEMS["screen"], SYSTEMS["world"]):
         first, all_frames = (
-            color(run(scene, None, samples=3, **CELLS | system | dict(first_frame_history=is_first)))
+            color(run(scene, None, samples=3, indirect="CELL_SHARED", **system | dict(first_frame_history=is_first)))
             for is_first in (True, False)
         )
         assert np.array_equal(first, all_frames)

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <optional>
+
+#include "scene/camera.h"
+
+// Panoramas as Cycles has them (intern/cycles/kernel/camera/projection.h tells the conventions): which direction, in
+// camera space (looking along -Z, +Y up), is seen at the point (s, t) of the full frame, and the inverse.
+
+namespace cistern {
+
+/// Unit; empty where nothing is seen: outside of circles and fields of view.
+std::optional<Vec3> panorama_direction(const Panorama& panorama, Vec2 film_position);
+
+/// Empty where a direction is not in the picture, and for the polynomial, which has no closed inverse.
+std::optional<Vec2> panorama_position(const Panorama& panorama, Vec3 direction);
+
+/// Of a pixel of a width x height picture, about, in the middle of it: the angle that it covers.
+float panorama_pixel_angle(const Panorama& panorama, int width, int height);
+
+}  // namespace cistern

@@ -1,0 +1,82 @@
+#include "transport/panorama.h"
+
+#include <gtest/gtest.h>
+
+#include "base/rng.h"
+#include "transport/camera_ray.h"
+
+namespace cistern::test {
+namespace {
+
+Panorama panorama(PanoramaType type) {
+  Panorama p;
+  p.type = type;
+  p.longitude = {-2.0f, 1.0f};
+  p.latitude = {-1.2f, 0.7f};
+  p.cylinder = {-0.5f, 1.5f};
+  p.fov = 2.5f;
+  p.polynomial = {0.0f, -0.06f, 0.0004f};
+  return p;
+}
+
+const std::vector<PanoramaType> kTypes{PanoramaType::EQUIRECTANGULAR,    PanoramaType::CUBEMAP_FACE,
+                                       PanoramaType::MIRROR_BALL,        PanoramaType::FISHEYE_EQUIDISTANT,
+                                       PanoramaType::FISHEYE_EQUISOLID,  PanoramaType::FISHEYE_POLYNOMIAL,
+                                       PanoramaType::CENTRAL_CYLINDRICAL};
+
+TEST(Panorama, PositionsAndDirectionsAreInverse) {
+  for (const PanoramaType type : kTypes) {
+    if (type == PanoramaType::FISHEYE_POLYNOMIAL) continue;
+    const Panorama p = panorama(type);
+    Rng rng(1, 0, 0, 0);
+    int seen = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const Vec2 film = rng.next_vec2();
+      const std::optional<Vec3> direction = panorama_direction(p, film);
+      if (!direction) continue;
+      EXPECT_NEAR(length(*direction), 1.0f, 1e-5f);
+      const std::optional<Vec2> back = panorama_position(p, *direction);
+      const float slack = 1e-3f;  // at the very border either answer will do
+      if (!back) continue;
+      ++seen;
+      EXPECT_NEAR(back->x, film.x, slack) << static_cast<int>(type);
+      EXPECT_NEAR(back->y, film.y, slack) << static_cast<int>(type);
+    }
+    EXPECT_GT(seen, 300) << static_cast<int>(type);
+  }
+}
+
+TEST(Panorama, RightIsRightAndUpIsUp) {
+  for (const PanoramaType type : kTypes) {
+    Panorama p = panorama(type);
+    p.longitude = {-1.0f, 1.0f}, p.latitude = {-1.0f, 1.0f}, p.cylinder = {-1.0f, 1.0f};
+    const Vec3 middle = *panorama_direction(p, {0.5f, 0.5f});
+    EXPECT_LT(length(middle - Vec3{0, 0, -1}), 1e-5f) << static_cast<int>(type);
+    EXPECT_GT(panorama_direction(p, {0.6f, 0.5f})->x, 0.01f) << static_cast<int>(type);
+    EXPECT_GT(panorama_direction(p, {0.5f, 0.6f})->y, 0.01f) << static_cast<int>(type);
+  }
+}
+
+/// The angle of a pixel, against neighbours in the middle.
+TEST(Panorama, PixelsHaveTheAngleBetweenNeighbours) {
+  for (const PanoramaType type : {PanoramaType::EQUIRECTANGULAR, PanoramaType::FISHEYE_EQUIDISTANT}) {
+    Panorama p;
+    p.type = type;
+    const float angle = panorama_pixel_angle(p, 400, 400);
+    const float expected = type == PanoramaType::EQUIRECTANGULAR ? 0.75f * 2.0f * kPi / 400.0f : kPi / 400.0f;
+    EXPECT_NEAR(angle, expected, 0.02f * expected);
+  }
+}
+
+TEST(Panorama, NothingIsSeenOutsideOfTheCircle) {
+  Camera camera;
+  camera.type = CameraType::PANORAMIC;
+  camera.panorama = panorama(PanoramaType::FISHEYE_EQUIDISTANT);
+  EXPECT_TRUE(sees_nothing(camera_ray(camera, {0.05f, 0.05f}, {})));
+  EXPECT_FALSE(sees_nothing(camera_ray(camera, {0.5f, 0.05f}, {})));
+  EXPECT_FALSE(project(camera, {0, 0, 1}));  // behind
+  EXPECT_TRUE(project(camera, {0, 0.1f, -1}));
+}
+
+}  // namespace
+}  // namespace cistern::test
