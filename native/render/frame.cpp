@@ -24,19 +24,19 @@ Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, 
 }
 
 void begin_frames(const FrameContext& context, uint32_t frame, uint32_t number) {
-  const auto samples = static_cast<uint32_t>(context.settings.samples);
   FrameSequences::Kind kind;
-  bool goes_on = true;  // to the end, and not to the next update of a table
+  auto end = static_cast<uint32_t>(context.settings.samples);
   if (const LearnedLightStage* learning = context.learning) {
     kind.lights_learned_at = learning->learned_at();
-    goes_on = learning->has_learned();
+    if (!learning->has_learned()) end = std::min(end, frame + frames_to_next_update(frame));
   }
+  uint32_t length = end - frame;
   if (const GuidingStage* guiding = context.guiding) {
     kind.guides_learned_at = guiding->guided_since();
     kind.is_decided = guiding->is_decided(frame);
-    goes_on = goes_on && (kind.guides_learned_at == 0 || guiding->has_learned());
+    length = guiding->frames_of_kind(frame, end);
   }
-  context.sequences.begin(number, kind, goes_on ? samples - frame : frames_to_next_update(frame));
+  context.sequences.begin(number, kind, length);
 }
 
 PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame, PathScratch& scratch,

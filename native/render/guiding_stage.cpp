@@ -53,6 +53,14 @@ bool GuidingStage::may_guide(uint32_t frame) const {
   return trial_->is_running(frame) ? trial_->tries(frame) : trial_->has_won();
 }
 
+uint32_t GuidingStage::frames_of_kind(uint32_t frame, uint32_t end) const {
+  if (use_.is_on && !training_.is_full()) end = std::min(end, frame + frames_to_next_update(frame));
+  if (!trial_ || is_decided(frame)) return end - frame;
+  end = std::min(end, trial_->end());
+  const uint32_t turns = std::clamp(trial_->first(), frame, end);  // both kinds take turns from there on
+  return (turns - frame) + (end - turns + 1) / 2;
+}
+
 uint32_t GuidingStage::frames_to_update(uint32_t frame) const {
   if (observes(frame)) return 1;
   return frames_to_next_update(frame);

@@ -28,8 +28,9 @@ class GuidingStage {
 
   /// The first frame with the table that frames under way are guided by; 0: they are not guided.
   uint32_t guided_since() const { return use_.is_on ? learned_at_ : 0; }
-  /// Whether that table is the last.
-  bool has_learned() const { return training_.is_full(); }
+  /// Of the frames from this one to `end`: how many are guided by the same table or, like it, by none, as far as can be
+  /// told.
+  uint32_t frames_of_kind(uint32_t frame, uint32_t end) const;
   /// Whether a trial has told before this frame whether frames are guided.
   bool is_decided(uint32_t frame) const { return trial_ && frame >= trial_->end(); }
 

@@ -67,8 +67,29 @@ TEST(GuidingStage, TellsSinceWhenFramesAreGuidedAsTheyAre) {
   for (const auto& [next, since] : {std::pair{2u, 2u}, {3u, 2u}, {4u, 4u}, {5u, 4u}}) {
     stage.finish_frames(next);
     EXPECT_EQ(stage.guided_since(), since);
-    EXPECT_FALSE(stage.has_learned());
     EXPECT_FALSE(stage.is_decided(next));
+  }
+}
+
+/// Pieces of sequences are as long as that: what is not used of them is missing where pixels are stratified together.
+TEST(GuidingStage, TellsHowManyFramesAreAlike) {
+  GuidingStage always(settings(Guiding::ON), kCells), on_trial(settings(Guiding::AUTO), kCells);
+  EXPECT_EQ(always.frames_of_kind(0, 100), 100u);  // as long as nothing is learned
+  EXPECT_EQ(on_trial.frames_of_kind(0, 100), kTrial + FrameTrial::kFrames / 2);
+  EXPECT_EQ(on_trial.frames_of_kind(1, 3), 2u);
+  for (GuidingStage* stage : {&always, &on_trial}) stage->add(light());
+  for (uint32_t next = 1; next <= 32; ++next) {
+    for (GuidingStage* stage : {&always, &on_trial}) stage->finish_frames(next);
+    if (next < 4) continue;
+    const uint32_t to_update = 2 * std::bit_floor(next) - next, trial_end = kTrial + FrameTrial::kFrames;
+    EXPECT_EQ(always.frames_of_kind(next, 100), to_update);
+    EXPECT_EQ(always.frames_of_kind(next, next + 1), 1u);
+    if (next >= trial_end) {
+      EXPECT_EQ(on_trial.frames_of_kind(next, 100), on_trial.use()->is_on ? to_update : 100 - next);
+    } else {
+      const uint32_t end = on_trial.use()->is_on ? std::min(trial_end, next + to_update) : trial_end;
+      EXPECT_EQ(on_trial.frames_of_kind(next, 100), (end - next + 1) / 2) << next;
+    }
   }
 }
 
