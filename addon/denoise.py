@@ -20,6 +20,10 @@ GUIDE_PASSES = ("Denoising Albedo", "Denoising Normal")
 # Light that neighbours share would not be used.
 TECHNIQUES = {"share_visible": 1}
 
+# Denoisers expect that errors of neighbours are independent: where boxes of pixels are stratified together, up to 8 %
+# more was left of pictures of few samples (outdoor.py, 1 and 2), and from 16 on as much.
+SEQUENCE = "PIXEL_SOBOL"
+
 # The network pads with black: pictures below this size in pixels come out too dark unless they are extended.
 SMALLEST_SIDE = 64
 

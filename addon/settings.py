@@ -136,9 +136,12 @@ def core_settings(
     scene = depsgraph.scene_eval
     technique = technique_settings(scene, core, is_preview)
     core_passes = pass_names(render_passes, view_mode(scene, is_preview))
+    sequence = "SOBOL"
     if is_denoised(scene, is_preview):
         core_passes = denoise.with_needed_passes(core_passes)
+        sequence = denoise.SEQUENCE
     return {
+        "sequence": sequence,
         "width": size[0],
         "height": size[1],
         "region": (region.x, region.y, region.width, region.height),

@@ -8,6 +8,7 @@ scene-linear. Matrices are row-major, object to world.
 
 from collections.abc import Sequence
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -270,7 +271,8 @@ class Settings:
     guiding: str  # "OFF", "ON", "AUTO"
     light_sampling: LightSampling
     light_samples: int  # of the first vertex of a path, with NEE and more than two emitters; 0: 1
-    sequence: str  # "SOBOL" (Owen-scrambled), "RANDOM" (independent)
+    # "SOBOL" (Owen-scrambled, boxes of pixels together), "PIXEL_SOBOL" (each pixel by itself), "RANDOM" (independent)
+    sequence: str
     pixel_filter: PixelFilter
     filter_width: float  # pixels
     max_bounces: int

@@ -3,7 +3,8 @@
 namespace cistern {
 
 FrameSequences::FrameSequences(const Settings& s)
-    : crosses_pixels_(!s.uses_earlier_frames()),
+    : crosses_pixels_(s.sequence == SampleSequence::SOBOL && !s.uses_earlier_frames()),
+      uses_earlier_frames_(s.uses_earlier_frames()),
       width_(static_cast<uint32_t>(s.width)),
       current_{0, 0, static_cast<uint32_t>(s.samples)} {}
 
@@ -22,10 +23,11 @@ void FrameSequences::finish(uint32_t next) {
 }
 
 SequencePoint FrameSequences::point(uint32_t x, uint32_t y, uint32_t frame) const {
-  if (crosses_pixels_)
-    return screen_point(x, y, {current_.sequence, current_.frames + (frame - first_), current_.length});
+  const uint32_t of_kind = current_.frames + (frame - first_);
+  if (crosses_pixels_) return screen_point(x, y, {current_.sequence, of_kind, current_.length});
   const uint32_t pixel = y * width_ + x;
-  return {current_.sequence == 0 ? pixel : hash_combine(current_.sequence, pixel), frame};
+  return {current_.sequence == 0 ? pixel : hash_combine(current_.sequence, pixel),
+          uses_earlier_frames_ ? frame : of_kind};
 }
 
 }  // namespace cistern

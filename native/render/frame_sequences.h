@@ -27,7 +27,7 @@ class FrameSequences {
   void finish(uint32_t next);
 
   /// Of a pixel of the full frame, in a frame under way. Where samples are kept for later frames, pixels have sequences
-  /// of their own and frames of one kind the points of their numbers: samples are traced again by these.
+  /// of their own and frames the points of their numbers: samples are traced again by these.
   SequencePoint point(uint32_t x, uint32_t y, uint32_t frame) const;
 
  private:
@@ -36,7 +36,7 @@ class FrameSequences {
     uint32_t frames, length;
   };
 
-  bool crosses_pixels_;
+  bool crosses_pixels_, uses_earlier_frames_;
   uint32_t width_;
   uint32_t first_ = 0;              // of the frames under way
   std::map<Kind, Progress> kinds_;  // as they were when others began

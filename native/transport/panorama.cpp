@@ -95,12 +95,16 @@ std::optional<Vec2> panorama_position(const Panorama& p, Vec3 d) {
       break;
     }
     case PanoramaType::FISHEYE_EQUIDISTANT: {
-      const Vec2 at = on_circle(d, angle_from_axis(d) / p.fov);
+      const float angle = angle_from_axis(d);
+      if (angle > 0.5f * p.fov) return std::nullopt;
+      const Vec2 at = on_circle(d, angle / p.fov);
       film = {0.5f + at.x, 0.5f + at.y};
       break;
     }
     case PanoramaType::FISHEYE_EQUISOLID: {
-      const Vec2 at = on_circle(d, 2.0f * p.lens * std::sin(0.5f * angle_from_axis(d)));
+      const float angle = angle_from_axis(d);
+      if (angle > 0.5f * p.fov) return std::nullopt;
+      const Vec2 at = on_circle(d, 2.0f * p.lens * std::sin(0.5f * angle));
       film = {0.5f + at.x / p.sensor.x, 0.5f + at.y / p.sensor.y};
       break;
     }

@@ -5,7 +5,11 @@
 
 namespace cistern {
 
-enum class SampleSequence : uint8_t { SOBOL, RANDOM };
+enum class SampleSequence : uint8_t {
+  SOBOL,        // of boxes of pixels
+  PIXEL_SOBOL,  // of each pixel by itself: errors of neighbours are then independent, as denoisers expect
+  RANDOM,       // no sequence
+};
 
 /// Where a path's Sobol points lie.
 struct SequencePoint {
@@ -25,7 +29,7 @@ class PathSampler {
       : rng_(seed, pixel, frame, 0),
         scramble_(static_cast<uint32_t>(hash_combine(mix_bits(seed), point.sequence))),
         point_(point.point),
-        is_sobol_(sequence == SampleSequence::SOBOL) {}
+        is_sobol_(sequence != SampleSequence::RANDOM) {}
 
   Vec2 filter() { return point_of(FILTER).pair; }
   Vec2 lens() { return point_of(LENS).pair; }

@@ -82,6 +82,7 @@ def test_pixels_that_will_be_denoised_share_nothing(core, stand_in, tmp_path):
         scene.cistern.use_denoising = is_denoised
         render(scene, tmp_path)
         assert (core.settings[-1].share_visible, core.settings[-1].share_deep) == (group, 4)
+        assert core.settings[-1].sequence == ("PIXEL_SOBOL" if is_denoised else "SOBOL")
 
 
 def test_a_border_is_denoised_alone(core, stand_in, tmp_path):
@@ -210,10 +211,12 @@ def combined(scene, folder, is_denoised):
 
 @pytest.fixture(scope="module")
 def pictures(registered_addon, tmp_path_factory):
-    """Of 2 samples, plain and denoised, and of 512 with another seed."""
+    """Of the same 2 samples, plain and denoised, and of 512 with another seed."""
     folder = tmp_path_factory.mktemp("pictures")
     scene = textured_scene(2)
-    noisy, clean = (combined(scene, folder, is_denoised) for is_denoised in (False, True))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(denoising, "SEQUENCE", "SOBOL")
+        noisy, clean = (combined(scene, folder, is_denoised) for is_denoised in (False, True))
     scene.cistern.samples, scene.cistern.seed = 512, 1
     return noisy, clean, combined(scene, folder, False)
 

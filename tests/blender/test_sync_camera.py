@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from addon.sync import SyncError, SyncReport
-from addon.sync.camera import camera_arguments, camera_window, focus_distance
+from addon.sync.camera import camera_arguments, camera_window, focus_distance, sensor_size
 
 
 @pytest.fixture
@@ -93,11 +93,28 @@ def test_focus_object_counts_along_the_view_axis(camera) -> None:
     assert focus_distance(evaluated(camera)) == pytest.approx(5.0, abs=1e-5)  # the camera looks along -X
 
 
-def test_panorama_falls_back_with_a_warning(camera) -> None:
-    camera.data.type = "PANO"
+@pytest.mark.skipif(bpy.app.version < (4, 5), reason="this Blender does not have them")
+def test_camera_of_a_script_falls_back_with_a_warning(camera) -> None:
+    camera.data.type = "CUSTOM"
     report = SyncReport()
     assert camera_arguments(bpy.context.scene, evaluated(camera), report)["type"] == "PERSPECTIVE"
-    assert "'Eye'" in report.warnings[0] and "PANO" in report.warnings[0]
+    assert "'Eye'" in report.warnings[0] and "CUSTOM" in report.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("fit", "resolution", "sensor"),
+    [
+        ("AUTO", (200, 100), (30.0, 15.0)),
+        ("AUTO", (100, 200), (15.0, 30.0)),
+        ("HORIZONTAL", (100, 200), (30.0, 60.0)),
+        ("VERTICAL", (200, 100), (40.0, 20.0)),
+    ],
+)
+def test_sensor_of_a_fisheye_is_fitted_as_that_of_other_cameras(camera, fit, resolution, sensor) -> None:
+    render = bpy.context.scene.render
+    render.resolution_x, render.resolution_y, render.resolution_percentage = *resolution, 100
+    camera.data.sensor_fit, camera.data.sensor_width, camera.data.sensor_height = fit, 30.0, 20.0
+    assert sensor_size(camera.data, render) == pytest.approx(sensor)
 
 
 def test_no_camera_is_an_error_that_names_the_scene(empty_scene) -> None:

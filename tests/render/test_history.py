@@ -186,7 +186,7 @@ def test_other_systems_keep_the_history_of_all_frames() -> None:
     scene = scenes("nothing")[0]
     for system in (dict(direct="RESTIR"), dict(secondary="CELL_RESERVOIRS"), SYSTEMS["screen"], SYSTEMS["world"]):
         first, all_frames = (
-            color(run(scene, None, samples=3, indirect="CELL_SHARED", **system | dict(first_frame_history=is_first)))
+            color(run(scene, None, samples=3, **dict(indirect="CELL_SHARED", first_frame_history=is_first) | system))
             for is_first in (True, False)
         )
         assert np.array_equal(first, all_frames)

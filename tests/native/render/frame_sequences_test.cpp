@@ -59,6 +59,15 @@ TEST(FrameSequences, WhatWasLearnedOrDecidedStartsANewSequence) {
   }
 }
 
+TEST(FrameSequences, PixelsHaveTheirOwnWhereAskedFor) {
+  Settings alone = settings(16);
+  alone.sequence = SampleSequence::PIXEL_SOBOL;
+  FrameSequences frames(alone);
+  frames.begin(0, {}, 16);
+  EXPECT_TRUE(are_equal(frames.point(3, 5, 2), {5 * 64 + 3, 2}));
+  EXPECT_NE(frames.point(3, 5, 2).sequence, frames.point(4, 5, 2).sequence);
+}
+
 /// Where paths are traced again, by pixel and frame.
 TEST(FrameSequences, PixelsHaveTheirOwnWhereEarlierFramesAreUsed) {
   FrameSequences frames(settings(16, true));
