@@ -121,7 +121,15 @@ Quaternion slerp(const Quaternion& a, Quaternion b, double t) {
 }  // namespace
 
 MovingTransform::MovingTransform(const Transform& start, const Transform& end)
-    : start_(start), end_(end), start_parts_(decompose(start)), end_parts_(decompose(end)) {}
+    : start_(start), end_(end), turn_(turn(start, end)) {}
+
+std::optional<MovingTransform::Turn> MovingTransform::turn(const Transform& start, const Transform& end) {
+  const float of_start = start.determinant(), of_end = end.determinant();
+  if (!std::isfinite(of_start) || !std::isfinite(of_end) || of_start == 0.0f || of_end == 0.0f ||
+      (of_start < 0.0f) != (of_end < 0.0f))
+    return std::nullopt;
+  return Turn{decompose(start), decompose(end)};
+}
 
 MovingTransform::Parts MovingTransform::decompose(const Transform& transform) {
   Matrix linear;
@@ -138,15 +146,19 @@ MovingTransform::Parts MovingTransform::decompose(const Transform& transform) {
 Transform MovingTransform::at(float t) const {
   if (t <= 0.0f) return start_;
   if (t >= 1.0f) return end_;
+  const Vec3 translation = lerp(start_.translation, end_.translation, t);
+  if (!turn_)
+    return {lerp(start_.row_x, end_.row_x, t), lerp(start_.row_y, end_.row_y, t), lerp(start_.row_z, end_.row_z, t),
+            translation};
   Matrix stretch;
   for (size_t i = 0; i < 3; ++i)
     for (size_t j = 0; j < 3; ++j)
-      stretch[i][j] = std::lerp(start_parts_.stretch[i][j], end_parts_.stretch[i][j], static_cast<double>(t));
-  const Matrix linear = product(to_matrix(slerp(start_parts_.rotation, end_parts_.rotation, t)), stretch);
+      stretch[i][j] = std::lerp(turn_->start.stretch[i][j], turn_->end.stretch[i][j], static_cast<double>(t));
+  const Matrix linear = product(to_matrix(slerp(turn_->start.rotation, turn_->end.rotation, t)), stretch);
   const auto row = [&](size_t i) {
     return Vec3{static_cast<float>(linear[i][0]), static_cast<float>(linear[i][1]), static_cast<float>(linear[i][2])};
   };
-  return {row(0), row(1), row(2), lerp(start_.translation, end_.translation, t)};
+  return {row(0), row(1), row(2), translation};
 }
 
 }  // namespace cistern

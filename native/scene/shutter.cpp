@@ -2,6 +2,8 @@
 
 #include <unordered_map>
 
+#include "scene/scene_checks.h"
+
 namespace cistern {
 namespace {
 
@@ -12,7 +14,7 @@ class Matches {
     for (const Instance& instance : scene.instances)
       if (instance.key != 0) by_key_.try_emplace(instance.key, &instance);
   }
-  /// `instance` itself where it is not there.
+  /// `instance` itself where it is not there. What is shrunk to nothing has no mesh, and is.
   const Instance& find(const Instance& instance, size_t handle) const {
     if (instance.mesh < 0) return instance;
     const Instance* found = nullptr;
@@ -22,7 +24,8 @@ class Matches {
     } else if (handle < scene_.instances.size() && scene_.instances[handle].key == 0) {
       found = &scene_.instances[handle];
     }
-    return found && found->mesh >= 0 ? *found : instance;
+    const bool is_there = found && (found->mesh >= 0 || is_singular(found->object_to_world));
+    return is_there ? *found : instance;
   }
 
  private:
@@ -44,14 +47,9 @@ std::shared_ptr<const Mesh> counterpart(const std::shared_ptr<const Mesh>& middl
   return other->positions == middle->positions && other->normals == middle->normals ? middle : other;
 }
 
-bool is_invertible(const Transform& transform) {
-  const float determinant = transform.determinant();
-  return std::isfinite(determinant) && determinant != 0.0f;
-}
-
-/// A mirrored end would have to pass through what is flat.
+/// A camera is never flat: one that is mirrored stands as in the middle.
 const Transform& end_of(const Transform& middle, const Transform& end) {
-  return is_invertible(end) && (end.determinant() < 0.0f) == (middle.determinant() < 0.0f) ? end : middle;
+  return (end.determinant() < 0.0f) == (middle.determinant() < 0.0f) ? end : middle;
 }
 
 }  // namespace
@@ -69,8 +67,7 @@ Shutter::Shutter(std::shared_ptr<const Scene> middle, const Scene& opening, cons
     if (now.mesh < 0) continue;
     const Instance &before = in_opening.find(now, i), &after = in_closing.find(now, i);
     const Transform& transform = now.object_to_world;
-    const Transform &first = end_of(transform, before.object_to_world),
-                    &last = end_of(transform, after.object_to_world);
+    const Transform &first = before.object_to_world, &last = after.object_to_world;
     if (!(first == transform && last == transform)) instances_.push_back({i, {{first, transform}, {transform, last}}});
     const auto mesh = static_cast<size_t>(now.mesh);
     if (is_known[mesh]) continue;
@@ -95,9 +92,11 @@ std::shared_ptr<const Scene> Shutter::at(float time) const {
                                   &Camera::aperture_radius})
       camera.*member = lerp(camera.*member, end.*member, from_middle);
   }
-  for (const MovingInstance& moving : instances_)
-    scene->instances[moving.instance].object_to_world =
-        (is_before ? moving.object_to_world.before : moving.object_to_world.after).at(t);
+  for (const MovingInstance& moving : instances_) {
+    Instance& instance = scene->instances[moving.instance];
+    instance.object_to_world = (is_before ? moving.object_to_world.before : moving.object_to_world.after).at(t);
+    if (is_singular(instance.object_to_world)) instance.mesh = -1;
+  }
   for (const MovingMesh& moving : meshes_) {
     std::shared_ptr<const Mesh>& mesh = scene->meshes[moving.mesh];
     const Mesh& end = is_before ? *moving.ends.before : *moving.ends.after;

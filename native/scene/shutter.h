@@ -7,9 +7,9 @@ namespace cistern {
 
 /// A scene while a shutter is open: as it stands when that is half over, when it opens and when it closes. Between
 /// these instants cameras and instances go by MovingTransform, and points of meshes straight. Instances are the same
-/// thing where their keys are equal, those without a key where their handles are. What is not there at an instant, and
-/// meshes that change more than their points and normals, stand as in the middle; so do lamps, materials and the
-/// environment (as in Cycles).
+/// thing where their keys are equal, those without a key where their handles are. What is not there at an instant,
+/// meshes that change more than their points and normals, and cameras that are mirrored stand as in the middle; so do
+/// lamps, materials and the environment (as in Cycles). What is shrunk to nothing at an end is there.
 class Shutter {
  public:
   Shutter(std::shared_ptr<const Scene> middle, const Scene& opening, const Scene& closing);

@@ -25,7 +25,6 @@ TEST(MovingTransform, EndsAreThoseGiven) {
     const MovingTransform moving(a, b);
     EXPECT_EQ(moving.at(0.0f), a);
     EXPECT_EQ(moving.at(1.0f), b);
-    if ((a.determinant() < 0.0f) != (b.determinant() < 0.0f)) continue;
     expect_near(moving.at(1e-4f), a, 2e-3f);  // without a jump
     expect_near(moving.at(1.0f - 1e-4f), b, 2e-3f);
   }
@@ -43,6 +42,20 @@ TEST(MovingTransform, StretchesAndMovesStraight) {
   const Transform small{{1, 0, 0}, {0, 2, 0}, {0, 0, -1}, {1, 2, 3}},
       large{{3, 0, 0}, {0, 2, 0}, {0, 0, -5}, {5, 2, 1}};
   expect_near(MovingTransform(small, large).at(0.25f), {{1.5f, 0, 0}, {0, 2, 0}, {0, 0, -2}, {2, 2, 2.5f}}, 1e-5f);
+}
+
+/// A turn of what is flat would be of a rotation that it does not have.
+TEST(MovingTransform, WhatIsFlatOrMirroredAtAnEndGoesStraight) {
+  const Transform turned = turned_about_z(0.3f), nothing{{}, {}, {}, {1, 2, 3}};
+  const Transform mirrored = turned * Transform{{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {}};
+  const auto at = [](Vec3 a, Vec3 b, float t) { return a + t * (b - a); };
+  for (const Transform& end : {nothing, mirrored})
+    for (const float t : {0.25f, 0.8f}) {
+      const Transform expected{at(turned.row_x, end.row_x, t), at(turned.row_y, end.row_y, t),
+                               at(turned.row_z, end.row_z, t), at(turned.translation, end.translation, t)};
+      expect_near(MovingTransform(turned, end).at(t), expected, 1e-6f);
+      expect_near(MovingTransform(end, turned).at(1.0f - t), expected, 1e-6f);
+    }
 }
 
 TEST(MovingTransform, WhatRestsRests) {

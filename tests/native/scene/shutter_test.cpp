@@ -70,17 +70,28 @@ TEST(Shutter, WhatIsNotThereAtBothEndsStandsStill) {
   EXPECT_EQ(other_points.at(0.0f)->meshes[0]->positions[0].z, 0.0f);
 }
 
-TEST(Shutter, WhatCannotBeTurnedIntoTheMiddleStandsStill) {
-  const auto scaled = [](float scale) {
+TEST(Shutter, WhatShrinksToNothingOrIsMirroredGoesStraight) {
+  const auto scaled = [](float x, float rest) {
     SceneBuilder builder(*scene_at(0.0f));
     Instance instance = builder.scene().instances[0];
-    instance.object_to_world.row_x = {scale, 0, 0};
+    instance.object_to_world.row_x = {x, 0, 0};
+    instance.object_to_world.row_y = {0, rest, 0};
+    instance.object_to_world.row_z = {0, 0, rest};
     builder.add_instance(instance, 0);
     return builder.snapshot();
   };
-  const Shutter shutter(scaled(1.0f), *scaled(-1.0f), *scaled(2.0f));  // mirrored, and then wider
-  EXPECT_EQ(shutter.at(0.1f)->instances[0].object_to_world.row_x.x, 1.0f);
-  EXPECT_FLOAT_EQ(shutter.at(0.75f)->instances[0].object_to_world.row_x.x, 1.5f);
+  const auto x_scale = [](const Shutter& shutter, float time) {
+    const Instance instance = shutter.at(time)->instances[0];
+    EXPECT_EQ(instance.mesh >= 0, instance.object_to_world.row_x.x != 0.0f);
+    return instance.object_to_world.row_x.x;
+  };
+  const Shutter mirrored(scaled(1.0f, 1.0f), *scaled(-1.0f, 1.0f), *scaled(2.0f, 1.0f));
+  EXPECT_FLOAT_EQ(x_scale(mirrored, 0.125f), -0.5f);
+  EXPECT_FLOAT_EQ(x_scale(mirrored, 0.75f), 1.5f);
+  const Shutter shrinking(scaled(0.5f, 0.5f), *scaled(1.0f, 1.0f), *scaled(0.0f, 0.0f));
+  EXPECT_FLOAT_EQ(x_scale(shrinking, 0.25f), 0.75f);
+  EXPECT_FLOAT_EQ(x_scale(shrinking, 0.75f), 0.25f);
+  EXPECT_FLOAT_EQ(x_scale(shrinking, 1.0f), 0.0f);
 }
 
 /// The small room while the camera passes by and one of its walls is turned.
