@@ -18,10 +18,13 @@ Vec2 on_circle(Vec3 d, float radius) {
   return {radius * d.x / length, radius * d.y / length};
 }
 
-/// Longitude grows to the right, from the view axis on.
-float longitude_of(Vec3 d) { return std::atan2(d.x, -d.z); }
-
 float fraction_between(Vec2 range, float x) { return (x - range.x) / (range.y - range.x); }
+
+/// Longitude grows to the right, from the view axis on. Ranges may go on beyond the half turn behind it.
+float fraction_of_longitude(Vec2 range, Vec3 d) {
+  const float first = std::min(range.x, range.y), longitude = std::atan2(d.x, -d.z);
+  return fraction_between(range, longitude + 2.0f * kPi * std::ceil((first - longitude) / (2.0f * kPi)));
+}
 
 bool is_in_frame(Vec2 p) { return p.x >= 0.0f && p.x <= 1.0f && p.y >= 0.0f && p.y <= 1.0f; }
 
@@ -80,7 +83,7 @@ std::optional<Vec2> panorama_position(const Panorama& p, Vec3 d) {
   Vec2 film;
   switch (p.type) {
     case PanoramaType::EQUIRECTANGULAR:
-      film = {fraction_between(p.longitude, longitude_of(d)),
+      film = {fraction_of_longitude(p.longitude, d),
               fraction_between(p.latitude, std::asin(std::clamp(d.y, -1.0f, 1.0f)))};
       break;
     case PanoramaType::CUBEMAP_FACE: {
@@ -113,7 +116,7 @@ std::optional<Vec2> panorama_position(const Panorama& p, Vec3 d) {
     case PanoramaType::CENTRAL_CYLINDRICAL: {
       const float level = std::sqrt(d.x * d.x + d.z * d.z);
       if (!(level > 0.0f)) return std::nullopt;
-      film = {fraction_between(p.longitude, longitude_of(d)), fraction_between(p.cylinder, d.y / level)};
+      film = {fraction_of_longitude(p.longitude, d), fraction_between(p.cylinder, d.y / level)};
       break;
     }
   }

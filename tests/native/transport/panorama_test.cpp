@@ -46,6 +46,18 @@ TEST(Panorama, PositionsAndDirectionsAreInverse) {
   }
 }
 
+TEST(Panorama, WholeTurnsStartAnywhere) {
+  Panorama p;
+  for (const Vec2 range : {Vec2{-kPi, kPi}, Vec2{0.0f, 2.0f * kPi}, Vec2{2.0f * kPi, 0.0f}, Vec2{-7.0f, -7.0f + 6.0f}})
+    for (const PanoramaType type : {PanoramaType::EQUIRECTANGULAR, PanoramaType::CENTRAL_CYLINDRICAL})
+      for (const float x : {0.01f, 0.3f, 0.5f, 0.8f, 0.99f}) {
+        p.type = type, p.longitude = range;
+        const std::optional<Vec2> back = panorama_position(p, *panorama_direction(p, {x, 0.4f}));
+        ASSERT_TRUE(back) << range.x << " " << x;
+        EXPECT_NEAR(back->x, x, 1e-4f) << range.x;
+      }
+}
+
 TEST(Panorama, RightIsRightAndUpIsUp) {
   for (const PanoramaType type : kTypes) {
     Panorama p = panorama(type);
