@@ -77,8 +77,10 @@ class CisternEngine(bpy.types.RenderEngine):
         return self.test_break()
 
     def go_to_frame(self, frame: int, subframe: float) -> None:
-        """Evaluate the scene of the render at another frame."""
-        self.frame_set(frame, subframe=subframe)
+        """Evaluate the scene of the render at another frame. Before frame 0 Blender itself has subframes below 0, which
+        `frame_set` takes for 0."""
+        whole, part = divmod(frame + subframe, 1.0)
+        self.frame_set(int(whole), subframe=part)
 
     def open_export(self, is_kept: bool) -> "SceneSync":
         """The exporter to use: the previous frame's if exports are kept, else a new one that the caller closes."""

@@ -48,10 +48,12 @@ def read_steps(
     scene = depsgraph.scene
     frame, subframe = scene.frame_current, scene.frame_subframe
     steps = []
-    for offset in (-1, 1):
-        go_to_frame(frame + offset, subframe)
-        steps.append(_read(depsgraph, camera))
-    go_to_frame(frame, subframe)
+    try:
+        for offset in (-1, 1):
+            go_to_frame(frame + offset, subframe)
+            steps.append(_read(depsgraph, camera))
+    finally:
+        go_to_frame(frame, subframe)
     return steps[0], steps[1]
 
 

@@ -80,5 +80,4 @@ class MotionBlur:
         return report
 
     def _go_to(self, offset: float) -> None:
-        whole, part = divmod(self._frame + self._subframe + offset, 1.0)
-        self._go_to_frame(int(whole), part)
+        self._go_to_frame(self._frame, self._subframe + offset)

@@ -131,6 +131,19 @@ def test_the_scene_is_back_at_its_frame(moving):
     assert (scene.frame_current, scene.frame_subframe) == (1, 0.0)
 
 
+@pytest.mark.parametrize("vector", [False, True], ids=["blur", "vector"])
+def test_the_scene_is_back_before_frame_zero(moving, vector):
+    """Blender has -3.75 as frame -3 and subframe -0.75."""
+    scene = moving(flying)
+    scene.render.use_motion_blur, scene.view_layers[0].use_pass_vector = not vector, vector
+    prepare(scene, 8, 8)
+    scene.cistern.preset = "PATH_TRACING"
+    scene.frame_set(-4, subframe=0.25)
+    assert scene.frame_float == -3.75
+    render(scene, "CISTERN", 1, 1)
+    assert scene.frame_float == -3.75
+
+
 def test_techniques_that_keep_samples_say_that_there_is_none(moving):
     scene = moving(flying)
     prepare(scene, 16, 16)
