@@ -52,14 +52,29 @@ const Transform& end_of(const Transform& middle, const Transform& end) {
   return (end.determinant() < 0.0f) == (middle.determinant() < 0.0f) ? end : middle;
 }
 
+Panorama between(Panorama panorama, const Panorama& end, float t) {
+  for (Vec2 Panorama::*member : {&Panorama::longitude, &Panorama::latitude, &Panorama::cylinder, &Panorama::sensor})
+    panorama.*member = (1.0f - t) * (panorama.*member) + t * (end.*member);
+  for (float Panorama::*member : {&Panorama::fov, &Panorama::lens})
+    panorama.*member = lerp(panorama.*member, end.*member, t);
+  for (size_t i = 0; i < panorama.polynomial.size(); ++i)
+    panorama.polynomial[i] = lerp(panorama.polynomial[i], end.polynomial[i], t);
+  return panorama;
+}
+
+/// `end`, or the middle where that is another sort of camera.
+const Camera& end_of(const Camera& middle, const Camera& end) {
+  return end.type == middle.type && end.panorama.type == middle.panorama.type ? end : middle;
+}
+
 }  // namespace
 
 Shutter::Shutter(std::shared_ptr<const Scene> middle, const Scene& opening, const Scene& closing)
     : middle_(std::move(middle)),
-      cameras_{opening.camera, closing.camera},
-      eye_{{end_of(middle_->camera.camera_to_world, opening.camera.camera_to_world), middle_->camera.camera_to_world},
-           {middle_->camera.camera_to_world, end_of(middle_->camera.camera_to_world, closing.camera.camera_to_world)}},
-      moves_camera_(!(opening.camera == middle_->camera && closing.camera == middle_->camera)) {
+      cameras_{end_of(middle_->camera, opening.camera), end_of(middle_->camera, closing.camera)},
+      eye_{{end_of(middle_->camera.camera_to_world, cameras_.before.camera_to_world), middle_->camera.camera_to_world},
+           {middle_->camera.camera_to_world, end_of(middle_->camera.camera_to_world, cameras_.after.camera_to_world)}},
+      moves_camera_(!(cameras_.before == middle_->camera && cameras_.after == middle_->camera)) {
   const Matches in_opening(opening), in_closing(closing);
   std::vector<bool> is_known(middle_->meshes.size());
   for (size_t i = 0; i < middle_->instances.size(); ++i) {
@@ -89,8 +104,9 @@ std::shared_ptr<const Scene> Shutter::at(float time) const {
     Camera& camera = scene->camera;
     camera.camera_to_world = (is_before ? eye_.before : eye_.after).at(t);
     for (float Camera::*member : {&Camera::left, &Camera::right, &Camera::bottom, &Camera::top, &Camera::focus_distance,
-                                  &Camera::aperture_radius})
+                                  &Camera::aperture_radius, &Camera::clip_start, &Camera::clip_end})
       camera.*member = lerp(camera.*member, end.*member, from_middle);
+    camera.panorama = cistern::between(camera.panorama, end.panorama, from_middle);
   }
   for (const MovingInstance& moving : instances_) {
     Instance& instance = scene->instances[moving.instance];

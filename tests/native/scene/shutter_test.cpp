@@ -50,6 +50,31 @@ TEST(Shutter, ThingsGoStraightFromInstantToInstant) {
   }
 }
 
+TEST(Shutter, LensesAndPanoramasChange) {
+  const auto seen_by = [](CameraType type, float by) {
+    SceneBuilder builder(*scene_at(0.0f));
+    Camera camera = builder.scene().camera;
+    camera.type = type;
+    camera.clip_start = by;
+    camera.panorama.type = PanoramaType::FISHEYE_EQUIDISTANT;
+    camera.panorama.fov = by;
+    camera.panorama.longitude.y = 2.0f * by;
+    camera.panorama.polynomial[2] = 3.0f * by;
+    builder.set_camera(camera, "camera");
+    return builder.snapshot();
+  };
+  const auto pano = CameraType::PANORAMIC;
+  const Shutter shutter(seen_by(pano, 2.0f), *seen_by(pano, 1.0f), *seen_by(CameraType::PERSPECTIVE, 4.0f));
+  for (const auto& [time, by] : {std::pair{0.0f, 1.0f}, {0.25f, 1.5f}, {0.5f, 2.0f}, {0.75f, 2.0f}}) {
+    const Camera camera = shutter.at(time)->camera;
+    EXPECT_EQ(camera.type, pano);
+    EXPECT_FLOAT_EQ(camera.clip_start, by);
+    EXPECT_FLOAT_EQ(camera.panorama.fov, by);
+    EXPECT_FLOAT_EQ(camera.panorama.longitude.y, 2.0f * by);
+    EXPECT_FLOAT_EQ(camera.panorama.polynomial[2], 3.0f * by);
+  }
+}
+
 TEST(Shutter, WhatRestsIsShared) {
   const std::shared_ptr<const Scene> middle = scene_at(1.0f);
   const Shutter still(middle, *scene_at(1.0f), *scene_at(1.0f));
