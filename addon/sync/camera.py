@@ -38,6 +38,8 @@ def camera_arguments(
     camera = camera_object.data
     if camera.type not in CAMERA_TYPES:
         report.warn(f"Camera '{camera_object.name}': type {camera.type} is not supported, rendered as perspective")
+    if scene.render.use_multiview and camera.type != "ORTHO" and camera.stereo.use_spherical_stereo:
+        report.warn(f"Camera '{camera_object.name}': spherical stereo is not supported, the eyes look side by side")
     panorama = {"panorama": panorama_arguments(camera, scene.render)} if camera.type == "PANO" else {}
     left, right, bottom, top = camera_window(camera, scene.render)
     return {

@@ -101,6 +101,15 @@ def test_camera_of_a_script_falls_back_with_a_warning(camera) -> None:
     assert "'Eye'" in report.warnings[0] and "CUSTOM" in report.warnings[0]
 
 
+@pytest.mark.parametrize(("kind", "multiview", "said"), [("PERSP", True, 1), ("PANO", True, 1), ("PANO", False, 0)])
+def test_spherical_stereo_is_named_where_it_would_be_rendered(camera, kind, multiview, said) -> None:
+    bpy.context.scene.render.use_multiview = multiview
+    camera.data.type, camera.data.stereo.use_spherical_stereo = kind, True
+    report = SyncReport()
+    camera_arguments(bpy.context.scene, evaluated(camera), report)
+    assert len([w for w in report.warnings if "'Eye': spherical stereo" in w]) == said
+
+
 @pytest.mark.parametrize(
     ("fit", "resolution", "sensor"),
     [
