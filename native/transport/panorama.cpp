@@ -20,17 +20,31 @@ Vec2 on_circle(Vec3 d, float radius) {
 
 float fraction_between(Vec2 range, float x) { return (x - range.x) / (range.y - range.x); }
 
-/// Longitude grows to the right, from the view axis on. Ranges may go on beyond the half turn behind it.
+/// Longitude grows to the right, from the view axis on. Turned on to within half a turn of the middle of the range.
 float fraction_of_longitude(Vec2 range, Vec3 d) {
-  const float first = std::min(range.x, range.y), longitude = std::atan2(d.x, -d.z);
-  return fraction_between(range, longitude + 2.0f * kPi * std::ceil((first - longitude) / (2.0f * kPi)));
+  const float middle = 0.5f * (range.x + range.y), from_middle = std::atan2(d.x, -d.z) - middle;
+  return fraction_between(range, middle + std::remainder(from_middle, 2.0f * kPi));
 }
-
-bool is_in_frame(Vec2 p) { return p.x >= 0.0f && p.x <= 1.0f && p.y >= 0.0f && p.y <= 1.0f; }
 
 float polynomial_angle(const Panorama& p, float r) {
   const auto& k = p.polynomial;
   return -(k[0] + r * (k[1] + r * (k[2] + r * (k[3] + r * k[4]))));
+}
+
+/// Where the polynomial has an angle from the axis, by halving: lenses turn away steadily. Negative where it turns the
+/// other way. Empty far beyond the sensor's corners.
+std::optional<float> polynomial_radius(const Panorama& p, float angle) {
+  constexpr int kHalvings = 30, kDoublings = 3;
+  float low = 0.0f, high = 0.5f * std::sqrt(p.sensor.x * p.sensor.x + p.sensor.y * p.sensor.y);
+  const float sign = polynomial_angle(p, high) < 0.0f ? -1.0f : 1.0f;
+  const auto is_within = [&](float r) { return sign * polynomial_angle(p, r) <= angle; };
+  for (int i = 0; i < kDoublings && is_within(high); ++i) low = high, high *= 2.0f;
+  if (!is_within(low) || is_within(high)) return std::nullopt;
+  for (int i = 0; i < kHalvings; ++i) {
+    const float middle = 0.5f * (low + high);
+    (is_within(middle) ? low : high) = middle;
+  }
+  return sign * low;
 }
 
 }  // namespace
@@ -81,6 +95,7 @@ std::optional<Vec3> panorama_direction(const Panorama& p, Vec2 film) {
 
 std::optional<Vec2> panorama_position(const Panorama& p, Vec3 d) {
   Vec2 film;
+  const bool is_right_behind = d.x == 0.0f && d.y == 0.0f && d.z > 0.0f;  // circles have it all around
   switch (p.type) {
     case PanoramaType::EQUIRECTANGULAR:
       film = {fraction_of_longitude(p.longitude, d),
@@ -98,21 +113,24 @@ std::optional<Vec2> panorama_position(const Panorama& p, Vec3 d) {
       break;
     }
     case PanoramaType::FISHEYE_EQUIDISTANT: {
-      const float angle = angle_from_axis(d);
-      if (angle > 0.5f * p.fov) return std::nullopt;
-      const Vec2 at = on_circle(d, angle / p.fov);
+      if (is_right_behind) return std::nullopt;
+      const Vec2 at = on_circle(d, angle_from_axis(d) / p.fov);
       film = {0.5f + at.x, 0.5f + at.y};
       break;
     }
     case PanoramaType::FISHEYE_EQUISOLID: {
-      const float angle = angle_from_axis(d);
-      if (angle > 0.5f * p.fov) return std::nullopt;
-      const Vec2 at = on_circle(d, 2.0f * p.lens * std::sin(0.5f * angle));
+      if (is_right_behind) return std::nullopt;
+      const Vec2 at = on_circle(d, 2.0f * p.lens * std::sin(0.5f * angle_from_axis(d)));
       film = {0.5f + at.x / p.sensor.x, 0.5f + at.y / p.sensor.y};
       break;
     }
-    case PanoramaType::FISHEYE_POLYNOMIAL:
-      return std::nullopt;
+    case PanoramaType::FISHEYE_POLYNOMIAL: {
+      const std::optional<float> radius = polynomial_radius(p, angle_from_axis(d));
+      if (!radius || is_right_behind) return std::nullopt;
+      const Vec2 at = on_circle(d, *radius);
+      film = {0.5f + at.x / p.sensor.x, 0.5f + at.y / p.sensor.y};
+      break;
+    }
     case PanoramaType::CENTRAL_CYLINDRICAL: {
       const float level = std::sqrt(d.x * d.x + d.z * d.z);
       if (!(level > 0.0f)) return std::nullopt;
@@ -120,8 +138,7 @@ std::optional<Vec2> panorama_position(const Panorama& p, Vec3 d) {
       break;
     }
   }
-  const bool is_seen = is_in_frame(film) && panorama_direction(p, film);
-  return is_seen ? std::optional(film) : std::nullopt;
+  return std::isfinite(film.x) && std::isfinite(film.y) ? std::optional(film) : std::nullopt;
 }
 
 float panorama_pixel_angle(const Panorama& p, int width, int height) {

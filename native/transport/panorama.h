@@ -12,7 +12,7 @@ namespace cistern {
 /// Unit; empty where nothing is seen: outside of circles and fields of view.
 std::optional<Vec3> panorama_direction(const Panorama& panorama, Vec2 film_position);
 
-/// Empty where a direction is not in the picture, and for the polynomial, which has no closed inverse.
+/// Outside of the frame too, as for other cameras. Empty where a projection has no place for a direction.
 std::optional<Vec2> panorama_position(const Panorama& panorama, Vec3 direction);
 
 /// Of a pixel of a width x height picture, about, in the middle of it: the angle that it covers.

@@ -70,6 +70,16 @@ def test_vectors_of_an_orthographic_camera(cards):
         np.testing.assert_allclose(found, metres * pixels_per_metre, atol=1e-4)
 
 
+@pytest.mark.parametrize("panorama", ["EQUIRECTANGULAR", "FISHEYE_EQUISOLID", "FISHEYE_LENS_POLYNOMIAL"])
+def test_vectors_of_panoramas(cards, panorama):
+    scene = cards(camera_type="PANO")
+    camera = scene.camera.data
+    camera.panorama_type, camera.fisheye_fov, camera.fisheye_lens = panorama, 3.0, 30.0
+    camera.longitude_min, camera.longitude_max, camera.latitude_min, camera.latitude_max = -0.7, 0.7, -0.5, 0.5
+    result = compare(scene)
+    assert result.agrees, result
+
+
 def resting_card(scene):
     bpy.data.objects["Thick"].animation_data_clear()
 
