@@ -84,6 +84,9 @@ class LayerRender:
         """Where things are in the frames beside this one, if a pass tells it; as an argument of `SceneSync.sync`."""
         if not any(render_pass.core_name == "Vector" for render_pass in self.passes):
             return {}
+        if self.blur is not None:
+            self.figures.warnings.append("The Vector pass is empty with motion blur, as in Cycles")
+            return {}
         from .sync.motion import read_steps
 
         return {"motion": read_steps(self.depsgraph, self.engine.camera_override, self.engine.go_to_frame)}

@@ -51,6 +51,19 @@ def warn_of_curve(scene: bpy.types.Scene, report: SyncReport) -> None:
         report.warn(f"Scene '{scene.name}': the shutter curve is ignored, the shutter opens and closes at once")
 
 
+def warn_of_unblurred(scene: bpy.types.Scene, report: SyncReport) -> None:
+    """Cycles can leave objects out."""
+
+    def is_left_out(obj: bpy.types.Object) -> bool:
+        settings = getattr(obj, "cycles", None)  # where its add-on is there
+        return not (getattr(settings, "use_motion_blur", True) and getattr(settings, "use_deform_motion", True))
+
+    names = [obj.name for obj in scene.objects if is_left_out(obj)]
+    if names:
+        rest = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        report.warn(f"Object '{names[0]}'{rest}: motion blur cannot be turned off for single objects")
+
+
 class MotionBlur:
     """Exports the scene in the middle of the exposure and at its ends."""
 
@@ -77,6 +90,7 @@ class MotionBlur:
         finally:
             self._go_to_frame(self._frame, self._subframe)
         warn_of_curve(depsgraph.scene_eval, report)
+        warn_of_unblurred(depsgraph.scene, report)
         return report
 
     def _go_to(self, offset: float) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 import addon
 from tests.support import blender_scenes as build
+from tests.support import pass_scenes
 from tests.support.engines import compare_with_cycles, prepare, render
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -161,6 +162,30 @@ def test_a_shutter_curve_is_named(moving):
     curve.points[0].location = (0.0, 0.2)
     render(scene, "CISTERN", 1, 1)
     assert [w for line in addon.report.last for w in line.warnings if "shutter curve" in w]
+
+
+@pytest.mark.parametrize("switch", ["use_motion_blur", "use_deform_motion"])
+def test_an_object_that_shall_not_be_blurred_is_named(moving, switch):
+    scene = moving(flying)
+    prepare(scene, 8, 8)
+    setattr(bpy.data.objects["sphere"].cycles, switch, False)
+    render(scene, "CISTERN", 1, 1)
+    assert [w for line in addon.report.last for w in line.warnings if w.startswith("Object 'sphere': motion blur")]
+
+
+def test_with_blur_there_are_no_vectors(moving):
+    """As in Cycles."""
+    scene = moving(flying)
+    scene.view_layers[0].use_pass_vector = True
+    pass_scenes.prepare_layers(scene, "PATH_TRACING")
+    found = {}
+    for engine in ("CISTERN", "CYCLES"):
+        channels, _ = pass_scenes.render_layers(scene, engine, 4)
+        found[engine] = channels["ViewLayer.Vector.X"]
+    assert not found["CISTERN"].any() and not found["CYCLES"].any()
+    scene.render.use_motion_blur = False
+    channels, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    assert channels["ViewLayer.Vector.X"].any()
 
 
 @pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL"])
