@@ -72,6 +72,7 @@ class MotionBlur:
         self.ends: list[SceneBuilder] = []
         self._frame, self._subframe = scene.frame_current, scene.frame_subframe
         self._go_to_frame = go_to_frame
+        self._offset = 0.0
 
     def sync(
         self,
@@ -88,10 +89,12 @@ class MotionBlur:
             self._go_to(self.times.middle)
             report = exported.sync(depsgraph, camera, **motion)
         finally:
-            self._go_to_frame(self._frame, self._subframe)
+            if self._offset != 0.0:
+                self._go_to(0.0)
         warn_of_curve(depsgraph.scene_eval, report)
         warn_of_unblurred(depsgraph.scene, report)
         return report
 
     def _go_to(self, offset: float) -> None:
+        self._offset = offset
         self._go_to_frame(self._frame, self._subframe + offset)

@@ -132,6 +132,26 @@ def test_the_scene_is_back_at_its_frame(moving):
     assert (scene.frame_current, scene.frame_subframe) == (1, 0.0)
 
 
+@pytest.mark.parametrize("position", ["START", "CENTER", "END"])
+def test_the_scene_is_evaluated_as_often_as_by_cycles(moving, position):
+    scene = moving(flying, position)
+    prepare(scene, 8, 8)
+    visited = []
+
+    def visit(visited_scene, _):
+        visited.append(visited_scene.frame_float)
+
+    bpy.app.handlers.frame_change_post.append(visit)
+    counts = []
+    for engine in ("CISTERN", "CYCLES"):
+        visited.clear()
+        render(scene, engine, 1, 1)
+        counts.append(len(visited))
+    bpy.app.handlers.frame_change_post.remove(visit)
+    assert counts[0] == counts[1]
+    assert scene.frame_float == 1.0
+
+
 @pytest.mark.parametrize("vector", [False, True], ids=["blur", "vector"])
 def test_the_scene_is_back_before_frame_zero(moving, vector):
     """Blender has -3.75 as frame -3 and subframe -0.75."""
