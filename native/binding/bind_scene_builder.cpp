@@ -277,73 +277,6 @@ int add_area_light(SceneBuilder& builder, const std::string& name, const Color& 
   return add_light(builder, light_common(name, common), area);
 }
 
-template <class T>
-T choice_of(const std::string& owner, const std::string& what, const std::string& given,
-            const std::vector<std::pair<std::string, T>>& choices) {
-  std::string names;
-  for (const auto& [choice, value] : choices) {
-    if (choice == given) return value;
-    names += (names.empty() ? "" : ", ") + choice;
-  }
-  throw Error(owner, what + " '" + given + "' is none of " + names);
-}
-
-Panorama to_panorama(const py::dict& values, const std::string& name) {
-  const auto pair = [](const py::handle& value) {
-    const auto [first, second] = value.cast<std::pair<float, float>>();
-    return Vec2{first, second};
-  };
-  Panorama panorama;
-  for (const auto& [key, value] : values) {
-    const auto member = key.cast<std::string>();
-    if (member == "type") {
-      panorama.type = choice_of<PanoramaType>(name, "panorama", value.cast<std::string>(),
-                                              {{"EQUIRECTANGULAR", PanoramaType::EQUIRECTANGULAR},
-                                               {"CUBEMAP_FACE", PanoramaType::CUBEMAP_FACE},
-                                               {"MIRROR_BALL", PanoramaType::MIRROR_BALL},
-                                               {"FISHEYE_EQUIDISTANT", PanoramaType::FISHEYE_EQUIDISTANT},
-                                               {"FISHEYE_EQUISOLID", PanoramaType::FISHEYE_EQUISOLID},
-                                               {"FISHEYE_POLYNOMIAL", PanoramaType::FISHEYE_POLYNOMIAL},
-                                               {"CENTRAL_CYLINDRICAL", PanoramaType::CENTRAL_CYLINDRICAL}});
-    } else if (member == "longitude") {
-      panorama.longitude = pair(value);
-    } else if (member == "latitude") {
-      panorama.latitude = pair(value);
-    } else if (member == "cylinder") {
-      panorama.cylinder = pair(value);
-    } else if (member == "sensor") {
-      panorama.sensor = pair(value);
-    } else if (member == "fov") {
-      panorama.fov = value.cast<float>();
-    } else if (member == "lens") {
-      panorama.lens = value.cast<float>();
-    } else if (member == "polynomial") {
-      panorama.polynomial = value.cast<std::array<float, 5>>();
-    } else {
-      throw Error(name, "panorama has no '" + member + "'");
-    }
-  }
-  return panorama;
-}
-
-void set_camera(SceneBuilder& builder, const std::string& name, const std::string& type, const Array<float>& matrix,
-                float left, float right, float bottom, float top, float clip_start, float clip_end,
-                float aperture_radius, float focus_distance, int blades, float blade_rotation, float aperture_ratio,
-                const py::dict& panorama) {
-  Camera camera;
-  camera.type = choice_of<CameraType>(name, "camera type", type,
-                                      {{"PERSPECTIVE", CameraType::PERSPECTIVE},
-                                       {"ORTHOGRAPHIC", CameraType::ORTHOGRAPHIC},
-                                       {"PANORAMIC", CameraType::PANORAMIC}});
-  if (camera.type == CameraType::PANORAMIC) camera.panorama = to_panorama(panorama, name);
-  camera.camera_to_world = to_transform(matrix, name);
-  camera.left = left, camera.right = right, camera.bottom = bottom, camera.top = top;
-  camera.clip_start = clip_start, camera.clip_end = clip_end;
-  camera.aperture_radius = aperture_radius, camera.focus_distance = focus_distance;
-  camera.blades = blades, camera.blade_rotation = blade_rotation, camera.aperture_ratio = aperture_ratio;
-  builder.set_camera(camera, name);
-}
-
 py::dict mesh_statistics(const SceneBuilder& builder, int handle) {
   const auto& meshes = builder.scene().meshes;
   const bool exists = handle >= 0 && static_cast<size_t>(handle) < meshes.size() && meshes[handle];
@@ -404,19 +337,13 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
 }
 
 void bind_surroundings(py::class_<SceneBuilder>& builder) {
-  builder
-      .def(
-          "set_environment",
-          [](SceneBuilder& b, int material, uint8_t visibility, int width, bool importance_sampling) {
-            b.set_environment({material, width, visibility, importance_sampling});
-          },
-          py::arg("material"), py::arg("visibility") = 31, py::arg("importance_width") = 0,
-          py::arg("importance_sampling") = true)
-      .def("set_camera", &set_camera, py::arg("name"), py::arg("type"), py::arg("camera_to_world").noconvert(),
-           py::arg("left"), py::arg("right"), py::arg("bottom"), py::arg("top"), py::arg("clip_start"),
-           py::arg("clip_end"), py::arg("aperture_radius") = 0.0f, py::arg("focus_distance") = 1.0f,
-           py::arg("blades") = 0, py::arg("blade_rotation") = 0.0f, py::arg("aperture_ratio") = 1.0f,
-           py::arg("panorama") = py::dict());
+  builder.def(
+      "set_environment",
+      [](SceneBuilder& b, int material, uint8_t visibility, int width, bool importance_sampling) {
+        b.set_environment({material, width, visibility, importance_sampling});
+      },
+      py::arg("material"), py::arg("visibility") = 31, py::arg("importance_width") = 0,
+      py::arg("importance_sampling") = true);
 }
 
 }  // namespace
@@ -440,6 +367,7 @@ void bind_scene_builder(py::module_& m) {
   bind_geometry(builder);
   bind_lights(builder);
   bind_surroundings(builder);
+  bind_camera(builder);
 }
 
 }  // namespace cistern::binding
