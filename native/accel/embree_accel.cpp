@@ -54,6 +54,15 @@ class EmbreeAccel final : public Accel {
   std::optional<Hit> intersect(const Ray& ray, uint8_t visibility) const override {
     return closest_hit(ray, any_surface_mask(visibility));
   }
+  std::optional<Hit> intersect_instance(const Ray& ray, uint32_t instance) const override {
+    Ray rest = ray;
+    std::optional<Hit> hit = closest_hit(rest, any_surface_mask(kVisibleToAll));
+    while (hit && hit->instance != instance) {
+      rest.t_min = std::nextafter(hit->t, INFINITY);
+      hit = closest_hit(rest, any_surface_mask(kVisibleToAll));
+    }
+    return hit;
+  }
   bool occluded(const Ray& ray, uint8_t visibility) const override {
     if (!is_number(ray)) return false;
     RTCRay query;

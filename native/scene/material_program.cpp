@@ -61,12 +61,14 @@ ParameterRules parameter_rules(Op op) {
     case Op::VECTOR_MATH:
       return {up_to(25)};
     case Op::VECTOR_MATH_VALUE:
+    case Op::CLOSURE_SUBSURFACE:
       return {up_to(2)};
     case Op::MIX_FLOAT:
     case Op::MIX_VECTOR:
     case Op::CLAMP:
-    case Op::CLOSURE_PRINCIPLED:
       return {kFlag};
+    case Op::CLOSURE_PRINCIPLED:
+      return {kFlag, up_to(2)};
     case Op::BUMP:
       return {kFlag, kShift};
     case Op::MIX_COLOR:
@@ -274,6 +276,7 @@ enum Principled : size_t {
   kPrincipledSheenWeight = 20,
   kPrincipledEmissionColor = 23,
   kPrincipledEmissionStrength = 24,
+  kPrincipledSubsurfaceRadius = 25,
 };
 
 std::span<const Operand> operands_of(const MaterialProgram& program, const Instruction& instruction) {
@@ -345,7 +348,8 @@ bool matters_to_transparency(const MaterialProgram&, const Instruction& closure,
 bool matters_to_emission(const MaterialProgram& p, const Instruction& closure, size_t i) {
   if (matters_to_transparency(p, closure, i) || i == kPrincipledEmissionColor || i == kPrincipledEmissionStrength)
     return true;
-  return may_have_layers(p, closure) && (i == kPrincipledNormal || i >= kPrincipledCoatWeight);
+  return may_have_layers(p, closure) &&
+         (i == kPrincipledNormal || (i >= kPrincipledCoatWeight && i < kPrincipledSubsurfaceRadius));
 }
 
 /// The instructions that the closures chosen by `is_wanted` depend on; a backward liveness analysis.

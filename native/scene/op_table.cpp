@@ -128,8 +128,9 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // weight, 1 base colour c, 2 metallic, 3 roughness, 4 ior, 5 alpha, 6 normal v, 7 diffuse roughness, 8 subsurface weight,
     // 9 specular ior level, 10 specular tint c, 11 anisotropic, 12 anisotropic rotation, 13 tangent v, 14 transmission weight,
     // 15 coat weight, 16 coat roughness, 17 coat ior, 18 coat tint c, 19 coat normal v, 20 sheen weight, 21 sheen roughness,
-    // 22 sheen tint c, 23 emission colour c, 24 emission strength; [1 = multiple-scattering GGX, 0 = plain GGX]
-    {"CLOSURE_PRINCIPLED", "fcffffvfffcffvffffcvffccf", 0, 1, true},
+    // 22 sheen tint c, 23 emission colour c, 24 emission strength, 25 subsurface radius v, 26 subsurface scale, 27 subsurface ior,
+    // 28 subsurface anisotropy; [1 = multiple-scattering GGX, 0 = plain GGX; 0 BURLEY, walked as 1 RANDOM_WALK, 2 RANDOM_WALK_SKIN]
+    {"CLOSURE_PRINCIPLED", "fcffffvfffcffvffffcvffccfvfff", 0, 2, true},
     {"CLOSURE_DIFFUSE", "fcfv", 0, 0, true},          // weight, colour, roughness, normal
     // weight, colour, roughness, anisotropy, rotation, normal, tangent; [distribution: 0 GGX 1 MULTI_GGX 2 BECKMANN 3 ASHIKHMIN_SHIRLEY]
     {"CLOSURE_GLOSSY", "fcfffvv", 0, 1, true},
@@ -140,6 +141,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"CLOSURE_EMISSION", "fcf", 0, 0, true},          // weight, colour, strength
     {"CLOSURE_SHEEN", "fcfv", 0, 0, true},            // weight, colour, roughness, normal
     {"CLOSURE_METALLIC", "fccfffvv", 0, 1, true},     // weight, base colour, edge tint, roughness, anisotropy, rotation, normal, tangent; [distribution]
+    {"CLOSURE_SUBSURFACE", "fcvffffv", 0, 1, true},   // weight, colour, radius, scale, ior, roughness, anisotropy, normal; [method, as above]
     {"CLOSURE_HOLDOUT", "f", 0, 0, true},             // weight
     {"CLOSURE_NORMAL", "fv", 0, 0, true},             // weight 1, normal
     {"CLOSURE_AOV", "fcf", 0, 1, true},               // weight 1, colour, value; [name index]

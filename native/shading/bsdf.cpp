@@ -1,6 +1,7 @@
 #include "shading/bsdf.h"
 
 #include <memory>
+#include <span>
 
 #include "shading/lobe_microfacet.h"
 #include "shading/lobe_sheen.h"
@@ -162,6 +163,22 @@ std::optional<BsdfSample> sample_lambert(const Bsdf& bsdf, Vec3 n, Vec2 u) {
   return result;
 }
 
+std::span<const Subsurface> subsurfaces_of(const Bsdf& bsdf) {
+  return {bsdf.subsurfaces.data(), static_cast<size_t>(bsdf.subsurface_count)};
+}
+
+/// The subsurface at `u` in their sample weights.
+BsdfSample sample_subsurface(const Bsdf& bsdf, float u) {
+  const std::span<const Subsurface> all = subsurfaces_of(bsdf);
+  size_t chosen = 0;
+  while (chosen + 1 < all.size() && u >= all[chosen].sample_weight) u -= all[chosen++].sample_weight;
+  BsdfSample sample;
+  sample.subsurface = &all[chosen];
+  sample.pdf = sample.kind_pdf = all[chosen].sample_weight / bsdf.total_sample_weight;
+  sample.smooth_weight = all[chosen].weight / sample.pdf;
+  return sample;
+}
+
 BsdfSample sample_of(const Vec3& wi, const BsdfEvaluation& evaluation, ScatterKind kind) {
   BsdfSample sample;
   sample.wi = wi;
@@ -204,11 +221,27 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   ns = other.ns;
   bump_ns = other.bump_ns;
   total_sample_weight = other.total_sample_weight;
+  subsurface_count = other.subsurface_count;
+  std::copy_n(other.subsurfaces.begin(), subsurface_count, subsurfaces.begin());
   even_shade = other.even_shade;
   even_normal = other.even_normal;
   rough_sampling = other.rough_sampling;
   guide = other.guide;
   return *this;
+}
+
+void add_subsurface(Bsdf& bsdf, Subsurface subsurface) {
+  constexpr float kShortest = 1e-8f;  // metres
+  const auto is_deep = [&](float radius) { return radius >= kShortest ? 1.0f : 0.0f; };
+  Rgb deep{is_deep(subsurface.radius.r), is_deep(subsurface.radius.g), is_deep(subsurface.radius.b)};
+  if (bsdf.subsurface_count == Bsdf::kMaxSubsurfaces) deep = {};
+  const Rgb flat = (Rgb(1.0f) - deep) * subsurface.weight * subsurface.albedo;
+  if (!is_black(flat)) add_lobe(bsdf, LambertLobe{subsurface.n}, flat, average(flat), flat);
+  subsurface.weight *= deep;
+  const float sample_weight = subsurface.sample_weight = average(subsurface.weight * subsurface.albedo);
+  if (!(sample_weight > 0.0f) || !std::isfinite(sample_weight)) return;
+  bsdf.subsurfaces[static_cast<size_t>(bsdf.subsurface_count++)] = subsurface;
+  bsdf.total_sample_weight += sample_weight;
 }
 
 BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility) {
@@ -217,8 +250,14 @@ BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, const Vec3& wi, uint8_t visibilit
 }
 
 std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction) {
+  if (bsdf.subsurface_count > 0) {
+    float of_lobes = bsdf.total_sample_weight;
+    for (const Subsurface& subsurface : subsurfaces_of(bsdf)) of_lobes -= subsurface.sample_weight;
+    const float u = u_lobe * bsdf.total_sample_weight;
+    if (bsdf.count == 0 || u >= of_lobes) return sample_subsurface(bsdf, u - of_lobes);
+  }
   if (bsdf.count == 0) return {};
-  if (bsdf.count == 1 && bsdf.rough_sampling == RoughSampling::BSDF && !bsdf.guide) {
+  if (bsdf.subsurface_count == 0 && bsdf.count == 1 && bsdf.rough_sampling == RoughSampling::BSDF && !bsdf.guide) {
     const auto* lambert = std::get_if<LambertLobe>(&bsdf.lobes[0].model);
     const bool is_unbent = lambert && lambert->n == bsdf.ns && bump_reference(bsdf) == bsdf.ns;
     if (is_unbent) return sample_lambert(bsdf, lambert->n, u_direction);
@@ -298,6 +337,7 @@ Rgb bsdf_albedo(const Bsdf& bsdf) {
     const MicrofacetLobe* microfacet = as_microfacet(lobe);
     albedo += microfacet ? lobe.weight * microfacet_albedo(*microfacet, bsdf.wo) : lobe.weight;
   }
+  for (const Subsurface& subsurface : subsurfaces_of(bsdf)) albedo += subsurface.weight * subsurface.albedo;
   return albedo;
 }
 
@@ -307,6 +347,8 @@ Vec3 bsdf_normal(const Bsdf& bsdf) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
     sum += normal_of(lobe) * average(lobe.weight);
   }
+  for (const Subsurface& subsurface : subsurfaces_of(bsdf))
+    sum += subsurface.n * average(subsurface.weight * subsurface.albedo);
   return normalize_or(sum, bsdf.ns == Vec3{} ? bsdf.ng : bsdf.ns);
 }
 

@@ -8,6 +8,7 @@
 #include "base/direction_histogram.h"
 #include "base/frame.h"
 #include "base/rgb.h"
+#include "shading/subsurface.h"
 #include "shading/surface_point.h"
 
 namespace cistern {
@@ -78,14 +79,16 @@ inline constexpr float kGuideShare = 0.5f;
 /// are never touched: neither constructed nor copied, since most materials have one and a Bsdf is made at every hit.
 struct Bsdf {
   static constexpr int kMaxLobes = 64;  // as Cycles
+  static constexpr int kMaxSubsurfaces = 4;
   int count = 0;
+  int subsurface_count = 0;          // light that leaves elsewhere, beside the lobes
   Rgb transparency;                  // weight of light passing straight through
   Rgb emission;                      // radiance towards wo
   float holdout = 0.0f;              // in [0, 1]
   Vec3 ng, wo;                       // of the surface point: unit, same side
   Vec3 ns;                           // interpolated normal, before bump mapping; zero: ng, without bump shadowing
   Vec3 bump_ns;                      // bent by displacement: what bump shadowing compares normals with; zero: ns
-  float total_sample_weight = 0.0f;  // of the lobes, transparency not included
+  float total_sample_weight = 0.0f;  // of the lobes and subsurfaces, transparency not included
   float even_shade = 0.0f;           // of the layers above diffuse lobes, see even_transmittance
   Vec3 even_normal;                  // of those layers
   RoughSampling rough_sampling = RoughSampling::BSDF;
@@ -93,14 +96,17 @@ struct Bsdf {
   /// from it, as far as they could have been their own: elsewhere its density counts as 0. Lives longer than the Bsdf.
   const DirectionHistogram* guide = nullptr;
   union {
-    std::array<Lobe, kMaxLobes> lobes;  // the first `count` are valid; last, so that what is read lies together
+    std::array<Lobe, kMaxLobes> lobes;  // the first `count` are valid; late, so that what is read lies together
+  };
+  union {
+    std::array<Subsurface, kMaxSubsurfaces> subsurfaces;  // the same
   };
 
   Bsdf() {}
   Bsdf(const Bsdf& other) { *this = other; }
   Bsdf& operator=(const Bsdf& other);
 
-  bool scatters() const { return count > 0; }
+  bool scatters() const { return count > 0 || subsurface_count > 0; }
 };
 
 inline const Vec3& bump_reference(const Bsdf& bsdf) { return bsdf.bump_ns == Vec3{} ? bsdf.ns : bsdf.bump_ns; }
@@ -143,6 +149,9 @@ bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight, R
   return true;
 }
 
+/// Adds a subsurface under the same conditions; beyond kMaxSubsurfaces, as a Lambert lobe.
+void add_subsurface(Bsdf& bsdf, Subsurface subsurface);
+
 /// f(wo, wi) |cos(theta_i)| summed over the lobes, split by lobe: `smooth` from lobes with roughness below
 /// kReconnectRoughness, `rough` from the others. Delta lobes contribute nothing.
 /// `pdf` is the density of `sample_bsdf` for wi, per solid angle (delta lobes excluded but counted in the choice).
@@ -178,6 +187,8 @@ inline float even_transmittance(float shade, float cos_o) {
 /// One direction. Weights are f cos / pdf over all lobes (for a delta lobe: its own weight / probability).
 /// `pdf` is per solid angle, or for `is_delta` the discrete probability of the lobe; `kind_pdf` is its part by lobes of
 /// the same kind; `guide_gain` is `pdf` over what it would be without a guide.
+/// With a `subsurface`, light leaves elsewhere: there is no wi, and `smooth_weight` is that of what enters over `pdf`,
+/// the probability of the choice.
 struct BsdfSample {
   Vec3 wi;
   Rgb rough_weight, smooth_weight;
@@ -186,6 +197,7 @@ struct BsdfSample {
   ScatterKind kind = ScatterKind::DIFFUSE;
   bool is_delta = false;
   bool is_clear = false;  // refracted by a lobe of at most kClearRoughness
+  const Subsurface* subsurface = nullptr;
   Rgb total_weight() const { return rough_weight + smooth_weight; }
 };
 /// Empty when the sample is absorbed (below the surface or zero weight). Uses two dimensions for the direction

@@ -79,6 +79,16 @@ void add_diffuse(Bsdf& bsdf, const Model& model, Rgb weight) {
 /// Appends sheen and returns its albedo, weight included.
 Rgb add_sheen(Bsdf& bsdf, Vec3 n, float roughness, Rgb weight);
 
+/// How light gets below a surface: static parameter of closures.
+enum class SubsurfaceMethod { BURLEY, RANDOM_WALK, SKIN };
+inline SubsurfaceMethod subsurface_method(int32_t parameter) { return static_cast<SubsurfaceMethod>(parameter); }
+/// Limits as in Cycles. The boundary of skin is as rough as can be.
+inline void set_boundary(Subsurface& subsurface, float ior, float roughness, float anisotropy) {
+  subsurface.ior = std::clamp(ior, 1.01f, 3.8f);
+  subsurface.alpha = subsurface.is_skin ? 1.0f : sqr(clamp01(roughness));
+  subsurface.anisotropy = std::clamp(anisotropy, 0.0f, 0.9f);
+}
+
 void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point);
 Rgb principled_emission(std::span<const Vec3> inputs, const SurfacePoint& point);
 Rgb principled_transparency(std::span<const Vec3> inputs);

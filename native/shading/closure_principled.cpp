@@ -38,6 +38,9 @@ struct Principled {
   float sheen_roughness() const { return clamp01(scalar(21)); }
   Rgb sheen_tint() const { return non_negative(to_rgb(in[22])); }
   Rgb emission() const { return to_rgb(in[23]) * scalar(24); }
+  Rgb subsurface_radius() const { return non_negative(to_rgb(in[25]) * scalar(26)); }
+  float subsurface_ior() const { return scalar(27); }
+  float subsurface_anisotropy() const { return scalar(28); }
 };
 
 /// What layers have left for those below them.
@@ -127,8 +130,9 @@ void add_glass(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const Surfac
   add_microfacet(bsdf, lobe, weight, mean);
 }
 
-/// The dielectric interface above the diffuse base; `rest` is then what is left for the base.
-void add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisotropy, Remainder& rest,
+/// The dielectric interface above the diffuse base, of which it returns the index; `rest` is then what is left for the
+/// base.
+float add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisotropy, Remainder& rest,
                   bool compensate, const SurfacePoint& point) {
   float ior = p.ior();
   float f0 = f0_from_ior(ior);
@@ -136,7 +140,7 @@ void add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& ani
     f0 *= 2.0f * p.specular_level();
     ior = p.ior() < 1.0f ? 1.0f / ior_from_f0(f0) : ior_from_f0(f0);
   }
-  if (ior == 1.0f) return;
+  if (ior == 1.0f) return ior;
   MicrofacetLobe lobe = make_microfacet(specular_normal(n, point), 0.0f);
   set_anisotropy(lobe, anisotropy);
   lobe.fresnel = FresnelModel::GENERALIZED_SCHLICK;
@@ -147,11 +151,22 @@ void add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& ani
   if (compensate) mean = mean_schlick_reflectance(lobe);
   rest.put_below(add_microfacet(bsdf, lobe, rest.weight, mean), max_component(lobe.f0),
                  grazing_shade(std::sqrt(lobe.alpha_x * lobe.alpha_y)));
+  return ior;
+}
+
+/// `ior` of the interface above.
+void add_subsurface(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const int32_t* parameters, float ior,
+                    const SurfacePoint& point) {
+  const bool is_skin = subsurface_method(parameters[1]) == SubsurfaceMethod::SKIN;
+  Subsurface subsurface{specular_normal(n, point), weight, saturate(p.base_color()), p.subsurface_radius()};
+  subsurface.is_skin = is_skin;
+  set_boundary(subsurface, is_skin ? p.subsurface_ior() : ior, p.roughness(), p.subsurface_anisotropy());
+  add_subsurface(bsdf, subsurface);
 }
 
 void add_base(Bsdf& bsdf, const Principled& p, Vec3 n, const Remainder& rest) {
   const Rgb base = p.base_color();
-  const Rgb color = lerp(base, saturate(base), p.subsurface());
+  const Rgb color = base * (1.0f - p.subsurface());
   if (p.diffuse_roughness() < kNegligibleWeight)
     add_diffuse(bsdf, LambertLobe{n}, color * rest.weight, color * rest.even);
   else
@@ -182,7 +197,9 @@ void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* par
     rest.scale(1.0f - transmission);
   }
   if (is_negligible(rest.weight)) return;
-  add_specular(bsdf, p, n, anisotropy, rest, compensate, point);
+  const float ior = add_specular(bsdf, p, n, anisotropy, rest, compensate, point);
+  if (p.subsurface() > kNegligibleWeight)
+    add_subsurface(bsdf, p, n, p.subsurface() * rest.weight, parameters, ior, point);
   add_base(bsdf, p, n, rest);
 }
 

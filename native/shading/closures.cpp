@@ -69,6 +69,16 @@ void add_metallic(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameter
   add_microfacet(bsdf, lobe, Rgb(in[0].x), mean);
 }
 
+void add_subsurface_closure(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters,
+                            const SurfacePoint& point) {
+  const Vec3 n = specular_normal(closure_normal(in[7], point), point);
+  const Rgb radius = non_negative(to_rgb(in[2]) * in[3].x);
+  Subsurface subsurface{n, Rgb(in[0].x), saturate(to_rgb(in[1])), radius};
+  subsurface.is_skin = subsurface_method(parameters[0]) == SubsurfaceMethod::SKIN;
+  set_boundary(subsurface, in[4].x, in[5].x, in[6].x);
+  add_subsurface(bsdf, subsurface);
+}
+
 }  // namespace
 
 void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t* parameters,
@@ -95,6 +105,8 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
     case Op::CLOSURE_SHEEN:
       add_sheen(bsdf, closure_normal(inputs[3], point), clamp01(inputs[2].x), inputs[0].x * to_rgb(inputs[1]));
       return;
+    case Op::CLOSURE_SUBSURFACE:
+      return add_subsurface_closure(bsdf, inputs, parameters, point);
     case Op::CLOSURE_METALLIC:
       return add_metallic(bsdf, inputs, parameters, point);
     case Op::CLOSURE_TRANSPARENT:

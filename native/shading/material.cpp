@@ -11,7 +11,7 @@
 namespace cistern {
 namespace {
 
-constexpr size_t kMaxInputs = 25;  // of CLOSURE_PRINCIPLED
+constexpr size_t kMaxInputs = 29;  // of CLOSURE_PRINCIPLED
 
 bool is_closure(Op op) { return op >= Op::CLOSURE_PRINCIPLED; }
 
@@ -111,6 +111,22 @@ Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const Path
   run({scene, *program, point, path}, program->instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
     add_closure(bsdf, closure.op, in, closure.parameters, point);
   });
+  return bsdf;
+}
+
+Bsdf evaluate_exit(const Scene& scene, const SurfacePoint& point, const PathState& path) {
+  const Bsdf material = evaluate_material(scene, point, path);
+  Vec3 n;
+  for (int i = 0; i < material.subsurface_count; ++i) {
+    const Subsurface& subsurface = material.subsurfaces[static_cast<size_t>(i)];
+    n += subsurface.n * subsurface.sample_weight;
+  }
+  Bsdf bsdf;
+  bsdf.ng = point.ng;
+  bsdf.ns = point.ns;
+  bsdf.wo = point.wo;
+  bsdf.bump_ns = material.bump_ns;
+  add_lobe(bsdf, LambertLobe{normalize_or(n, point.ns)}, Rgb(1.0f), 1.0f, Rgb(1.0f));
   return bsdf;
 }
 

@@ -14,6 +14,7 @@
 #include "transport/path_throughput.h"
 #include "transport/path_tracer.h"
 #include "transport/path_walk_state.h"
+#include "transport/subsurface_walk.h"
 
 namespace cistern {
 
@@ -87,7 +88,7 @@ class Walk {
         p_scatter = 1.0f;
       }
     }
-    if (is_vertex) {
+    if (is_vertex && bsdf.count > 0) {
       if constexpr (Kind::captures) {
         if (std::exchange(capture_.only_deep_link_next, false)) throughput_.keep_only_link(1);
         capture_vertex(point, bsdf);
@@ -134,7 +135,7 @@ class Walk {
   void record_features(const Bsdf& bsdf) {
     if (features_done_ || is_black(throughput_.smooth)) return;
     const bool ends_here = !bsdf.scatters() && is_black(bsdf.transparency);
-    if (!ends_here && !has_rough_lobe(bsdf)) return;
+    if (!ends_here && !has_rough_lobe(bsdf) && bsdf.subsurface_count == 0) return;
     features_done_ = true;
     const Rgb shown = ends_here ? min(bsdf.emission, Rgb(1.0f)) : bsdf_albedo(bsdf);
     record_.albedo = throughput_.smooth * shown;
@@ -224,6 +225,7 @@ class Walk {
     const auto [u_lobe, u_direction] = sampler_.scattering(state_.depth);
     std::optional<BsdfSample> sample = sample_bsdf(bsdf, u_lobe, u_direction);
     if (!sample) return false;
+    if (sample->subsurface) return scatter_below(point, *sample, p_scatter);
     if (context_.divides_kinds && !sample->is_delta) carry_own_kind(bsdf, *sample);
     if constexpr (Kind::learns) {
       if (scratch_.trains_guide)
@@ -263,6 +265,30 @@ class Walk {
     ray_.t_max = INFINITY;
     travelled_ = 0.0f;
     return true;
+  }
+
+  /// Goes on from where a walk below the surface comes out, with a Lambert lobe of albedo 1: a vertex that nothing is
+  /// captured at. Getting there counts as smooth, and as no bounce.
+  [[gnu::noinline]] bool scatter_below(const SurfacePoint& entry, const BsdfSample& sample, float p_scatter) {
+    const std::optional<SubsurfaceExit> exit = walk_below(context_.accel, entry, *sample.subsurface, sampler_);
+    if (!exit) return false;
+    const Rgb weight = sample.smooth_weight * exit->weight * (1.0f / p_scatter);
+    if constexpr (Kind::captures) {
+      throughput_.scatter({}, weight, capture_.vertex.sample_point_of == 0, is_left_deep());
+      if (capture_.vertex.starts) throughput_.forget_color();
+      capture_.open_link.reset();
+      if (capture_.vertex.sample_point_of == 0 && !goes_on_from_sample_point()) return false;
+      capture_.vertex = {};
+    } else {
+      throughput_.scatter({}, weight);
+    }
+    if (is_black(throughput_.worth())) return false;
+    SurfacePoint point = make_surface_point(context_.scene, exit->ray, exit->hit);
+    point.footprint = entry.footprint;
+    const Bsdf bsdf = evaluate_exit(context_.scene, point, state_);
+    if (!bsdf.scatters()) return false;
+    add_light_samples(point, bsdf, 1.0f);
+    return scatter(point, bsdf, 1.0f);
   }
 
   /// Makes its weights f_k cos / p_k; see emitters_tell_kinds.

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from .compiler import Compiler, NodeView, closure_node, flatten_shader
-from .enums import CLAMP_TYPES, DISTRIBUTIONS
+from .enums import CLAMP_TYPES, DISTRIBUTIONS, SUBSURFACE_METHODS
 from .fold import Triple
 from .instructions import COLOR, VECTOR, Value, constant
 from .vector import default_tangent
 
 ONE = constant(1.0)
 ZERO_VECTOR = constant(0.0, letter=VECTOR)
+NO_SUBSURFACE = (ZERO_VECTOR, constant(0.0), ONE, constant(0.0))
 F82_COSINE = 1.0 / 7.0  # where the edge tint of "F82" is given (Kutz et al. 2021, Novel aspects of the Adobe material)
 
 
@@ -44,9 +45,11 @@ def principled(node: NodeView, weight: Value) -> None:
         *node.values("Transmission Weight, Coat Weight, Coat Roughness, Coat IOR, Coat Tint"),
         _coat_normal(node),
         *node.values("Sheen Weight, Sheen Roughness, Sheen Tint, Emission Color, Emission Strength"),
+        *_subsurface(node),
     ]
     multiple_scattering = node.node.distribution == "MULTI_GGX"
-    node.compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (int(multiple_scattering),))
+    method = SUBSURFACE_METHODS.index(node.node.subsurface_method)
+    node.compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (int(multiple_scattering), method))
 
 
 def new_principled(compiler: Compiler) -> None:
@@ -59,8 +62,16 @@ def new_principled(compiler: Compiler) -> None:
         *(zero, zero, ZERO_VECTOR, zero),  # anisotropy, transmission
         *(zero, constant(0.03), constant(1.5), white, normal),  # coat
         *(zero, half, white, white, zero),  # sheen, emission
+        *NO_SUBSURFACE,
     ]
-    compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (1,))
+    compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (1, 0))
+
+
+def _subsurface(node: NodeView) -> tuple[Value, ...]:
+    """Radius, scale, index of refraction and anisotropy, which are not read where nothing gets below the surface."""
+    if node.value("Subsurface Weight").constant == (0.0, 0.0, 0.0):
+        return NO_SUBSURFACE
+    return tuple(node.values("Subsurface Radius, Subsurface Scale, Subsurface IOR, Subsurface Anisotropy"))
 
 
 def _coat_normal(node: NodeView) -> Value:
@@ -141,9 +152,8 @@ def sheen(node: NodeView, weight: Value) -> None:
 
 @closure_node("ShaderNodeSubsurfaceScattering")
 def subsurface_scattering(node: NodeView, weight: Value) -> None:
-    node.warn("Subsurface Scattering is rendered as diffuse")
-    inputs = (weight, node.value("Color"), constant(0.0), node.normal())
-    node.compiler.code.closure("CLOSURE_DIFFUSE", inputs)
+    inputs = (weight, *node.values("Color, Radius, Scale, IOR, Roughness, Anisotropy"), node.normal())
+    node.compiler.code.closure("CLOSURE_SUBSURFACE", inputs, (SUBSURFACE_METHODS.index(node.node.falloff),))
 
 
 @closure_node("ShaderNodeHoldout")
