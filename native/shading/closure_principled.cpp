@@ -133,7 +133,7 @@ void add_glass(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const Surfac
 /// The dielectric interface above the diffuse base, of which it returns the index; `rest` is then what is left for the
 /// base.
 float add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisotropy, Remainder& rest,
-                  bool compensate, const SurfacePoint& point) {
+                   bool compensate, const SurfacePoint& point) {
   float ior = p.ior();
   float f0 = f0_from_ior(ior);
   if (p.specular_level() != kDefaultSpecularLevel) {

@@ -10,8 +10,8 @@ namespace cistern {
 /// of node arithmetic become 0. Pure: depends on nothing but its arguments.
 Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const PathState& path);
 
-/// Where light leaves that wandered below the surface: a Lambert lobe of albedo 1 around the normal that the subsurfaces
-/// of the point have, or else the interpolated one.
+/// Where light leaves that wandered below the surface: a Lambert lobe of albedo 1 around the normal that the
+/// subsurfaces of the point have, or else the interpolated one.
 Bsdf evaluate_exit(const Scene& scene, const SurfacePoint& point, const PathState& path);
 
 /// Only what is emitted towards wo: same value as evaluate_material(...).emission, cheaper.

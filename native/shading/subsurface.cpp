@@ -28,20 +28,21 @@ class AlbedoInversion {
   explicit AlbedoInversion(float g) {
     constexpr Polynomial kAmplitude{1.8260523782f,   -1.28451056436f, -1.79904629312f, 9.19393289202f,
                                     -22.8215585862f, 32.0234874259f,  -23.6264803333f, 7.21067002658f};
-    constexpr Polynomial kSteepness{0.0f,            31.1491581433f, -201.847017512f, 841.576016723f,
-                                    -2018.09288505f, 2731.71560286f, -1935.41424244f, 559.009054474f};
-    constexpr Polynomial kPower{1.09686102424f,  -0.394704063468f, 1.05258115941f, -8.83963712726f,
-                                28.8643230661f,  -46.8802913581f,  38.5402837518f, -12.7181042538f};
+    constexpr Polynomial kSteepness{0.0f,           31.1491581433f,  -201.847017512f, 841.576016723f, -2018.09288505f,
+                                    2731.71560286f, -1935.41424244f, 559.009054474f};
+    constexpr Polynomial kPower{1.09686102424f, -0.394704063468f, 1.05258115941f, -8.83963712726f,
+                                28.8643230661f, -46.8802913581f,  38.5402837518f, -12.7181042538f};
     constexpr Polynomial kBrightAmplitude{0.496310210422f, 0.360146581622f, -2.15139309747f, 17.8896899217f,
                                           -55.2984010333f, 82.065982243f,   -58.5106008578f, 15.8478295021f};
-    constexpr Polynomial kBrightSteepness{0.0f,            76.7316253952f, -594.356773233f, 2448.8834203f,
-                                          -5576.68528998f, 7116.60171912f, -4763.54467887f, 1303.5318055f};
+    constexpr Polynomial kBrightSteepness{
+        0.0f,           76.7316253952f,  -594.356773233f, 2448.8834203f, -5576.68528998f,
+        7116.60171912f, -4763.54467887f, 1303.5318055f};
     constexpr Polynomial kBrightPower{2.40602999408f, -2.51814844609f, 9.18494908356f, -79.2191708682f,
                                       259.082868209f, -403.613804597f, 302.85712436f,  -87.4370473567f};
     dark_ = {evaluate(kAmplitude, g), 4.98511194385f + 0.127355959438f * std::exp(evaluate(kSteepness, g)),
              evaluate(kPower, g)};
-    bright_ = {evaluate(kBrightAmplitude, g), 4.23190299701f + 0.00310603949088f * std::exp(evaluate(kBrightSteepness, g)),
-               evaluate(kBrightPower, g)};
+    bright_ = {evaluate(kBrightAmplitude, g),
+               4.23190299701f + 0.00310603949088f * std::exp(evaluate(kBrightSteepness, g)), evaluate(kBrightPower, g)};
   }
   float operator()(float albedo) const {
     const float blend = std::sqrt(std::sqrt(albedo));
@@ -68,7 +69,7 @@ float reduced_albedo(float reflectance, float boundary) {
   if (reflectance < kBlack) return 0.0f;
   if (reflectance >= kWhite) return kMostScatter;
   float low = 0.0f, high = 1.0f;
-  constexpr int kSteps = 12;
+  constexpr int kSteps = 24;
   for (int i = 0; i < kSteps; ++i) {
     const float middle = 0.5f * (low + high);
     (dipole_reflectance(middle, boundary) < reflectance ? low : high) = middle;

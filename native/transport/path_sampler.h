@@ -66,16 +66,38 @@ class PathSampler {
     return {point.third, point.pair};
   }
 
+  /// Direction and free path of step `step` of a walk below the surface, the first of which enters.
+  struct WalkNumbers {
+    Vec2 direction;
+    float distance;
+  };
+  WalkNumbers walk(int vertex, int step) {
+    if (!is_stratified(vertex) || step >= kStratifiedSteps) {
+      const Vec2 direction = rng_.next_vec2();
+      return {direction, rng_.next_float()};
+    }
+    const SobolPoint point = point_of(WALK + static_cast<uint32_t>(step));
+    return {point.pair, point.third};
+  }
+
   /// For decisions that gain little from stratification: Russian roulette, passing through.
   float next_float() { return rng_.next_float(); }
   double next_double() { return rng_.next_double(); }
 
  private:
-  /// Dimensions that are stratified together; those of a vertex follow one another.
-  enum Set : uint32_t { FILTER, LENS, LIGHT, SCATTERING, PER_VERTEX = 2 };
   /// What later vertices see depends on so many numbers before that little is gained there (two and four: 0 to 6 %).
   static constexpr int kStratifiedVertices = 1;
+  static constexpr int kStratifiedSteps = 4;
 
+  /// Dimensions that are stratified together; those of a vertex follow one another.
+  enum Set : uint32_t {
+    FILTER,
+    LENS,
+    LIGHT,
+    SCATTERING,
+    PER_VERTEX = 2,
+    WALK = LIGHT + PER_VERTEX * kStratifiedVertices
+  };
   bool is_stratified(int vertex) const { return is_sobol_ && vertex < kStratifiedVertices; }
   static uint32_t set_of(Set set, int vertex) { return set + PER_VERTEX * static_cast<uint32_t>(vertex); }
   SobolPoint point_of(uint32_t set) {

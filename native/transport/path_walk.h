@@ -270,7 +270,8 @@ class Walk {
   /// Goes on from where a walk below the surface comes out, with a Lambert lobe of albedo 1: a vertex that nothing is
   /// captured at. Getting there counts as smooth, and as no bounce.
   [[gnu::noinline]] bool scatter_below(const SurfacePoint& entry, const BsdfSample& sample, float p_scatter) {
-    const std::optional<SubsurfaceExit> exit = walk_below(context_.accel, entry, *sample.subsurface, sampler_);
+    const std::optional<SubsurfaceExit> exit =
+        walk_below(context_.accel, entry, *sample.subsurface, state_.depth, sampler_);
     if (!exit) return false;
     const Rgb weight = sample.smooth_weight * exit->weight * (1.0f / p_scatter);
     if constexpr (Kind::captures) {

@@ -63,9 +63,9 @@ class Escape {
 
 /// How one step was sampled, as far as that must be known to say with what density.
 struct StepTechnique {
-  float escape_share = 0.0f, opposite_share = 0.0f;                // of the directions; of those of Escape
-  float towards = 0.0f, away = 0.0f;                               // density of Escape over the phase function's
-  float stretch_towards = 1.0f, stretch_away = 1.0f;               // of the extinction
+  float escape_share = 0.0f, opposite_share = 0.0f;                    // of the directions; of those of Escape
+  float towards = 0.0f, away = 0.0f;                                   // density of Escape over the phase function's
+  float stretch_towards = 1.0f, stretch_away = 1.0f;                   // of the extinction
   float density(float sigma_t, float distance, bool scatters) const {  // over the phase function's
     const auto flight = [&](float stretch) {
       const float sigma = stretch * sigma_t;
@@ -82,9 +82,11 @@ struct StepTechnique {
 
 class SubsurfaceWalk {
  public:
-  SubsurfaceWalk(const Accel& accel, const SurfacePoint& entry, const Subsurface& subsurface, PathSampler& sampler)
+  SubsurfaceWalk(const Accel& accel, const SurfacePoint& entry, const Subsurface& subsurface, int vertex,
+                 PathSampler& sampler)
       : accel_(accel),
         entry_(entry),
+        vertex_(vertex),
         n_(subsurface.n),
         medium_(subsurface_medium(subsurface)),
         escape_share_(std::min(0.5f, 1.0f - std::pow(std::abs(medium_.g), 0.125f))),
@@ -127,9 +129,10 @@ class SubsurfaceWalk {
   std::optional<Hit> advance() {
     StepTechnique technique;
     float stretch = 1.0f;
-    if (step_ > 0) stretch = turn(technique);
+    const PathSampler::WalkNumbers u = sampler_.walk(vertex_, step_);
+    if (step_ > 0) stretch = turn(u.direction, technique);
     const float sigma = stretch * channel(medium_.sigma_t, channel_);
-    float distance = -std::log1p(-sampler_.next_float()) / sigma;
+    float distance = -std::log1p(-u.distance) / sigma;
     std::optional<Hit> hit = cast(distance);
     if (hit) distance = hit->t;
     Rgb density;
@@ -145,7 +148,7 @@ class SubsurfaceWalk {
   }
 
   /// Sets the direction; returns the stretch of the extinction that goes with it.
-  float turn(StepTechnique& technique) {
+  float turn(Vec2 u, StepTechnique& technique) {
     technique.escape_share = escape_share_;
     if (thickness_ < INFINITY) {
       const float sigma = std::min({medium_.sigma_t.r, medium_.sigma_t.g, medium_.sigma_t.b});
@@ -154,10 +157,9 @@ class SubsurfaceWalk {
     }
     const bool escapes = sampler_.next_float() < technique.escape_share;
     const bool is_away = escapes && sampler_.next_float() < technique.opposite_share;
-    const float u_cosine = sampler_.next_float(), u_turns = sampler_.next_float();
     const Vec3 before = ray_.direction;
-    ray_.direction = !escapes ? direction_at(before, sample_phase_cosine(u_cosine, medium_.g), u_turns)
-                              : direction_at(is_away ? -n_ : n_, escape_.sample_cosine(u_cosine), u_turns);
+    ray_.direction = !escapes ? direction_at(before, sample_phase_cosine(u.x, medium_.g), u.y)
+                              : direction_at(is_away ? -n_ : n_, escape_.sample_cosine(u.x), u.y);
     const float cosine = dot(ray_.direction, n_), phase = phase_density(dot(before, ray_.direction), medium_.g);
     technique.towards = escape_.density(cosine) / phase;
     technique.away = escape_.density(-cosine) / phase;
@@ -193,6 +195,7 @@ class SubsurfaceWalk {
 
   const Accel& accel_;
   const SurfacePoint& entry_;
+  int vertex_;
   Vec3 n_;
   SubsurfaceMedium medium_;
   float escape_share_;  // of the directions: few where the medium itself leads forward, which is another way
@@ -208,12 +211,11 @@ class SubsurfaceWalk {
 }  // namespace
 
 std::optional<SubsurfaceExit> walk_below(const Accel& accel, const SurfacePoint& entry, const Subsurface& subsurface,
-                                         PathSampler& sampler) {
+                                         int vertex, PathSampler& sampler) {
   const float u_choice = sampler.next_float();
-  const Vec2 u_direction{sampler.next_float(), sampler.next_float()};
-  const std::optional<Vec3> direction = sample_entry(subsurface, entry.wo, u_choice, u_direction);
+  const std::optional<Vec3> direction = sample_entry(subsurface, entry.wo, u_choice, sampler.walk(vertex, 0).direction);
   if (!direction || dot(*direction, entry.ng) >= 0.0f) return std::nullopt;
-  return SubsurfaceWalk(accel, entry, subsurface, sampler).run(*direction);
+  return SubsurfaceWalk(accel, entry, subsurface, vertex, sampler).run(*direction);
 }
 
 }  // namespace cistern

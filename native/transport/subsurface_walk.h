@@ -24,6 +24,6 @@ struct SubsurfaceExit {
 /// Zero-Variance-Based Sampling Scheme for Monte Carlo Subsurface Scattering; Meng, Hanika and Dachsbacher 2016,
 /// Improving the Dwivedi Sampling Scheme], each with the extinction of one of three channels.
 std::optional<SubsurfaceExit> walk_below(const Accel& accel, const SurfacePoint& entry, const Subsurface& subsurface,
-                                         PathSampler& sampler);
+                                         int vertex, PathSampler& sampler);
 
 }  // namespace cistern

@@ -152,6 +152,8 @@ def sheen(node: NodeView, weight: Value) -> None:
 
 @closure_node("ShaderNodeSubsurfaceScattering")
 def subsurface_scattering(node: NodeView, weight: Value) -> None:
+    if node.node.falloff == "BURLEY":
+        node.warn("Christensen-Burley subsurface scattering is rendered as random walk")
     inputs = (weight, *node.values("Color, Radius, Scale, IOR, Roughness, Anisotropy"), node.normal())
     node.compiler.code.closure("CLOSURE_SUBSURFACE", inputs, (SUBSURFACE_METHODS.index(node.node.falloff),))
 

@@ -47,6 +47,10 @@ enum PrincipledInput {
   SHEEN_TINT,
   EMISSION,
   STRENGTH,
+  SUBSURFACE_RADIUS,
+  SUBSURFACE_SCALE,
+  SUBSURFACE_IOR,
+  SUBSURFACE_ANISOTROPY,
   PRINCIPLED_INPUTS
 };
 using Inputs = std::vector<Vec3>;
@@ -58,6 +62,8 @@ Inputs principled() {
   in[WEIGHT] = in[ALPHA] = in[BASE] = in[TINT] = in[COAT_TINT] = in[SHEEN_TINT] = in[EMISSION] = grey(1.0f);
   in[ROUGHNESS] = in[LEVEL] = in[SHEEN_ROUGHNESS] = grey(0.5f);
   in[IOR] = in[COAT_IOR] = grey(1.5f);
+  in[SUBSURFACE_RADIUS] = in[SUBSURFACE_SCALE] = grey(1.0f);
+  in[SUBSURFACE_IOR] = grey(1.4f);
   in[COAT_ROUGHNESS] = grey(0.03f);
   in[NORMAL] = in[COAT_NORMAL] = kTestNormal;
   in[TANGENT] = kFrame.s;
@@ -158,11 +164,50 @@ TEST(Closures, EverySwitchedOnLobeConservesEnergyAndSamplesItsDensity) {
   const auto sampler = [&](Rng& rng) -> std::optional<Vec3> {
     const float u = rng.next_float();
     const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u, rng.next_vec2());
-    return sample ? std::optional<Vec3>(sample->wi) : std::nullopt;
+    return sample && !sample->subsurface ? std::optional<Vec3>(sample->wi) : std::nullopt;
   };
   EXPECT_GT(sampler_p_value(
                 kFrame, sampler, [&](Vec3 wi) { return evaluate_bsdf(bsdf, wi).pdf; }, 3),
             kFalseAlarmRate);
+}
+
+TEST(Closures, SubsurfaceTakesItsShareOfTheBase) {
+  Inputs in = principled();
+  in[LEVEL] = grey(0.0f);
+  in[SUBSURFACE] = grey(0.25f);
+  in[BASE] = {0.8f, 0.4f, 0.2f};
+  in[SUBSURFACE_RADIUS] = {2.0f, 1.0f, 0.0f};
+  const Bsdf bsdf = build(Op::CLOSURE_PRINCIPLED, in, make_point(0.5f));
+  ASSERT_EQ(bsdf.subsurface_count, 1);
+  const Subsurface& below = bsdf.subsurfaces[0];
+  EXPECT_EQ(below.weight, Rgb(0.25f, 0.25f, 0.0f));  // what has no depth is diffuse
+  EXPECT_EQ(below.albedo, Rgb(0.8f, 0.4f, 0.2f));
+  EXPECT_EQ(below.radius, Rgb(2.0f, 1.0f, 0.0f));
+  const Rgb albedo = bsdf_albedo(bsdf);
+  for (const float difference : {albedo.r - 0.8f, albedo.g - 0.4f, albedo.b - 0.2f})
+    EXPECT_NEAR(difference, 0.0f, 1e-6f);
+  Moments chosen;
+  Rng rng(17, 0, 0, 0);
+  for (int i = 0; i < 20000; ++i) {
+    const float u = rng.next_float();
+    const auto sample = sample_bsdf(bsdf, u, rng.next_vec2());
+    ASSERT_TRUE(sample);
+    chosen.add(sample->subsurface ? average(sample->smooth_weight) : 0.0);
+  }
+  EXPECT_GT(mean_p_value(chosen, average(below.weight)), kFalseAlarmRate);
+}
+
+TEST(Closures, SubsurfacesBeyondThoseThereIsRoomForAreDiffuse) {
+  const SurfacePoint point = make_point(0.5f);
+  Bsdf bsdf;
+  bsdf.ng = bsdf.ns = point.ng;
+  bsdf.wo = point.wo;
+  for (int i = 0; i < Bsdf::kMaxSubsurfaces + 2; ++i)
+    add_subsurface(bsdf, {kTestNormal, Rgb(0.1f), Rgb(0.5f), Rgb(1.0f)});
+  EXPECT_EQ(bsdf.subsurface_count, Bsdf::kMaxSubsurfaces);
+  EXPECT_NEAR(bsdf_albedo(bsdf).g, 0.05f * (Bsdf::kMaxSubsurfaces + 2), 1e-6f);
+  const Bsdf copy = bsdf;
+  EXPECT_EQ(copy.subsurfaces[3].weight, Rgb(0.1f));
 }
 
 TEST(Closures, EmissionAndTransparencyAloneAreTheSameBits) {

@@ -1,0 +1,137 @@
+"""Subsurface scattering against Cycles; method as in test_against_cycles_lights."""
+
+import bpy
+import pytest
+
+from tests.support import blender_scenes as build
+from tests.support.engines import compare_with_cycles
+
+pytestmark = [
+    pytest.mark.usefixtures("registered_addon"),
+    pytest.mark.skipif(bpy.app.version < (5, 0), reason="Cycles has plain diffuse there for what diffuse rays meet"),
+]
+
+SKIN = (0.8, 0.5, 0.35, 1.0)
+RADIUS = (1.0, 0.4, 0.2)
+DEEP = {"Subsurface_Weight": 1.0, "Subsurface_Scale": 0.6, "Subsurface_Radius": RADIUS, "Base_Color": SKIN}
+
+PRINCIPLED = {
+    "default": {},
+    "shiny": {"Roughness": 0.15},
+    "partly": {"Subsurface_Weight": 0.4, "Diffuse_Roughness": 0.5},
+    "forward": {"Subsurface_Anisotropy": 0.8},
+    "shallow": {"Subsurface_Scale": 0.01},
+    "one channel deep": {"Subsurface_Radius": (1.0, 0.0, 0.0)},
+    "specular level": {"Specular_IOR_Level": 1.0},
+    "coat": {"Coat_Weight": 0.8, "Coat_Tint": (0.9, 0.7, 0.5, 1.0)},
+    "alpha": {"Alpha": 0.5},
+    "white": {"Base_Color": (1.0, 1.0, 1.0, 1.0)},
+}
+
+
+def deep(method: str = "RANDOM_WALK", **inputs: object) -> bpy.types.Material:
+    surface = build.principled("skin")
+    node = next(n for n in surface.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    node.subsurface_method = method
+    for name, value in (DEEP | inputs).items():
+        next(s for s in node.inputs if s.identifier == name.replace("_", " ")).default_value = value
+    return surface
+
+
+def below(falloff: str = "RANDOM_WALK", **inputs: object):
+    def make(tree):
+        node = tree.nodes.new("ShaderNodeSubsurfaceScattering")
+        node.falloff = falloff
+        for name, value in ({"Color": SKIN, "Scale": 0.6, "Radius": RADIUS} | inputs).items():
+            socket = next(s for s in node.inputs if s.identifier == name)
+            if isinstance(value, bpy.types.NodeSocket):
+                tree.links.new(value, socket)
+            else:
+                socket.default_value = value
+        return node.outputs[0]
+
+    return make
+
+
+def textured(tree):
+    checker = build.shader(tree, "ShaderNodeTexChecker", Color1=SKIN, Color2=(0.2, 0.7, 0.3, 1.0), Scale=5.0)
+    return below(Color=checker.outputs["Color"])(tree)
+
+
+def bumped(tree):
+    wave = build.shader(tree, "ShaderNodeTexWave", Scale=3.0)
+    bump = build.shader(tree, "ShaderNodeBump", Height=wave.outputs["Fac"], Distance=0.1)
+    return below(Normal=bump.outputs[0])(tree)
+
+
+def layered(tree):
+    mix = build.shader(tree, "ShaderNodeMixShader", Fac=0.3)
+    tree.links.new(below()(tree), mix.inputs[1])
+    tree.links.new(below(Color=(0.2, 0.3, 0.9, 1.0), Scale=0.1, Roughness=0.2)(tree), mix.inputs[2])
+    return mix.outputs[0]
+
+
+NODES = {
+    "random walk": below(),
+    "smooth boundary": below(Roughness=0.0, IOR=1.8),
+    "skin": below("RANDOM_WALK_SKIN", Anisotropy=0.5, Scale=0.2),
+    "texture": textured,
+    "bump": bumped,
+    "two layers": layered,
+}
+
+
+@pytest.mark.parametrize("case", PRINCIPLED)
+def test_principled(empty_scene: bpy.types.Scene, case: str) -> None:
+    build.stage(empty_scene, deep(**PRINCIPLED[case]))
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def test_principled_skin(empty_scene: bpy.types.Scene) -> None:
+    build.stage(empty_scene, deep("RANDOM_WALK_SKIN", Subsurface_IOR=1.6, Subsurface_Anisotropy=0.8))
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("case", NODES)
+def test_node(empty_scene: bpy.types.Scene, case: str) -> None:
+    build.stage(empty_scene, build.material("skin", NODES[case]))
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def add_leaf(scene: bpy.types.Scene, surface: bpy.types.Material) -> None:
+    """Upright and thin, lit from behind alone; another in its middle is not there for light below the first."""
+    for name, half, thickness in (("leaf", 1.0, 0.05), ("inside", 0.3, 0.01)):
+        points = [(x, y, z) for x in (-half, half) for y in (-thickness, thickness) for z in (0.2, 0.2 + 2 * half)]
+        faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        build.add_mesh(scene, name, points, faces, surface)
+    build.add_light(scene, "AREA", (0.0, 2.0, 1.0), (-1.57, 0.0, 0.0), energy=60.0, size=1.0)
+    build.add_camera(scene)
+    build.add_floor(scene)
+
+
+def test_light_from_behind(empty_scene: bpy.types.Scene) -> None:
+    add_leaf(empty_scene, deep(Subsurface_Scale=2.0))
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def test_a_scale_off_by_a_tenth_is_seen(empty_scene: bpy.types.Scene) -> None:
+    surface = deep(Subsurface_Scale=2.0)
+    add_leaf(empty_scene, surface)
+    node = next(n for n in surface.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        node.inputs["Subsurface Scale"].default_value *= 1.1
+
+    result = compare_with_cycles(empty_scene, plant=plant)
+    assert not result.agrees, result
+
+
+@pytest.mark.parametrize("preset", ["FINAL", "RESTIR_DI", "WORLD_PATHS", "CELL_RESERVOIRS"])
+def test_beside_reuse(empty_scene: bpy.types.Scene, preset: str) -> None:
+    build.stage(empty_scene, deep())
+    result = compare_with_cycles(empty_scene, preset=preset)
+    assert result.agrees, result
