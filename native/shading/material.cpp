@@ -85,6 +85,18 @@ Rgb run_emission(const NodeContext& context) {
   return emission;
 }
 
+/// Strands have no inside that rays could wander in.
+void keep_on_strands(const Scene& scene, const SurfacePoint& point, Bsdf& bsdf) {
+  const Instance& instance = scene.instances[point.instance];
+  if (!scene.meshes[static_cast<size_t>(instance.mesh)]->is_strands()) return;
+  for (; bsdf.subsurface_count > 0; --bsdf.subsurface_count) {
+    const Subsurface& below = bsdf.subsurfaces[static_cast<size_t>(bsdf.subsurface_count - 1)];
+    const Rgb weight = below.weight * below.albedo;
+    bsdf.total_sample_weight -= below.sample_weight;
+    add_lobe(bsdf, LambertLobe{below.n}, weight, below.sample_weight, weight);
+  }
+}
+
 PathState arriving_from_sky(PathState path) {
   path.ray_length = std::numeric_limits<float>::max();
   ++path.depth;  // as in Cycles the sky is one bounce further than a surface would be
@@ -111,6 +123,7 @@ Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const Path
   run({scene, *program, point, path}, program->instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
     add_closure(bsdf, closure.op, in, closure.parameters, point);
   });
+  if (bsdf.subsurface_count > 0) keep_on_strands(scene, point, bsdf);
   return bsdf;
 }
 

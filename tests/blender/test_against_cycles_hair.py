@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.support import blender_scenes as build
-from tests.support.engines import compare_with_cycles
+from tests.support.engines import compare_with_cycles, prepare, render
 from tests.support.hair_scenes import CAN_MAKE_CURVES, add_fur, add_particle_hair, coloured_by, scale_radii
 
 pytestmark = [
@@ -82,6 +82,18 @@ def test_curves(empty_scene: bpy.types.Scene, case: str) -> None:
     add_fur(empty_scene, SURFACES[case]())
     result = compare_with_cycles(empty_scene)
     assert result.agrees, result
+
+
+def test_strands_with_subsurface_scattering_are_diffuse(empty_scene: bpy.types.Scene) -> None:
+    stage(empty_scene)
+    hair = add_fur(empty_scene, plain())
+    prepare(empty_scene, 24, 24)
+    diffuse = render(empty_scene, "CISTERN", 4, 1)
+    below = build.material(
+        "below", lambda tree: build.shader(tree, "ShaderNodeSubsurfaceScattering", Color=BROWN, Scale=1.0).outputs[0]
+    )
+    hair.data.materials[0] = below
+    np.testing.assert_allclose(render(empty_scene, "CISTERN", 4, 1), diffuse, rtol=1e-5)
 
 
 def test_planted_bug(empty_scene: bpy.types.Scene) -> None:
