@@ -40,6 +40,7 @@ inline constexpr Rgb lerp(Rgb a, Rgb b, float t) { return a + (b - a) * t; }
 inline constexpr Rgb lerp(Rgb a, Rgb b, Rgb t) { return a + (b - a) * t; }
 inline constexpr Rgb min(Rgb a, Rgb b) { return {std::min(a.r, b.r), std::min(a.g, b.g), std::min(a.b, b.b)}; }
 inline constexpr Rgb max(Rgb a, Rgb b) { return {std::max(a.r, b.r), std::max(a.g, b.g), std::max(a.b, b.b)}; }
+inline Rgb exp(Rgb c) { return {std::exp(c.r), std::exp(c.g), std::exp(c.b)}; }
 inline constexpr Rgb to_rgb(Vec3 v) { return {v.x, v.y, v.z}; }
 inline constexpr Vec3 to_vec(Rgb c) { return {c.r, c.g, c.b}; }
 

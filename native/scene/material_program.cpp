@@ -62,6 +62,7 @@ ParameterRules parameter_rules(Op op) {
       return {up_to(25)};
     case Op::VECTOR_MATH_VALUE:
     case Op::CLOSURE_SUBSURFACE:
+    case Op::CLOSURE_HAIR:
       return {up_to(2)};
     case Op::MIX_FLOAT:
     case Op::MIX_VECTOR:
@@ -426,7 +427,7 @@ bool reads_view(Op op) {
 /// Refraction leaves in directions that depend on where from, and where it is total its lobe is not there.
 bool may_refract(const MaterialProgram& p, const Instruction& closure) {
   if (closure.op == Op::CLOSURE_PRINCIPLED) return !is_zero_float(p, operands_of(p, closure)[kPrincipledTransmission]);
-  return closure.op == Op::CLOSURE_GLASS || closure.op == Op::CLOSURE_REFRACTION;
+  return closure.op == Op::CLOSURE_GLASS || closure.op == Op::CLOSURE_REFRACTION || closure.op == Op::CLOSURE_HAIR;
 }
 
 /// Whether a node returns how often a path has bounced.

@@ -23,6 +23,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"NORMAL", "", 'v', 0, false},                 // shading normal, world, facing wo
     {"TRUE_NORMAL", "", 'v', 0, false},            // geometric normal, world, facing wo
     {"TANGENT", "", 'v', 1, false},                // [name index of the UV map]: world dP/du, by the transform of normals
+    {"STRAND_TANGENT", "", 'v', 0, false},         // unit, along the strand; on meshes along an edge
     {"INCOMING", "", 'v', 0, false},               // wo
     {"BACKFACING", "", 'f', 0, false},             // 0 or 1
     {"OBJECT_RANDOM", "", 'f', 0, false},          //
@@ -142,6 +143,9 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"CLOSURE_SHEEN", "fcfv", 0, 0, true},            // weight, colour, roughness, normal
     {"CLOSURE_METALLIC", "fccfffvv", 0, 1, true},     // weight, base colour, edge tint, roughness, anisotropy, rotation, normal, tangent; [distribution]
     {"CLOSURE_SUBSURFACE", "fcvffffv", 0, 1, true},   // weight, colour, radius, scale, ior, roughness, anisotropy, normal; [method, as above]
+    // weight, tangent, colour, melanin, melanin redness, tint, absorption, roughness, radial roughness, coat, ior, tilt of scales;
+    // [0 ABSORPTION 1 MELANIN, with the tint, 2 COLOR]
+    {"CLOSURE_HAIR", "fvcffccfffff", 0, 1, true},
     {"CLOSURE_HOLDOUT", "f", 0, 0, true},             // weight
     {"CLOSURE_NORMAL", "fv", 0, 0, true},             // weight 1, normal
     {"CLOSURE_AOV", "fcf", 0, 1, true},               // weight 1, colour, value; [name index]

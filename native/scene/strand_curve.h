@@ -23,6 +23,13 @@ struct StrandSegment {
     const std::array<float, 4> w = weights(u);
     return w[0] * positions[0] + w[1] * positions[1] + w[2] * positions[2] + w[3] * positions[3];
   }
+  /// In which the middle of the strand goes on, in object space, not normalised.
+  Vec3 direction(float u) const {
+    if (is_straight) return positions[2] - positions[1];
+    const float u2 = u * u;
+    return 0.5f * ((-1.0f + 4.0f * u - 3.0f * u2) * positions[0] + (-10.0f * u + 9.0f * u2) * positions[1] +
+                   (1.0f + 8.0f * u - 9.0f * u2) * positions[2] + (-2.0f * u + 3.0f * u2) * positions[3]);
+  }
   /// At least 0.
   float radius(float u) const {
     const std::array<float, 4> w = weights(u);

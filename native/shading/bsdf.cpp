@@ -3,6 +3,7 @@
 #include <memory>
 #include <span>
 
+#include "shading/lobe_hair.h"
 #include "shading/lobe_microfacet.h"
 #include "shading/lobe_sheen.h"
 
@@ -15,9 +16,11 @@ Vec3 normal_of(const Lobe& lobe) {
 
 const MicrofacetLobe* as_microfacet(const Lobe& lobe) { return std::get_if<MicrofacetLobe>(&lobe.model); }
 
+const HairLobe* as_hair(const Lobe& lobe) { return std::get_if<HairLobe>(&lobe.model); }
+
 ScatterKind kind_of(const Lobe& lobe, bool is_transmission) {
   if (is_transmission) return ScatterKind::TRANSMISSION;
-  return as_microfacet(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
+  return as_microfacet(lobe) || as_hair(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
 }
 
 bool is_clear(const Lobe& lobe, ScatterKind kind) {
@@ -46,10 +49,10 @@ float bump_shadowing(Vec3 ns, Vec3 n, Vec3 wi) {
 LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, bool is_above, bool can_leave) {
   return std::visit(
       [&](const auto& model) -> LobeEvaluation {
-        constexpr bool kIsMicrofacet = std::is_same_v<std::decay_t<decltype(model)>, MicrofacetLobe>;
-        if ((dot(model.n, wi) > 0.0f) != is_above || (kIsMicrofacet && !can_leave)) return {};
+        using Model = std::decay_t<decltype(model)>;
+        if ((dot(model.n, wi) > 0.0f) != is_above || (!kIsDiffuse<Model> && !can_leave)) return {};
         LobeEvaluation evaluation = evaluate_lobe(model, bsdf.wo, wi);
-        if constexpr (!kIsMicrofacet) {
+        if constexpr (kIsDiffuse<Model>) {
           const float shadowing = bump_shadowing(bump_reference(bsdf), model.n, wi);
           if (shadowing == 0.0f) return {};
           evaluation.f_cos *= shadowing;
@@ -70,7 +73,7 @@ Vec3 hemisphere_normal(const Bsdf& bsdf) { return bsdf.ns == Vec3{} ? bsdf.ng : 
 float upper_probability(const Lobe& lobe) {
   if (!transmits(lobe)) return 1.0f;
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  return microfacet && microfacet->reflects ? 0.5f : 0.0f;
+  return as_hair(lobe) || (microfacet && microfacet->reflects) ? 0.5f : 0.0f;
 }
 
 float hemisphere_pdf(const Bsdf& bsdf, const Lobe& lobe, Vec3 wi, bool is_above) {
@@ -295,18 +298,21 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
 bool is_smooth(const Lobe& lobe) {
   // roughness^4 = alpha_x alpha_y
   constexpr float kAlphaProduct = kReconnectRoughness * kReconnectRoughness * kReconnectRoughness * kReconnectRoughness;
+  if (const HairLobe* hair = as_hair(lobe)) return hair->is_smooth;
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
   return microfacet && microfacet->alpha_x * microfacet->alpha_y < kAlphaProduct;
 }
 
 bool is_narrow(const Lobe& lobe) {
+  if (as_hair(lobe)) return true;
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
   return microfacet && std::min(microfacet->alpha_x, microfacet->alpha_y) < kNarrowAlpha;
 }
 
 bool transmits(const Lobe& lobe) {
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  return microfacet ? microfacet->transmits : std::holds_alternative<TranslucentLobe>(lobe.model);
+  if (microfacet) return microfacet->transmits;
+  return std::holds_alternative<TranslucentLobe>(lobe.model) || as_hair(lobe);
 }
 
 uint8_t scattered_kinds(const Bsdf& bsdf) {
@@ -316,7 +322,7 @@ uint8_t scattered_kinds(const Bsdf& bsdf) {
     const MicrofacetLobe* microfacet = as_microfacet(lobe);
     if (microfacet && is_delta(*microfacet)) continue;
     if (transmits(lobe)) kinds |= kVisibleToTransmission;
-    if (microfacet ? microfacet->reflects : !transmits(lobe)) kinds |= ray_kind(kind_of(lobe, false));
+    if (microfacet ? microfacet->reflects : as_hair(lobe) || !transmits(lobe)) kinds |= ray_kind(kind_of(lobe, false));
   }
   return kinds;
 }
@@ -334,6 +340,10 @@ Rgb bsdf_albedo(const Bsdf& bsdf) {
   Rgb albedo;
   for (int i = 0; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    if (const HairLobe* hair = as_hair(lobe)) {
+      albedo += lobe.weight * hair_albedo(*hair, bsdf.wo);
+      continue;
+    }
     const MicrofacetLobe* microfacet = as_microfacet(lobe);
     albedo += microfacet ? lobe.weight * microfacet_albedo(*microfacet, bsdf.wo) : lobe.weight;
   }

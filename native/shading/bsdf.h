@@ -61,8 +61,18 @@ struct MicrofacetLobe {
   float energy_scale = 1.0f;  // multiple-scattering compensation
 };
 
+/// A strand of hair along `tangent`. `h` in [-1, 1] is where across it the point lies as seen from wo.
+struct HairLobe {
+  Vec3 n, tangent;
+  Rgb absorption;
+  float variance = 0.0f, coat_variance = 0.0f;  // along the strand; of what is reflected at once
+  float scale = 0.0f;                           // of the logistic distribution across it
+  float h = 0.0f, ior = 1.55f, tilt = 0.0f;
+  bool is_smooth = false;
+};
+
 struct Lobe {
-  std::variant<LambertLobe, OrenNayarLobe, TranslucentLobe, SheenLobe, MicrofacetLobe> model;
+  std::variant<LambertLobe, OrenNayarLobe, TranslucentLobe, SheenLobe, MicrofacetLobe, HairLobe> model;
   Rgb weight;                  // multiplies f
   Rgb even;                    // its part of the even part, below; black unless diffuse
   float sample_weight = 0.0f;  // unnormalised probability of choosing this lobe
@@ -111,11 +121,15 @@ struct Bsdf {
 
 inline const Vec3& bump_reference(const Bsdf& bsdf) { return bsdf.bump_ns == Vec3{} ? bsdf.ns : bsdf.bump_ns; }
 
+/// Whether lobes of this model know nothing of wo but by fading out where layers above them do.
+template <class Model>
+inline constexpr bool kIsDiffuse = !std::is_same_v<Model, MicrofacetLobe> && !std::is_same_v<Model, HairLobe>;
+
 /// Whether the lobe is black for all directions: bump shadowing leaves nothing of diffuse ones whose normal is bent
 /// away from its reference by more than a right angle.
 template <class Model>
 bool is_bent_away(const Bsdf& bsdf, const Model& model) {
-  return !std::is_same_v<Model, MicrofacetLobe> && dot(model.n, bump_reference(bsdf)) < 0.0f;
+  return kIsDiffuse<Model> && dot(model.n, bump_reference(bsdf)) < 0.0f;
 }
 
 /// The lobe of that model and normal, or none; of models that have nothing but a normal.

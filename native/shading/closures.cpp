@@ -2,6 +2,7 @@
 
 #include "shading/closure_parts.h"
 #include "shading/fresnel.h"
+#include "shading/lobe_hair.h"
 
 namespace cistern {
 namespace {
@@ -79,6 +80,31 @@ void add_subsurface_closure(Bsdf& bsdf, std::span<const Vec3> in, const int32_t*
   add_subsurface(bsdf, subsurface);
 }
 
+enum class HairParametrization { ABSORPTION, MELANIN, COLOR };
+
+void add_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
+  if (in[1] == Vec3{}) return;
+  HairAppearance hair;
+  hair.roughness = in[7].x;
+  hair.radial_roughness = in[8].x;
+  hair.coat = in[9].x;
+  hair.ior = in[10].x;
+  hair.tilt = in[11].x;
+  switch (static_cast<HairParametrization>(parameters[0])) {
+    case HairParametrization::ABSORPTION:
+      hair.absorption = to_rgb(in[6]);
+      break;
+    case HairParametrization::MELANIN:
+      hair.absorption = melanin_absorption(in[3].x, in[4].x) + hair_absorption(to_rgb(in[5]), in[8].x);
+      break;
+    case HairParametrization::COLOR:
+      hair.absorption = hair_absorption(to_rgb(in[2]), in[8].x);
+  }
+  const HairLobe lobe = make_hair(hair, in[1], point.ng, point.wo);
+  const Rgb weight(in[0].x);
+  if (!is_negligible(weight)) add_lobe(bsdf, lobe, weight, average(weight * hair_albedo(lobe, point.wo)));
+}
+
 }  // namespace
 
 void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t* parameters,
@@ -107,6 +133,8 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
       return;
     case Op::CLOSURE_SUBSURFACE:
       return add_subsurface_closure(bsdf, inputs, parameters, point);
+    case Op::CLOSURE_HAIR:
+      return add_hair(bsdf, inputs, parameters, point);
     case Op::CLOSURE_METALLIC:
       return add_metallic(bsdf, inputs, parameters, point);
     case Op::CLOSURE_TRANSPARENT:

@@ -1,5 +1,6 @@
 #include "shading/nodes_input.h"
 
+#include "scene/strand_curve.h"
 #include "shading/mesh_interpolation.h"
 
 namespace cistern {
@@ -72,6 +73,20 @@ Vec3 tangent_node(const NodeContext& c, int name_index) {
   return frame ? normalize_or(transform_normal(c.instance().object_to_world, frame->tangent), {}) : Vec3{};
 }
 
+/// Unit, in world space.
+Vec3 strand_tangent_node(const NodeContext& c) {
+  if (!c.has_mesh()) return {};
+  const Mesh& mesh = c.mesh();
+  Vec3 along;
+  if (mesh.is_strands()) {
+    along = strand_segment(mesh, c.point.triangle).direction(c.point.barycentric.x);
+  } else {
+    const std::array<Vec3, 3> corners = mesh.triangle_positions(c.point.triangle);
+    along = corners[1] - corners[0];
+  }
+  return normalize_or(c.instance().object_to_world.vector(along), Frame(c.point.ng).s);
+}
+
 /// Lamps and the sky have none.
 const float* instance_value(const NodeContext& c, int name_index) {
   if (!c.has_mesh() || !c.scene.instance_values) return nullptr;
@@ -136,6 +151,8 @@ Vec3 input_node(const Instruction& instruction, const NodeContext& c) {
       return c.point.ng;
     case Op::TANGENT:
       return tangent_node(c, parameters[0]);
+    case Op::STRAND_TANGENT:
+      return strand_tangent_node(c);
     case Op::INCOMING:
       return c.point.wo;
     case Op::BACKFACING:

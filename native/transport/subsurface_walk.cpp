@@ -13,7 +13,6 @@ constexpr int kMaxSteps = 256;
 constexpr int kForwardSteps = 10;
 
 float channel(Rgb c, int i) { return i == 0 ? c.r : (i == 1 ? c.g : c.b); }
-Rgb exp_of(Rgb c) { return {std::exp(c.r), std::exp(c.g), std::exp(c.b)}; }
 
 /// Density per solid angle of a cosine between the directions before and after. [Henyey and Greenstein 1941]
 float phase_density(float cosine, float g) {
@@ -140,7 +139,7 @@ class SubsurfaceWalk {
     density.g = technique.density(medium_.sigma_t.g, distance, !hit);
     density.b = technique.density(medium_.sigma_t.b, distance, !hit);
     const Rgb by_channel = channel_probability_ * density;
-    const Rgb transmittance = exp_of(-distance * medium_.sigma_t);
+    const Rgb transmittance = exp(-distance * medium_.sigma_t);
     throughput_ *= (hit ? transmittance : medium_.sigma_t * medium_.single_scatter * transmittance) /
                    (by_channel.r + by_channel.g + by_channel.b);
     if (!hit) ray_.origin = ray_.origin + distance * ray_.direction;

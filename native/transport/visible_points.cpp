@@ -1,5 +1,6 @@
 #include "transport/visible_points.h"
 
+#include "shading/lobe_hair.h"
 #include "shading/lobe_microfacet.h"
 #include "shading/material.h"
 
@@ -19,6 +20,14 @@ float add_microfacet(Receiver& receiver, const Lobe& lobe, const MicrofacetLobe&
   receiver.transmission += luminance(albedo) * (1.0f - reflected);
   add_normal(receiver, lobe, albedo);
   return luminance(albedo);
+}
+
+/// Light leaves strands on all sides.
+void add_hair(Receiver& receiver, const Lobe& lobe, const HairLobe& model) {
+  const Rgb albedo = lobe.weight * hair_albedo(model, receiver.wo);
+  receiver.glossy += 0.5f * albedo;
+  receiver.transmission += 0.5f * luminance(albedo);
+  add_normal(receiver, lobe, albedo);
 }
 
 void add_even_lobe(Receiver& receiver, const Lobe& lobe) {
@@ -49,6 +58,8 @@ Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
       const float albedo = add_microfacet(receiver, lobe, *model);
       microfacets += albedo;
       alpha += albedo * std::sqrt(model->alpha_x * model->alpha_y);
+    } else if (const auto* hair = std::get_if<HairLobe>(&lobe.model)) {
+      add_hair(receiver, lobe, *hair);
     } else {
       add_even_lobe(receiver, lobe);
     }

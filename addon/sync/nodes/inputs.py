@@ -89,7 +89,7 @@ def geometry(node: NodeView, output: str) -> Value | None:
     if output == "Tangent":
         return vector_constant(0.0, 0.0, 0.0) if node.compiler.is_lamp else default_tangent(node)
     if output in value_names.GEOMETRY_OUTPUTS and node.compiler.is_surface:
-        return _attribute(node, value_names.GEOMETRY_OUTPUTS[output], "Fac", missing_alpha=0)
+        return mesh_attribute(node, value_names.GEOMETRY_OUTPUTS[output], "Fac", missing_alpha=0)
     if output == "Normal":
         return node.shading_normal()
     ops = {"True Normal": "TRUE_NORMAL", "Incoming": "INCOMING", "Backfacing": "BACKFACING"}
@@ -103,7 +103,7 @@ def hair_info(node: NodeView, output: str) -> Value | None:
         return None
     if not node.compiler.is_surface:
         return constant(0.0)
-    return _attribute(node, value_names.STRAND_OUTPUTS[output], "Fac", missing_alpha=0)
+    return mesh_attribute(node, value_names.STRAND_OUTPUTS[output], "Fac", missing_alpha=0)
 
 
 @value_node("ShaderNodeObjectInfo")
@@ -143,7 +143,7 @@ def attribute(node: NodeView, output: str) -> Value:
         return _instance_value(node, value_names.attribute_value_name(kind, name), output)
     if not name:
         return constant(1.0 if output == "Alpha" else 0.0)
-    return _attribute(node, name, output, missing_alpha=1)
+    return mesh_attribute(node, name, output, missing_alpha=1)
 
 
 def _instance_value(node: NodeView, name: str, output: str) -> Value:
@@ -168,10 +168,10 @@ def color_attribute(node: NodeView, output: str) -> Value:
     name = node.node.layer_name
     if not name:
         node.warn(f"a Color Attribute node without a name reads '{DEFAULT_COLOR_ATTRIBUTE}'")
-    return _attribute(node, name or DEFAULT_COLOR_ATTRIBUTE, output, missing_alpha=0)
+    return mesh_attribute(node, name or DEFAULT_COLOR_ATTRIBUTE, output, missing_alpha=0)
 
 
-def _attribute(node: NodeView, name: str, output: str, missing_alpha: int) -> Value:
+def mesh_attribute(node: NodeView, name: str, output: str, missing_alpha: int) -> Value:
     """`missing_alpha` is that of a mesh without the attribute; its colour is black."""
     index = node.compiler.code.program.attribute(name)
     if output == "Alpha":

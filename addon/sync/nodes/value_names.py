@@ -17,7 +17,11 @@ STRAND_OUTPUTS = {
     "Thickness": STRAND_THICKNESS,
     "Random": STRAND_RANDOM,
 }
-ATTRIBUTE_OUTPUTS = {"ShaderNodeNewGeometry": GEOMETRY_OUTPUTS, "ShaderNodeHairInfo": STRAND_OUTPUTS}
+ATTRIBUTE_OUTPUTS = {
+    "ShaderNodeNewGeometry": GEOMETRY_OUTPUTS,
+    "ShaderNodeHairInfo": STRAND_OUTPUTS,
+    "ShaderNodeBsdfHairPrincipled": {"BSDF": STRAND_RANDOM},
+}
 COLOR, INDEX = "INFO:color", "INFO:index"
 OBJECT, INSTANCER, VIEW_LAYER = "OBJECT", "INSTANCER", "VIEW_LAYER"  # types of Attribute nodes
 INFO_OUTPUTS = {"Color": COLOR, "Alpha": COLOR, "Object Index": INDEX}

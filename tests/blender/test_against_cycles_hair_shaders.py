@@ -1,0 +1,75 @@
+"""Shaders of hair against Cycles; method as in test_against_cycles_lights."""
+
+import bpy
+import pytest
+
+from tests.support import blender_scenes as build
+from tests.support.engines import compare_with_cycles
+from tests.support.hair_scenes import CAN_MAKE_CURVES, add_fur
+
+pytestmark = [
+    pytest.mark.usefixtures("registered_addon"),
+    pytest.mark.skipif(not CAN_MAKE_CURVES, reason="scripts cannot make hair curves"),
+]
+
+BLOND = (0.6, 0.4, 0.2, 1.0)
+HAIR = {
+    "default": {},
+    "colour": {"Color": BLOND},
+    "rough": {"Color": BLOND, "Roughness": 0.8, "Radial Roughness": 0.9},
+    "coat": {"Color": BLOND, "Coat": 0.6},
+    "tilt": {"Color": BLOND, "Offset": 0.08},
+    "index": {"Color": BLOND, "IOR": 1.2},
+    "melanin": {"parametrization": "MELANIN", "Melanin": 0.4, "Melanin Redness": 0.3, "Tint": (0.9, 0.7, 0.8, 1.0)},
+    "random melanin": {"parametrization": "MELANIN", "Melanin": 0.4, "Random Color": 0.8},
+    "random roughness": {"Color": BLOND, "Random Roughness": 0.9},
+    "absorption": {"parametrization": "ABSORPTION", "Absorption Coefficient": (0.2, 0.4, 0.9)},
+}
+
+
+def principled_hair(**inputs: object) -> bpy.types.Material:
+    def make(tree):
+        node = tree.nodes.new("ShaderNodeBsdfHairPrincipled")
+        for name, value in inputs.items():
+            if hasattr(node, name):
+                setattr(node, name, value)
+            else:
+                next(s for s in node.inputs if s.identifier == name).default_value = value
+        return node.outputs[0]
+
+    return build.material("hair", make)
+
+
+def stage(scene: bpy.types.Scene) -> None:
+    """As in test_against_cycles_hair, on black: rounded ribbons, of which Cycles knows where across they are seen."""
+    sphere = build.stage(scene, build.principled("skin", Base_Color=(0.0, 0.0, 0.0, 1), Specular_IOR_Level=0.0))
+    sphere.scale, sphere.location = (0.7, 0.7, 0.7), (0.0, 0.0, 0.21)
+    scene.cycles_curves.shape = "RIBBONS"
+
+
+@pytest.mark.parametrize("case", HAIR)
+def test_principled_hair(empty_scene: bpy.types.Scene, case: str) -> None:
+    stage(empty_scene)
+    add_fur(empty_scene, principled_hair(**HAIR[case]))
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("preset", ["FINAL", "RESTIR_DI", "WORLD_PATHS"])
+def test_beside_reuse(empty_scene: bpy.types.Scene, preset: str) -> None:
+    stage(empty_scene)
+    add_fur(empty_scene, principled_hair(Color=BLOND))
+    result = compare_with_cycles(empty_scene, preset=preset)
+    assert result.agrees, result
+
+
+def test_other_hair_is_seen(empty_scene: bpy.types.Scene) -> None:
+    stage(empty_scene)
+    hair = add_fur(empty_scene, principled_hair(Color=BLOND))
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        node = next(n for n in hair.data.materials[0].node_tree.nodes if n.type == "BSDF_HAIR_PRINCIPLED")
+        node.inputs["Color"].default_value = (0.45, 0.4, 0.2, 1.0)
+
+    result = compare_with_cycles(empty_scene, plant=plant)
+    assert not result.agrees, result
