@@ -69,7 +69,7 @@ def test_other_hair_is_seen(empty_scene: bpy.types.Scene) -> None:
 
     def plant(_scene: bpy.types.Scene) -> None:
         node = next(n for n in hair.data.materials[0].node_tree.nodes if n.type == "BSDF_HAIR_PRINCIPLED")
-        node.inputs["Color"].default_value = (0.45, 0.4, 0.2, 1.0)
+        node.inputs["Color"].default_value = (0.1, 0.4, 0.2, 1.0)
 
     result = compare_with_cycles(empty_scene, plant=plant)
     assert not result.agrees, result
