@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from .. import versions
-from . import aovs, closures, color, converter, displacement, hair, inputs, sky, textures, vector  # noqa: F401
+from . import aovs, closures, color, converter, displacement, hair, ies, inputs, sky, textures, vector  # noqa: F401
 from .compiler import Compiler, Context, TreeKind, flatten_shader
 from .graph import Port, Scope, Tree, active_output, socket_named, source_of
 from .instructions import COLOR, MAX_REGISTERS, constant
