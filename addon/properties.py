@@ -190,6 +190,14 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         soft_max=64,
         max=MAX_BOUNCES,
     )
+    max_volume_bounces: IntProperty(
+        name="Volume",
+        description="Largest number of times a light path is scattered inside of volumes after the first",
+        default=12,
+        min=0,
+        soft_max=64,
+        max=MAX_BOUNCES,
+    )
     max_transparent_bounces: IntProperty(
         name="Transparent",
         description="Largest number of transparent surfaces a ray goes straight through",

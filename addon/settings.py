@@ -176,6 +176,7 @@ def scene_settings(
         "max_diffuse_bounces": settings.max_diffuse_bounces,
         "max_glossy_bounces": settings.max_glossy_bounces,
         "max_transmission_bounces": settings.max_transmission_bounces,
+        "max_volume_bounces": settings.max_volume_bounces,
         "max_transparent_bounces": settings.max_transparent_bounces,
         "min_bounces": settings.min_bounces,
         "film_transparent": scene.render.film_transparent,

@@ -53,7 +53,7 @@ class CISTERN_RENDER_PT_light_paths(CisternPanel, Panel):
         settings = context.scene.cistern
         column = layout.column(align=True)
         column.prop(settings, "max_bounces")
-        for kind in ("diffuse", "glossy", "transmission", "transparent"):
+        for kind in ("diffuse", "glossy", "transmission", "volume", "transparent"):
             column.prop(settings, f"max_{kind}_bounces")
         layout.prop(settings, "min_bounces")
 

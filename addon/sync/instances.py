@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from cistern_core import SceneBuilder
 
 # Bits of native/scene/instance.h by the names Blender gives an object's `visible_*` flags.
-RAY_BITS = {"camera": 1, "diffuse": 2, "glossy": 4, "transmission": 8, "shadow": 16}
+RAY_BITS = {"camera": 1, "diffuse": 2, "glossy": 4, "transmission": 8, "shadow": 16, "volume_scatter": 32}
 # Nothing is missing when these are left out: the former have no surface, and the surface of the latter is an item of
 # its own in the dependency graph, already a mesh.
 _INVISIBLE_TYPES = {"EMPTY", "ARMATURE", "LATTICE", "CAMERA", "SPEAKER", "LIGHT_PROBE"}

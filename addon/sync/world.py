@@ -33,5 +33,6 @@ def environment_arguments(depsgraph: bpy.types.Depsgraph, materials: MaterialTab
 def world_visibility(world: bpy.types.World) -> int:
     """Bits of the rays that may see the world; a shadow ray always reaches it."""
     flags = getattr(world, "cycles_visibility", None)
-    hidden = sum(bit for name, bit in RAY_BITS.items() if name != "shadow" and not getattr(flags, name, True))
+    names = {"scatter" if name == "volume_scatter" else name: bit for name, bit in RAY_BITS.items()}
+    hidden = sum(bit for name, bit in names.items() if name != "shadow" and not getattr(flags, name, True))
     return sum(RAY_BITS.values()) - hidden

@@ -342,7 +342,7 @@ void bind_surroundings(py::class_<SceneBuilder>& builder) {
       [](SceneBuilder& b, int material, uint8_t visibility, int width, bool importance_sampling) {
         b.set_environment({material, width, visibility, importance_sampling});
       },
-      py::arg("material"), py::arg("visibility") = 31, py::arg("importance_width") = 0,
+      py::arg("material"), py::arg("visibility") = uint8_t{kVisibleToAll}, py::arg("importance_width") = 0,
       py::arg("importance_sampling") = true);
 }
 
@@ -353,7 +353,8 @@ void bind_scene_builder(py::module_& m) {
       "matte_hash", [](const std::string& name) { return murmur_hash_3(name); }, py::arg("name"));
   py::class_<SceneHandle>(m, "Scene")
       .def_property_readonly("triangle_count", &SceneHandle::triangle_count)
-      .def_property_readonly("instance_count", &SceneHandle::instance_count);
+      .def_property_readonly("instance_count", &SceneHandle::instance_count)
+      .def_property_readonly("volume_name", &SceneHandle::volume_name);
   py::class_<SceneBuilder> builder(m, "SceneBuilder");
   builder
       .def(

@@ -123,6 +123,7 @@ std::map<std::string, Setter> make_setters() {
       {"max_diffuse_bounces", limit(&PathLimits::max_diffuse_bounces)},
       {"max_glossy_bounces", limit(&PathLimits::max_glossy_bounces)},
       {"max_transmission_bounces", limit(&PathLimits::max_transmission_bounces)},
+      {"max_volume_bounces", limit(&PathLimits::max_volume_bounces)},
       {"max_transparent_bounces", limit(&PathLimits::max_transparent_bounces)},
       {"min_bounces", limit(&PathLimits::min_bounces)},
       {"clamp_direct", limit(&PathLimits::clamp_direct)},

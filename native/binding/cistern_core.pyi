@@ -42,6 +42,7 @@ class MaterialProgram:
     An operand is an opaque int returned by `constant` or `emit`."""
 
     pass_index: float  # what Material Index shows
+    is_boundary: bool  # there is no surface: crossing it is no transparent bounce
 
     def __init__(self, name: str) -> None: ...
     def constant(self, x: float, y: float = 0.0, z: float = 0.0) -> int: ...
@@ -145,7 +146,7 @@ class SceneBuilder:
         soft: bool = True,
         **common,
     ) -> int:
-        """`intensity` W/sr; `common` for all lights: visibility=31, casts_shadow=True, use_mis=True, max_bounces=1024,
+        """`intensity` W/sr; `common` for all lights: visibility=63, casts_shadow=True, use_mis=True, max_bounces=1024,
         material=-1, object_to_world (4, 4) of the lamp for what its material reads, key=0, replace=None."""
     def add_spot_light(
         self,
@@ -176,7 +177,7 @@ class SceneBuilder:
     ) -> int:
         """Edges are full lengths; emits along `normal` only. `radiance` on axis before the spread factor."""
     def set_environment(
-        self, material: int, visibility: int = 31, importance_width: int = 0, importance_sampling: bool = True
+        self, material: int, visibility: int = 63, importance_width: int = 0, importance_sampling: bool = True
     ) -> None: ...
     def set_camera(
         self,
@@ -212,6 +213,9 @@ class Scene:
     def triangle_count(self) -> int: ...
     @property
     def instance_count(self) -> int: ...
+    @property
+    def volume_name(self) -> str:
+        """Of a material with participating media that is in use; empty without any."""
 
 class Settings:
     """All members can be given as keyword arguments; Error for a value out of range names the member."""
@@ -279,6 +283,7 @@ class Settings:
     max_diffuse_bounces: int
     max_glossy_bounces: int
     max_transmission_bounces: int
+    max_volume_bounces: int
     max_transparent_bounces: int
     min_bounces: int  # Russian roulette starts after these
     film_transparent: bool

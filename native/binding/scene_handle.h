@@ -1,6 +1,7 @@
 #pragma once
 
 #include "scene/scene.h"
+#include "transport/media.h"
 
 namespace cistern::binding {
 
@@ -15,6 +16,8 @@ struct SceneHandle {
       if (instance.mesh >= 0) count += scene->meshes[instance.mesh]->triangle_count();
     return count;
   }
+  /// Name of a material with a volume, empty without any.
+  std::string volume_name() const { return Media::find_name(*scene); }
   size_t instance_count() const {
     size_t count = 0;
     for (const Instance& instance : scene->instances) count += instance.mesh >= 0;

@@ -29,8 +29,8 @@ struct IncidentLight {
   float pdf = 0.0f;        // of the direction, per solid angle, given the emitter; 1 for `is_delta`
   bool is_delta = false;
   bool casts_shadow = true;
-  bool use_mis = true;      // false: a scattered ray never finds this light, so it needs no MIS
-  uint8_t visibility = 31;  // RayVisibility bits: not lit where the receiver's scattering kind is not in it
+  bool use_mis = true;                 // false: a scattered ray never finds this light, so it needs no MIS
+  uint8_t visibility = kVisibleToAll;  // RayVisibility bits: not lit where the receiver's scattering kind is not in it
 };
 
 /// A lamp shape passed through by a scattered ray before it hits a surface.

@@ -45,6 +45,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
       learning(std::move(the_learning)),
       guiding(std::move(the_guiding)),
       surfaces(std::move(the_surfaces)),
+      media(Media::make(*scene, *lights)),
       paths{*scene,
             *accel,
             *lights,
@@ -56,7 +57,8 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             light_samples(settings, *lights),
             learning ? learning->use() : nullptr,
             guiding ? guiding->use() : nullptr,
-            surfaces != nullptr},
+            surfaces != nullptr,
+            media.get()},
       sequences(std::move(the_sequences)),
       context{settings, paths, filter, *sequences, learning.get(), guiding.get(), surfaces.get()} {}
 

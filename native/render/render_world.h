@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "render/frame.h"
+#include "transport/media.h"
 
 namespace cistern {
 
@@ -26,6 +27,7 @@ struct RenderWorld {
   const std::shared_ptr<LearnedLightStage> learning;  // null unless needed; changes between frames
   const std::shared_ptr<GuidingStage> guiding;        // the same
   const std::shared_ptr<SurfaceFilm> surfaces;        // null unless asked for
+  const std::shared_ptr<const Media> media;           // null where there are none
   const PathContext paths;
   const std::shared_ptr<FrameSequences> sequences;  // changes between frames
   const FrameContext context;                       // refers to the above

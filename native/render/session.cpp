@@ -13,6 +13,7 @@
 #include "render/sharing_trial.h"
 #include "scene/scene_memory.h"
 #include "transport/camera_ray.h"
+#include "transport/media.h"
 
 namespace cistern {
 namespace {
@@ -49,6 +50,7 @@ void Session::start(std::shared_ptr<const Scene> scene, std::shared_ptr<RenderCa
   std::lock_guard lock(mutex_);
   if (was_started_) throw Error("session", "was started already; make a new one for another render");
   was_started_ = true;
+  if (!Media::find_name(*scene).empty()) settings_ = settings_.by_path_tracing();
   scene_ = std::move(scene);
   cache_ = cache ? std::move(cache) : std::make_shared<RenderCache>();
   started_ = Clock::now();
@@ -63,7 +65,7 @@ bool Session::can_blur_motion(const Settings& settings) {
 }
 
 void Session::start(std::shared_ptr<const Shutter> shutter, std::shared_ptr<RenderCache> cache) {
-  if (!can_blur_motion(settings_))
+  if (Media::find_name(*shutter->middle()).empty() && !can_blur_motion(settings_))
     throw Error("motion blur",
                 "needs frames that keep no samples: indirect 'PATH' or 'CELL_SHARED' without temporal "
                 "reuse, and light by 'NEE', 'RIS' or 'LEARNED'");

@@ -44,7 +44,8 @@ class Session {
   Session& operator=(const Session&) = delete;
 
   /// Starts rendering and returns at once. A session renders once; a second start throws Error. `cache`, if any, is
-  /// looked into and filled for later sessions.
+  /// looked into and filled for later sessions. Scenes with participating media, which no technique of reuse knows, are
+  /// rendered by path tracing whatever the settings say; see by_path_tracing.
   void start(std::shared_ptr<const Scene> scene, std::shared_ptr<RenderCache> cache = {});
   /// Whether frames of these settings keep nothing, so that each can be of another moment.
   static bool can_blur_motion(const Settings& settings);

@@ -31,6 +31,7 @@ void check_limits(const PathLimits& limits) {
   require("max_diffuse_bounces", limits.max_diffuse_bounces, 0, kMaxBounces);
   require("max_glossy_bounces", limits.max_glossy_bounces, 0, kMaxBounces);
   require("max_transmission_bounces", limits.max_transmission_bounces, 0, kMaxBounces);
+  require("max_volume_bounces", limits.max_volume_bounces, 0, kMaxBounces);
   require("max_transparent_bounces", limits.max_transparent_bounces, 0, kMaxBounces);
   require("min_bounces", limits.min_bounces, 0, kMaxBounces);
   require("clamp_direct", limits.clamp_direct, 0.0f, 1e10f);
@@ -141,6 +142,15 @@ Settings Settings::of_later_frames() const {
   if (path_sharing.first_frame_history && indirect == IndirectAnswer::CELL_SHARED && !has_reservoirs)
     later.path_sharing.temporal_reuse = false;
   return later;
+}
+
+Settings Settings::by_path_tracing() const {
+  Settings plain = *this;
+  plain.direct = DirectAnswer::NEE;
+  plain.secondary = SecondaryAnswer::NEE;
+  plain.indirect = IndirectAnswer::PATH;
+  plain.guiding = Guiding::OFF;
+  return plain;
 }
 
 bool Settings::uses_earlier_frames() const {

@@ -93,6 +93,8 @@ struct Settings {
   /// Whether frames use what the one before found: by temporal reuse, or because world-space paths take those of a cell
   /// from there. Their errors are then correlated.
   bool uses_earlier_frames() const;
+  /// These by the reference path tracer.
+  Settings by_path_tracing() const;
   /// Whether history is taken from the RenderCache and left there. It needs temporal reuse.
   bool keep_history = false;
   /// Whether the picture only bridges the time until a finer one: the cache keeps its history apart, since one of few

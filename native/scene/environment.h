@@ -1,5 +1,6 @@
 #pragma once
 
+#include "scene/instance.h"
 #include "scene/material_program.h"
 
 namespace cistern {
@@ -7,9 +8,9 @@ namespace cistern {
 /// Light from infinitely far away: a material program with one emission closure, evaluated for a direction
 /// (its coordinates are the world-space direction; see `Op::GENERATED`). Sampled by `lights/environment`.
 struct Environment {
-  int material = -1;         // -1: black
-  int importance_width = 0;  // 0: chosen from the largest image it uses
-  uint8_t visibility = 31;   // RayVisibility bits of the rays that may see it
+  int material = -1;                   // -1: black
+  int importance_width = 0;            // 0: chosen from the largest image it uses
+  uint8_t visibility = kVisibleToAll;  // RayVisibility bits of the rays that may see it
   bool use_importance_sampling = true;
   friend bool operator==(const Environment&, const Environment&) = default;
 };

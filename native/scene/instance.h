@@ -13,7 +13,8 @@ enum RayVisibility : uint8_t {
   kVisibleToGlossy = 4,
   kVisibleToTransmission = 8,
   kVisibleToShadow = 16,
-  kVisibleToAll = 31,
+  kVisibleToVolume = 32,  // rays that a medium scattered
+  kVisibleToAll = 63,
 };
 
 /// A mesh placed in the world. Plain values only: scenes hold hundreds of thousands.

@@ -6,6 +6,7 @@
 
 #include "base/rgb.h"
 #include "base/transform.h"
+#include "scene/instance.h"
 
 namespace cistern {
 
@@ -53,7 +54,7 @@ struct AreaLight {
 struct Light {
   std::string name;
   std::variant<PointLight, SpotLight, SunLight, AreaLight> shape;
-  uint8_t visibility = 31;  // RayVisibility bits by which scattered rays may see the emitter
+  uint8_t visibility = kVisibleToAll;  // RayVisibility bits by which scattered rays may see the emitter
   bool casts_shadow = true;
   bool use_mis = true;        // false: sampled by next-event estimation only
   int max_bounces = 1024;     // paths with more bounces do not receive it

@@ -55,7 +55,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::CLOSURE_AOV:
       return {kName};
     case Op::LIGHT_PATH:
-      return {up_to(12)};
+      return {up_to(13)};
     case Op::MATH:
       return {up_to(40), kFlag};
     case Op::VECTOR_MATH:
@@ -382,13 +382,20 @@ std::vector<Instruction> slice(MaterialProgram& p, bool (*is_wanted)(const Mater
 }
 
 bool is_aov(const MaterialProgram&, const Instruction& closure) { return closure.op == Op::CLOSURE_AOV; }
-bool shades(const MaterialProgram&, const Instruction& closure) { return closure.op != Op::CLOSURE_AOV; }
+bool is_volume(const MaterialProgram& p, const Instruction& closure) {
+  const std::span<const Operand> in = operands_of(p, closure);
+  if (closure.op == Op::CLOSURE_VOLUME) return !is_zero_float(p, in[0]) && !is_zero_float(p, in[3]);
+  if (closure.op != Op::CLOSURE_VOLUME_EMISSION) return false;
+  return !is_zero_float(p, in[0]) && !is_constant_zero(p, in[1]) && !is_zero_float(p, in[2]);
+}
+bool shades(const MaterialProgram&, const Instruction& closure) { return closure.op < Op::CLOSURE_AOV; }
 bool matters_always(const MaterialProgram&, const Instruction&, size_t) { return true; }
 
-/// Takes what only passes of its own need out of what is run at every hit.
-void divide_aovs(MaterialProgram& p) {
-  if (std::ranges::none_of(p.instructions, [&](const Instruction& i) { return is_aov(p, i); })) return;
+/// Takes what only passes of its own or the medium inside need out of what is run at every hit.
+void divide_instructions(MaterialProgram& p) {
+  if (std::ranges::none_of(p.instructions, [](const Instruction& i) { return i.op >= Op::CLOSURE_AOV; })) return;
   p.aov_instructions = slice(p, is_aov, matters_always);
+  p.volume_instructions = slice(p, is_volume, matters_always);
   p.instructions = slice(p, shades, matters_always);
 }
 
@@ -397,8 +404,8 @@ void place_constants(MaterialProgram& p) {
   p.input_values.clear();
   for (const Operand operand : p.inputs)
     p.input_values.push_back(operand.is_constant() ? p.constants[static_cast<size_t>(operand.index())] : Vec3{});
-  for (std::vector<Instruction>* list :
-       {&p.instructions, &p.emission_instructions, &p.transparency_instructions, &p.aov_instructions}) {
+  for (std::vector<Instruction>* list : {&p.instructions, &p.emission_instructions, &p.transparency_instructions,
+                                         &p.aov_instructions, &p.volume_instructions}) {
     for (Instruction& instruction : *list) {
       const std::span<const Operand> in = operands_of(p, instruction);
       instruction.register_inputs = 0;
@@ -462,13 +469,14 @@ bool varies_over_object(Op op) {
 }  // namespace
 
 void finish_program(MaterialProgram& program, int image_count) {
-  constexpr size_t kMaxConstants = Operand::kConstantBit - 4;  // up to four are added below
+  constexpr size_t kMaxConstants = Operand::kConstantBit - 5;  // up to five are added below
   if (program.constants.size() > kMaxConstants)
     throw Error(program.name, std::to_string(program.constants.size()) + " constants; at most " +
                                   std::to_string(kMaxConstants) + " are allowed");
   Validator(program, image_count).check();
   program.matte = matte_id(program.name);
-  divide_aovs(program);
+  divide_instructions(program);
+  program.has_volume = !program.volume_instructions.empty();
 
   program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
   program.reads_light_path = program.counts_bounces = program.reads_camera = false;

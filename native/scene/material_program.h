@@ -45,6 +45,8 @@ enum class Op : uint8_t {
   CLOSURE_NORMAL,
   // Nor this one: what goes to passes of its own.
   CLOSURE_AOV,
+  // Of the medium inside a surface, or of the world's.
+  CLOSURE_VOLUME, CLOSURE_VOLUME_EMISSION,
   COUNT
 };
 // clang-format on
@@ -84,6 +86,7 @@ struct MaterialProgram {
   /// TILED_IMAGE's parameter 0 indexes this: for each tile from 1001 on (UDIM, ten to a row) one of `images`, -1 where
   /// there is none.
   std::vector<std::vector<int>> tile_tables;
+  bool is_boundary = false;  // there is no surface, only what is inside: crossing it is no transparent bounce
   uint16_t register_count = 0;
 
   // Derived by `finish_program`.
@@ -93,8 +96,10 @@ struct MaterialProgram {
   /// The instructions that emission (transparency) depends on, in order; operands without influence are constant 0.
   std::vector<Instruction> emission_instructions, transparency_instructions;
   std::vector<Instruction> aov_instructions;  // that passes of its own depend on; `instructions` is then without them
-  float matte = 0.0f;                         // matte_id of the name
-  bool may_be_transparent = false;            // a shadow ray may pass: has transparent / alpha closures
+  std::vector<Instruction> volume_instructions;  // the same of media
+  float matte = 0.0f;                            // matte_id of the name
+  bool has_volume = false;                       // light is absorbed, scattered or emitted inside
+  bool may_be_transparent = false;               // a shadow ray may pass: has transparent / alpha closures
   bool may_emit = false;
   bool emission_is_constant = false;  // no emission operand depends on the hit: `constant_emission` is exact
   Vec3 constant_emission;

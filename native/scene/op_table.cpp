@@ -31,7 +31,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"INSTANCE_VALUE", "", 'v', 1, false},         // [name index]: of Scene::instance_values; 0 where there is none
     {"INSTANCE_VALUE_ALPHA", "", 'f', 1, false},   // [name index]
     // [output]: 0 is camera, 1 is shadow, 2 is diffuse, 3 is glossy, 4 is singular, 5 is reflection, 6 is transmission,
-    // 7 ray length, 8 ray depth, 9 diffuse depth, 10 glossy depth, 11 transparent depth, 12 transmission depth
+    // 7 ray length, 8 ray depth, 9 diffuse depth, 10 glossy depth, 11 transparent depth, 12 transmission depth, 13 is volume scatter
     {"LIGHT_PATH", "", 'f', 1, false},
     // Conversions.
     {"BROADCAST", "f", 'c', 0, false},   // float -> colour or vector, all components equal
@@ -149,6 +149,9 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"CLOSURE_HOLDOUT", "f", 0, 0, true},             // weight
     {"CLOSURE_NORMAL", "fv", 0, 0, true},             // weight 1, normal
     {"CLOSURE_AOV", "fcf", 0, 1, true},               // weight 1, colour, value; [name index]
+    // weight, scattering colour, absorption colour, density in 1/m that multiplies both, anisotropy (Henyey-Greenstein)
+    {"CLOSURE_VOLUME", "fccff", 0, 0, true},
+    {"CLOSURE_VOLUME_EMISSION", "fcf", 0, 0, true},   // weight, colour, strength: radiance per metre
 }};
 // clang-format on
 

@@ -97,6 +97,18 @@ void keep_on_strands(const Scene& scene, const SurfacePoint& point, Bsdf& bsdf) 
   }
 }
 
+void run_medium(const NodeContext& context, Medium& medium) {
+  run(context, context.program.volume_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
+    if (closure.op == Op::CLOSURE_VOLUME_EMISSION) {
+      medium.emission += to_rgb(in[1]) * (in[0].x * in[2].x);
+      return;
+    }
+    const float density = in[0].x * std::max(in[3].x, 0.0f);
+    add_scattering(medium, to_rgb(in[1]) * density, in[4].x);
+    add_absorption(medium, to_rgb(in[2]) * density);
+  });
+}
+
 PathState arriving_from_sky(PathState path) {
   path.ray_length = std::numeric_limits<float>::max();
   ++path.depth;  // as in Cycles the sky is one bounce further than a surface would be
@@ -171,6 +183,26 @@ Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& pa
   const MaterialProgram* program = find_program(scene, scene.environment.material);
   if (program == nullptr || !program->may_emit) return {};
   return run_emission({scene, *program, environment_point(scene, direction), arriving_from_sky(path), true});
+}
+
+void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path) {
+  const MaterialProgram* program = find_program(scene, material);
+  if (program == nullptr || !program->has_volume) return;
+  const Instance& inside = scene.instances[instance];
+  SurfacePoint point;
+  point.position = inside.object_to_world.point(scene.meshes[static_cast<size_t>(inside.mesh)]->bounds.center());
+  point.ng = point.ns = point.wo = {0.0f, 0.0f, 1.0f};
+  point.instance = instance;
+  point.material = material;
+  run_medium({scene, *program, point, path, false, nullptr, true}, medium);
+}
+
+void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path) {
+  const MaterialProgram* program = find_program(scene, scene.environment.material);
+  if (program == nullptr || !program->has_volume) return;
+  SurfacePoint point = environment_point(scene, {0.0f, 0.0f, -1.0f});
+  point.position = {};
+  run_medium({scene, *program, point, path, true}, medium);
 }
 
 void evaluate_aovs(const Scene& scene, const SurfacePoint& point, const PathState& path, const TakeAov& take) {

@@ -32,7 +32,7 @@ Vec3 object_coordinate_node(const NodeContext& c, BumpShift shift) {
 /// object coordinates.
 Vec3 generated_node(const NodeContext& c, BumpShift shift) {
   if (c.is_environment) return c.point.position;
-  if (!c.has_mesh()) return object_position(c, shift);
+  if (!c.has_mesh() && !c.is_inside) return object_position(c, shift);
   const Bounds3& bounds = c.mesh().bounds;
   const Vec3 p = object_position(c, shift) - bounds.lower;
   const Vec3 size = bounds.diagonal();
@@ -89,7 +89,7 @@ Vec3 strand_tangent_node(const NodeContext& c) {
 
 /// Lamps and the sky have none.
 const float* instance_value(const NodeContext& c, int name_index) {
-  if (!c.has_mesh() || !c.scene.instance_values) return nullptr;
+  if ((!c.has_mesh() && !c.is_inside) || !c.scene.instance_values) return nullptr;
   return c.scene.instance_values->find(c.instance().values,
                                        c.program.attribute_hashes[static_cast<size_t>(name_index)]);
 }
@@ -195,8 +195,10 @@ float light_path_node(int output, const PathState& path) {
       return static_cast<float>(path.glossy_depth);
     case 11:
       return static_cast<float>(path.transparent_depth);
-    default:
+    case 12:
       return static_cast<float>(path.transmission_depth);
+    default:
+      return is_kind(kVisibleToVolume);
   }
 }
 

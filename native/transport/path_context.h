@@ -14,6 +14,7 @@ struct PathLimits {
   int max_diffuse_bounces = 12;
   int max_glossy_bounces = 12;
   int max_transmission_bounces = 12;
+  int max_volume_bounces = 12;
   int max_transparent_bounces = 8;
   int min_bounces = 1;        // Russian roulette starts after these
   float clamp_direct = 0.0f;  // largest mean radiance of one contribution, 0: off
@@ -24,6 +25,7 @@ struct PathLimits {
 };
 
 class LearnedLights;
+class Media;
 
 /// Where light samples of a path are chosen by what was learned, instead of by the light set.
 struct LearnedLightUse {
@@ -62,6 +64,8 @@ struct PathContext {
   const GuideUse* guiding = nullptr;
   /// Whether PathScratch::seen_surfaces is wanted; only with record_surfaces.
   bool record_seen = false;
+  /// Null: there are none.
+  const Media* media = nullptr;
 };
 
 /// Whether what a scattered ray meets, or how far its path goes on, depends on the kind of its scattering: by ray

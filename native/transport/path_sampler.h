@@ -80,6 +80,15 @@ class PathSampler {
     return {point.pair, point.third};
   }
 
+  /// Which colour, and how far, for the first segment of a path in media.
+  struct FlightNumbers {
+    float channel, distance;
+  };
+  FlightNumbers first_flight() {
+    const Vec2 u = point_of(FLIGHT).pair;
+    return {u.x, u.y};
+  }
+
   /// For decisions that gain little from stratification: Russian roulette, passing through.
   float next_float() { return rng_.next_float(); }
   double next_double() { return rng_.next_double(); }
@@ -96,7 +105,8 @@ class PathSampler {
     LIGHT,
     SCATTERING,
     PER_VERTEX = 2,
-    WALK = LIGHT + PER_VERTEX * kStratifiedVertices
+    WALK = LIGHT + PER_VERTEX * kStratifiedVertices,
+    FLIGHT = WALK + kStratifiedSteps
   };
   bool is_stratified(int vertex) const { return is_sobol_ && vertex < kStratifiedVertices; }
   static uint32_t set_of(Set set, int vertex) { return set + PER_VERTEX * static_cast<uint32_t>(vertex); }

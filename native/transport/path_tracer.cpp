@@ -30,6 +30,7 @@ PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& s
     if (context.limits.film_transparent) nothing.alpha = 0.0f;
     return nothing;
   }
+  if (context.media && !capture) return trace_media_path(context, ray, sampler, scratch);
   const bool is_guided = context.guiding && (context.guiding->is_on || scratch.trains_guide);
   if (context.learned || is_guided) return trace_learned_path(context, ray, sampler, scratch, capture);
   if (capture) return Walk<CapturingWalk>(context, ray, sampler, scratch, capture).run();

@@ -10,6 +10,7 @@
 #include "transport/camera_ray.h"
 #include "transport/guide_lesson.h"
 #include "transport/learned_light_sample.h"
+#include "transport/media.h"
 #include "transport/path_guide.h"
 #include "transport/path_throughput.h"
 #include "transport/path_tracer.h"
@@ -21,6 +22,9 @@ namespace cistern {
 /// trace_path for a context with learned lights or guided bounces.
 PathRecord trace_learned_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
                               PathCapture* capture);
+
+/// trace_path for a context with media.
+PathRecord trace_media_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch);
 
 /// One path on its way. The steps of `trace_path` in the order they happen. `capture` is null unless the kind captures.
 template <class Kind>
@@ -34,6 +38,8 @@ class Walk {
       capture_.out = capture;
       capture->clear();
     }
+    if constexpr (Kind::has_media)
+      media_.stack = context.media->around(context.accel, ray.origin + ray.t_min * ray.direction);
   }
 
   PathRecord run() {
@@ -47,7 +53,11 @@ class Walk {
   /// Follows one segment; false when the path has ended.
   bool step() {
     const std::optional<Hit> hit = context_.accel.intersect(ray_, state_.ray_kind);
+    if constexpr (Kind::has_media) enter_segment(hit);
     if (context_.lights.has_visible_lamps()) add_lamps(hit);
+    if constexpr (Kind::has_media) {
+      if (const std::optional<bool> goes_on = traverse_medium(hit)) return *goes_on;
+    }
     if (!hit) {
       add_environment();
       return false;
@@ -191,6 +201,26 @@ class Walk {
   bool teaches_directions() const;
   void gather(Rgb radiance);
 
+  // --- media: path_walk_media.h -------------------------------------------------------------------------------------
+
+  /// Starts the segment up to the hit, with what is emitted along it.
+  void enter_segment(const std::optional<Hit>& hit);
+  /// Light that the segment's medium scatters, and whether it scatters the path: empty where that goes on to the end,
+  /// else whether it goes on at all.
+  std::optional<bool> traverse_medium(const std::optional<Hit>& hit);
+  /// Of light on its way along the segment from so far.
+  Rgb segment_transmittance(float distance) const;
+  /// Next-event estimation somewhere along the segment.
+  void add_light_in_medium();
+  bool scatter_in_medium(float distance);
+  /// What the camera would see first if no medium scattered the path.
+  void record_surface_behind(std::optional<Hit> hit);
+  /// At a surface that the path goes through.
+  void cross_surface(const SurfacePoint& point);
+  /// Whether passing through counts for nothing: only a medium begins or ends there.
+  bool is_mere_boundary(const SurfacePoint& point);
+  Rgb transmittance_to(const SurfacePoint& point, const IncidentLight& light) const;
+
   // --- continuing ---------------------------------------------------------------------------------------------------
 
   bool continue_path(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
@@ -211,8 +241,11 @@ class Walk {
 
   bool pass_through(const SurfacePoint& point, const Bsdf& bsdf, float probability) {
     const int most_surfaces = context_.limits.max_transparent_bounces;
-    if (state_.transparent_depth >= most_surfaces) return false;
-    last_segment_ |= ++state_.transparent_depth == most_surfaces;
+    if (!is_mere_boundary(point)) {
+      if (state_.transparent_depth >= most_surfaces) return false;
+      last_segment_ |= ++state_.transparent_depth == most_surfaces;
+    }
+    cross_surface(point);
     scale_by_chance(bsdf.transparency, probability);
     ray_.t_max -= state_.ray_length - travelled_;  // clipping stays measured from the last vertex
     ray_.t_min = 0.0f;
@@ -259,6 +292,7 @@ class Walk {
       scatter_pdf_ = sample->pdf * scatter_probability(bsdf);
       if constexpr (Kind::captures) capture_.mis_candidates = capture_.vertex.light_candidates;
     }
+    if (dot(sample->wi, point.ng) < 0.0f) cross_surface(point);
     ray_.origin = vertex_origin_ = offset_origin(point.position, point.clearance, point.ng, sample->wi);
     ray_.direction = sample->wi;
     ray_.t_min = 0.0f;
@@ -366,6 +400,7 @@ class Walk {
   PathScratch& scratch_;
   [[no_unique_address]] std::conditional_t<Kind::captures, CaptureState, std::monostate> capture_;
   [[no_unique_address]] std::conditional_t<Kind::learns, LearningState, std::monostate> learning_;
+  [[no_unique_address]] std::conditional_t<Kind::has_media, MediaState, NoMedia> media_;
   PathState state_;
   PathRecord record_;
   std::conditional_t<Kind::captures, CapturedThroughput, Throughput> throughput_;
@@ -384,3 +419,4 @@ class Walk {
 
 #include "transport/path_walk_capture.h"
 #include "transport/path_walk_light.h"
+#include "transport/path_walk_media.h"

@@ -53,8 +53,13 @@ inline void Walk<Kind>::add_lamps(const std::optional<Hit>& hit) {
     const bool is_clipped = lamp.distance >= clip && std::isfinite(lamp.distance);
     const bool is_elsewhere =
         passes_surfaces && (lamp.casts_shadow ? hit && lamp.distance >= t_max : travelled_ > 0.0f);
-    if (!is_clipped && !is_elsewhere && state_.depth - 1 <= lamp.max_bounces)
-      add(lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf), SourceKind::SURFACE);
+    if (!is_clipped && !is_elsewhere && state_.depth - 1 <= lamp.max_bounces) {
+      Rgb radiance = lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf);
+      // Light samples of lamps without shadows are dimmed by nothing either.
+      if (Kind::has_media && !(passes_surfaces && !lamp.casts_shadow))
+        radiance *= segment_transmittance(lamp.distance - travelled_);
+      add(radiance, SourceKind::SURFACE);
+    }
   }
 }
 
@@ -128,7 +133,7 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
                  : power_heuristic(pdf, bsdf_pdf);
   }
   Rgb radiance = light->radiance * (weight / pdf);
-  if (light->casts_shadow) radiance *= transmittance(context_, point, *light, state_);
+  if (light->casts_shadow) radiance *= transmittance_to(point, *light);
   if (is_black(radiance)) return;
   if constexpr (Kind::captures) {
     if (keeps_light) keep_incident_light(*light, radiance, f);
@@ -188,7 +193,7 @@ inline void Walk<Kind>::add_learned_light(const SurfacePoint& point, const Bsdf&
   const auto sample = sample_learned_light(context_, *learning_.at_vertex, vertex, u_choice, u_light, sampler_);
   if (!sample) return;
   Rgb radiance = sample->unshadowed;
-  if (sample->light.casts_shadow) radiance *= transmittance(context_, point, sample->light, state_);
+  if (sample->light.casts_shadow) radiance *= transmittance_to(point, sample->light);
   if (scratch_.trains_lights) {
     const auto record = light_record(context_, *learning_.at_vertex, vertex, *sample, radiance, throughput_.total());
     if (record) scratch_.light_records.push_back(*record);

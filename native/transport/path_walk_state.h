@@ -3,6 +3,8 @@
 #include <optional>
 
 #include "lights/learned_lights.h"
+#include "shading/medium.h"
+#include "transport/media_stack.h"
 #include "transport/path_capture.h"
 #include "transport/path_context.h"
 
@@ -14,15 +16,17 @@ inline constexpr float kMostTransparency = 0.5f;
 enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
 
 /// What a walk does. Each is compiled by itself, so that the reference estimator pays for nothing but its own.
-template <bool kCaptures, bool kLearns>
+template <bool kCaptures, bool kLearns, bool kHasMedia = false>
 struct WalkKind {
   static constexpr bool captures = kCaptures;  // leaves something to others
   static constexpr bool learns = kLearns;      // chooses lights or directions by what earlier frames learned
+  static constexpr bool has_media = kHasMedia;
 };
 using ReferenceWalk = WalkKind<false, false>;
 using CapturingWalk = WalkKind<true, false>;
 using LearnedWalk = WalkKind<false, true>;
 using LearnedCapturingWalk = WalkKind<true, true>;
+using MediaWalk = WalkKind<false, false, true>;
 
 /// The last vertex that next-event estimation could have lit.
 struct MisReceiver {
@@ -56,6 +60,17 @@ struct LearningState {
   std::optional<LearnedLights::Chooser> at_vertex;  // none: the light set chooses
   std::optional<LearnedLights::Chooser> of_ray;     // of the last vertex that light samples could have lit
 };
+
+/// The media of a walk, and the part of a ray through them that it follows.
+struct MediaState {
+  MediaStack stack;
+  Medium medium;                      // of the segment
+  float begin = 0.0f, length = 0.0f;  // of the segment, along the ray from its origin
+  int volume_depth = 0;               // how often media have scattered the path
+  int boundaries = 0;                 // that were crossed
+  bool has_flown = false;             // a free flight was sampled
+};
+struct NoMedia {};
 
 inline bool has_rough_lobe(const Bsdf& bsdf) {
   for (int i = 0; i < bsdf.count; ++i)

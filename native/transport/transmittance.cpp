@@ -5,6 +5,7 @@
 
 #include "shading/material.h"
 #include "shading/shadow_origin.h"
+#include "transport/media.h"
 
 namespace cistern {
 namespace {
@@ -83,6 +84,48 @@ Rgb transmittance_of(const PathContext& context, const SurfacePoint& receiver, c
   return transparency_along(context, receiver, ray, state, most_surfaces).transmittance;
 }
 
+/// What passes surfaces that are not opaque, and the media along a ray; `state` is that of the ray. Media that begin or
+/// end without a surface count for no transparent one, but in case a ray gets stuck at one they are not endless.
+Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone, PathState state, int most_surfaces,
+                        MediaStack& media) {
+  if (context.accel.occluded(ray, state.ray_kind)) return Rgb(0.0f);
+  const Vec3 end = ray.origin + ray.direction * ray.t_max;
+  Rgb result(1.0f);
+  state.ray_length = 0.0f;
+  for (int boundaries = 0, surfaces = 0; boundaries <= kMostBoundaries;) {
+    std::optional<Hit> hit;
+    if (context.accel.has_transparent_surfaces()) hit = context.accel.intersect_transparent(ray, state.ray_kind);
+    const float length = hit ? hit->t : ray.t_max;
+    result *= medium_transmittance(context.media->together(media, state, std::isinf(length)), length);
+    if (!hit || is_black(result)) return result;
+    SurfacePoint point = make_surface_point(context.scene, ray, *hit);
+    state.ray_length += hit->t;
+    if (context.media->is_boundary(point)) {
+      ++boundaries;
+    } else {
+      if (++surfaces > most_surfaces) return Rgb(0.0f);
+      point.footprint = cone.at(state.ray_length);
+      result *= evaluate_transparency(context.scene, point, state);
+      ++state.transparent_depth;
+    }
+    context.media->cross(media, point);
+    const Vec3 beyond = offset_origin(point.position, point.clearance, point.ng, ray.direction);
+    if (std::isfinite(ray.t_max)) {
+      ray = ray_between(beyond, end);
+    } else {
+      ray.origin = beyond;
+    }
+  }
+  return Rgb(0.0f);
+}
+
+PathState shadow_state(const PathState& path) {
+  PathState state = path;
+  state.ray_kind = kVisibleToShadow;
+  ++state.depth;  // as a ray scattered towards the light
+  return state;
+}
+
 /// Behind the last surface it passes, a path has no vertices; see PathLimits.
 int most_surfaces_to_vertex(const PathContext& context, int transparent_depth) {
   return std::max(context.limits.max_transparent_bounces - transparent_depth - 1, 0);
@@ -92,11 +135,30 @@ int most_surfaces_to_vertex(const PathContext& context, int transparent_depth) {
 
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                   const PathState& path) {
-  PathState state = path;
-  state.ray_kind = kVisibleToShadow;
-  ++state.depth;  // as a ray scattered towards the light
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
-  return transmittance_of(context, receiver, light, state, most_surfaces);
+  return transmittance_of(context, receiver, light, shadow_state(path), most_surfaces);
+}
+
+Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
+                  const PathState& path, MediaStack media) {
+  if (dot(light.wi, receiver.ng) < 0.0f) context.media->cross(media, receiver);
+  const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
+  const Ray ray = shadow_ray(context.scene, receiver, light);
+  const RayCone cone{receiver.footprint, context.pixel.angle};
+  return transmittance_along(context, ray, cone, shadow_state(path), most_surfaces, media);
+}
+
+Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
+                  const PathState& path, MediaStack media) {
+  Ray ray{position, light.wi};
+  if (std::isfinite(light.distance)) {
+    Vec3 target = position + light.wi * light.distance;
+    if (light.normal != Vec3{}) target = ray_end(target, light.clearance, light.distance, light.normal, light.wi);
+    ray = ray_between(position, target);
+  }
+  const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
+  const RayCone cone{footprint, context.pixel.angle};
+  return transmittance_along(context, ray, cone, shadow_state(path), most_surfaces, media);
 }
 
 Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "transport/media_stack.h"
 #include "transport/path_context.h"
 
 namespace cistern {
@@ -7,6 +8,13 @@ namespace cistern {
 /// Fraction of what `light` sends that reaches `receiver`: 0 behind opaque surfaces, tinted by transparent ones.
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                   const PathState& path);
+
+/// The same where there are media, with those that the ray to the receiver arrived in.
+Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
+                  const PathState& path, MediaStack media);
+/// Of light that reaches a point in these media.
+Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
+                  const PathState& path, MediaStack media);
 
 /// The same of a ray that `receiver` scattered towards a vertex at `distance` along `wi`, of normal `normal`: its kind
 /// in `scattered` decides what it meets. `scattered.transparent_depth` surfaces were passed before.

@@ -51,7 +51,7 @@ def prepare(scene: bpy.types.Scene, width: int, height: int, bounces: int = BOUN
         for name, value in values.items():
             setattr(settings, name, value)
         settings.max_bounces = bounces
-    for kind in ("diffuse", "glossy", "transmission"):
+    for kind in ("diffuse", "glossy", "transmission", "volume"):
         setattr(scene.cycles, f"{kind}_bounces", bounces)
         setattr(scene.cistern, f"max_{kind}_bounces", bounces)
     render = scene.render

@@ -16,7 +16,20 @@ from typing import TYPE_CHECKING
 import bpy
 
 from .. import versions
-from . import aovs, closures, color, converter, displacement, hair, ies, inputs, sky, textures, vector  # noqa: F401
+from . import (  # noqa: F401 - they register
+    aovs,
+    closures,
+    color,
+    converter,
+    displacement,
+    hair,
+    ies,
+    inputs,
+    sky,
+    textures,
+    vector,
+    volumes,
+)
 from .compiler import Compiler, Context, TreeKind, flatten_shader
 from .graph import Port, Scope, Tree, active_output, socket_named, source_of
 from .instructions import COLOR, MAX_REGISTERS, constant
@@ -53,9 +66,9 @@ def _compile_material(material: bpy.types.Material | None, context: Context) -> 
     def build(compiler: Compiler) -> None:
         compiler.pass_index = material.pass_index
         if surface is not None:
-            _warn_volume(compiler, surface)
             displacement.bump_by_displacement(compiler, surface, material.displacement_method)
             _flatten_surface(compiler, surface)
+            volumes.add_medium(compiler, _volume_port(surface))
             aovs.write_aovs(compiler, surface.scope)
 
     return _compile(build, name, owner, context, TreeKind.SURFACE)
@@ -74,8 +87,8 @@ def compile_world(world: bpy.types.World | None, context: Context) -> MaterialPr
     surface = _output_port(world.node_tree, "ShaderNodeOutputWorld")
 
     def build(compiler: Compiler) -> None:
-        _warn_volume(compiler, surface)
         flatten_shader(compiler, surface, ONE)
+        volumes.add_medium(compiler, _volume_port(surface))
         aovs.write_aovs(compiler, surface.scope)
 
     return _compile(build, world.name, owner, context, TreeKind.WORLD, needs_closures=True) if surface else None
@@ -117,17 +130,16 @@ def _output_port(tree: Tree, idname: str) -> Port | None:
     return Port(Scope(tree), node, socket_named(node.inputs, "Surface")) if node else None
 
 
-def _warn_volume(compiler: Compiler, surface: Port) -> None:
-    socket = socket_named(surface.node.inputs, "Volume")
-    if socket is not None and surface.scope.link_into(surface.node, socket) is not None:
-        compiler.warn("volumes are not supported and ignored")
+def _volume_port(surface: Port) -> Port:
+    return Port(surface.scope, surface.node, socket_named(surface.node.inputs, "Volume"))
 
 
 def _flatten_surface(compiler: Compiler, surface: Port) -> None:
-    """A volume without a surface is looked through, everything else without one is black."""
-    volume = socket_named(surface.node.inputs, "Volume")
-    volume_only = surface.scope.link_into(surface.node, surface.socket) is None and volume is not None
-    if volume_only and surface.scope.link_into(surface.node, volume) is not None:
+    """A volume without a surface is passed through, everything else without one is black."""
+    volume = _volume_port(surface).socket
+    has_surface = surface.scope.link_into(surface.node, surface.socket) is not None
+    if not has_surface and surface.scope.link_into(surface.node, volume) is not None:
+        compiler.code.program.is_boundary = True
         compiler.code.closure("CLOSURE_TRANSPARENT", (ONE, constant(*WHITE, COLOR)))
     flatten_shader(compiler, surface, ONE)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .compiler import Compiler, NodeView, closure_node, flatten_shader
+from .compiler import Compiler, NodeView, closure_node, flatten_shader, volume_node
 from .enums import CLAMP_TYPES, DISTRIBUTIONS, SUBSURFACE_METHODS
 from .fold import Triple
 from .instructions import COLOR, VECTOR, Value, constant
@@ -14,6 +14,7 @@ NO_SUBSURFACE = (ZERO_VECTOR, constant(0.0), ONE, constant(0.0))
 F82_COSINE = 1.0 / 7.0  # where the edge tint of "F82" is given (Kutz et al. 2021, Novel aspects of the Adobe material)
 
 
+@volume_node("ShaderNodeMixShader")
 @closure_node("ShaderNodeMixShader")
 def mix_shader(node: NodeView, weight: Value) -> None:
     factor = node.emit("CLAMP", (node.value("Fac"), constant(0.0), ONE), (CLAMP_TYPES.index("MINMAX"),))
@@ -22,6 +23,7 @@ def mix_shader(node: NodeView, weight: Value) -> None:
         flatten_shader(node.compiler, node.port(identifier), node.math("MULTIPLY", weight, share))
 
 
+@volume_node("ShaderNodeAddShader")
 @closure_node("ShaderNodeAddShader")
 def add_shader(node: NodeView, weight: Value) -> None:
     for identifier in ("Shader", "Shader_001"):

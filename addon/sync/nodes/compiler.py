@@ -52,6 +52,7 @@ ValueHandler = Callable[["NodeView", str], "Value | None"]
 ClosureHandler = Callable[["NodeView", Value], None]
 VALUE_NODES: dict[str, ValueHandler] = {}
 CLOSURE_NODES: dict[str, ClosureHandler] = {}
+VOLUME_NODES: dict[str, ClosureHandler] = {}
 
 
 def value_node(*idnames: str) -> Callable[[ValueHandler], ValueHandler]:
@@ -69,6 +70,16 @@ def closure_node(*idnames: str) -> Callable[[ClosureHandler], ClosureHandler]:
 
     def register(handler: ClosureHandler) -> ClosureHandler:
         CLOSURE_NODES.update(dict.fromkeys(idnames, handler))
+        return handler
+
+    return register
+
+
+def volume_node(*idnames: str) -> Callable[[ClosureHandler], ClosureHandler]:
+    """The same of what these nodes add to a medium."""
+
+    def register(handler: ClosureHandler) -> ClosureHandler:
+        VOLUME_NODES.update(dict.fromkeys(idnames, handler))
         return handler
 
     return register
@@ -104,6 +115,7 @@ class Compiler:
         self.normal: Value | None = None  # the shading normal, where displacement has bent it
         self.shift = 0  # where coordinates are read: Bump compiles its height at three places
         self.allow_bump = True
+        self.in_volume = False  # shaders are those of a medium
         self.pass_index = 0  # of a material
         self._values: dict[tuple, Value] = {}
         self._in_progress: set[tuple] = set()
@@ -278,7 +290,8 @@ def flatten_shader(compiler: Compiler, port: Port, weight: Value) -> None:
     if source.socket.type != SHADER:
         color = compiler.output(source)
         if color is not None:  # a value plugged into a shader socket glows, as in Cycles
-            compiler.code.closure("CLOSURE_EMISSION", (weight, color, constant(1.0)))
+            emission = "CLOSURE_VOLUME_EMISSION" if compiler.in_volume else "CLOSURE_EMISSION"
+            compiler.code.closure(emission, (weight, color, constant(1.0)))
         return
     if is_pass_through(source.node):
         entry = entry_of(source)
@@ -287,8 +300,20 @@ def flatten_shader(compiler: Compiler, port: Port, weight: Value) -> None:
         elif is_group(source.node):
             compiler.warn_broken_group(source)
         return
+    if compiler.in_volume:
+        _add_to_medium(compiler, source, weight)
+        return
     handler = CLOSURE_NODES.get(source.node.bl_idname)
     if handler is None:
         compiler.unsupported(source.node)
         handler = CLOSURE_NODES["unsupported"]
     handler(NodeView(compiler, source.scope, source.node), weight)
+
+
+def _add_to_medium(compiler: Compiler, source: Port, weight: Value) -> None:
+    """Shaders of surfaces are nothing there, as in Cycles."""
+    handler = VOLUME_NODES.get(source.node.bl_idname)
+    if handler is not None:
+        handler(NodeView(compiler, source.scope, source.node), weight)
+    elif source.socket.name == "Volume":
+        compiler.unsupported(source.node)

@@ -51,4 +51,5 @@ LIGHT_PATH_OUTPUTS = {
     "Glossy Depth": 10,
     "Transparent Depth": 11,
     "Transmission Depth": 12,
+    "Is Volume Scatter Ray": 13,
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -100,16 +100,21 @@ class InstructionList:
             raise ValueError(f"{op} takes {len(letters)} inputs, not {len(inputs)}")
         return tuple(self.convert(value, letter) for value, letter in zip(inputs, letters, strict=True))
 
-    def needed(self) -> list[int]:
-        """Indices of the instructions some closure depends on, in order."""
+    def needed(self, ops: Collection[str] | None = None) -> list[int]:
+        """Indices of the instructions some closure, or one of these ops, depends on, in order."""
         reached: set[int] = set()
-        pending = [value.register for closure in self._closures for value in closure.inputs]
+        closures = [closure for closure in self._closures if ops is None or closure.op in ops]
+        pending = [value.register for closure in closures for value in closure.inputs]
         while pending:
             index = pending.pop()
             if index >= 0 and index not in reached:
                 reached.add(index)
                 pending += [value.register for value in self._instructions[index].inputs]
         return sorted(reached)
+
+    def ops_behind(self, ops: Collection[str]) -> set[str]:
+        """What the closures of these ops depend on."""
+        return {self._instructions[index].op for index in self.needed(ops)}
 
     @property
     def closures(self) -> list[tuple[str, tuple[Value, ...]]]:

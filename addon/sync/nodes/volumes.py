@@ -1,0 +1,107 @@
+"""Volume shaders: each adds what a medium does to light, under a weight. Formulas as in Cycles."""
+
+from __future__ import annotations
+
+import math
+
+from .compiler import Compiler, NodeView, flatten_shader, volume_node
+from .enums import MATH_OPERATIONS
+from .graph import Port
+from .instructions import COLOR, VECTOR, Value, constant
+
+ONE, ZERO = constant(1.0), constant(0.0)
+WHITE, BLACK = constant(1.0, 1.0, 1.0, COLOR), constant(0.0, letter=COLOR)
+MEDIA = ("CLOSURE_VOLUME", "CLOSURE_VOLUME_EMISSION")
+
+PHASE_FUNCTIONS = {"RAYLEIGH": 0.0, "MIE": 0.85, "FOURNIER_FORAND": 0.85}
+"""Mean cosines of those that are not Henyey and Greenstein's and have no anisotropy of their own; of a cloud's droplets
+about, where the node has their size instead."""
+
+STEFAN_BOLTZMANN = 5.670373e-8 * 1e-6 / math.pi
+"""W/(m^2 K^4), in Cycles' unit for the radiance of a fire."""
+
+_PLACES = frozenset(  # noqa: SIM905 - a list literal would fill a page
+    "ATTRIBUTE ATTRIBUTE_ALPHA GENERATED OBJECT_COORDINATE NORMAL_COORDINATE REFLECTION_COORDINATE CAMERA_COORDINATE "
+    "WINDOW_COORDINATE POSITION NORMAL TRUE_NORMAL TANGENT INCOMING BACKFACING".split()
+)
+"""Instructions that differ from place to place."""
+
+
+def add_medium(compiler: Compiler, volume: Port) -> None:
+    """What reaches a Volume input. The core has homogeneous media: of others a warning says so."""
+    compiler.in_volume = True
+    flatten_shader(compiler, volume, ONE)
+    compiler.in_volume = False
+    if compiler.code.ops_behind(MEDIA) & _PLACES:
+        where = "at the origin" if compiler.is_world else "in the middle of the object"
+        compiler.warn(f"a volume that varies from place to place is rendered as it is {where} everywhere")
+
+
+def _add(node: NodeView, weight: Value, scattering: Value, absorption: Value, density: Value, g: Value) -> None:
+    node.compiler.code.closure("CLOSURE_VOLUME", (weight, scattering, absorption, density, g))
+
+
+def _rest(node: NodeView, color: Value) -> Value:
+    """What a colour lacks to be white."""
+    zero = constant(0.0, letter=VECTOR)
+    return node.vector_math("MAXIMUM", node.vector_math("SUBTRACT", WHITE, color), zero).retyped(COLOR)
+
+
+def _anisotropy(node: NodeView) -> Value:
+    phase = getattr(node.node, "phase", "HENYEY_GREENSTEIN")
+    if phase == "HENYEY_GREENSTEIN":
+        return node.value("Anisotropy")
+    node.warn(f"the phase function {phase} is not supported: Henyey-Greenstein is used")
+    return constant(PHASE_FUNCTIONS[phase]) if phase in PHASE_FUNCTIONS else node.value("Anisotropy")
+
+
+@volume_node("ShaderNodeVolumeAbsorption")
+def absorption(node: NodeView, weight: Value) -> None:
+    color, density = node.values("Color, Density")
+    _add(node, weight, BLACK, _rest(node, color), density, ZERO)
+
+
+@volume_node("ShaderNodeVolumeScatter")
+def scatter(node: NodeView, weight: Value) -> None:
+    color, density = node.values("Color, Density")
+    _add(node, weight, color, BLACK, density, _anisotropy(node))
+
+
+@volume_node("ShaderNodeVolumeCoefficients")
+def coefficients(node: NodeView, weight: Value) -> None:
+    scattered, absorbed, emitted = (
+        node.value(f"{kind} Coefficients") for kind in ("Scatter", "Absorption", "Emission")
+    )
+    _add(node, weight, scattered, absorbed, ONE, _anisotropy(node))
+    node.compiler.code.closure("CLOSURE_VOLUME_EMISSION", (weight, emitted, ONE))
+
+
+@volume_node("ShaderNodeEmission")
+def emission(node: NodeView, weight: Value) -> None:
+    node.compiler.code.closure("CLOSURE_VOLUME_EMISSION", (weight, *node.values("Color, Strength")))
+
+
+@volume_node("ShaderNodeVolumePrincipled")
+def principled(node: NodeView, weight: Value) -> None:
+    """Its attributes are those of volume objects: meshes have none."""
+    color, density, anisotropy, tint = node.values("Color, Density, Anisotropy, Absorption Color")
+    half, zero = constant(0.5, 0.5, 0.5, VECTOR), constant(0.0, letter=VECTOR)
+    root = node.vector_math("POWER", node.vector_math("MAXIMUM", tint, zero), half)
+    absorbed = node.vector_math("MULTIPLY", _rest(node, color), _rest(node, root))
+    _add(node, weight, color, absorbed, density, anisotropy)
+    emit = node.compiler.code.closure
+    strength = node.math("MAXIMUM", node.value("Emission Strength"), ZERO)
+    emit("CLOSURE_VOLUME_EMISSION", (weight, node.value("Emission Color"), strength))
+    intensity = node.value("Blackbody Intensity")
+    if intensity.constant is None or intensity.constant[0] > 0.0:
+        emit("CLOSURE_VOLUME_EMISSION", (weight, *_fire(node, intensity)))
+
+
+def _fire(node: NodeView, intensity: Value) -> tuple[Value, Value]:
+    """Colour and strength of what glows by its temperature; nothing where the intensity is not above 0."""
+    kelvin = node.math("MAXIMUM", node.value("Temperature"), ZERO)
+    color = node.vector_math("MULTIPLY", node.value("Blackbody Tint"), node.emit("BLACKBODY", (kelvin,)))
+    fourth_power = node.math("POWER", kelvin, constant(4.0))
+    mixed = node.emit("MIX_FLOAT", (intensity, ONE, fourth_power), (0,))
+    is_on = node.emit("MATH", (intensity, ZERO, ZERO), (MATH_OPERATIONS.index("GREATER_THAN"), 0))
+    return color, node.math("MULTIPLY", node.math("MULTIPLY", mixed, constant(STEFAN_BOLTZMANN)), is_on)

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "base/rgb.h"
+
+namespace cistern {
+
+/// What a medium scatters by one Henyey-Greenstein phase function.
+struct PhaseLobe {
+  Rgb scattering;  // 1/m
+  float g = 0.0f;  // mean cosine of the angle of deflection, in [-kLargestAnisotropy, kLargestAnisotropy]
+};
+
+/// As Cycles: beyond it the phase function is a spike that single precision does not resolve.
+inline constexpr float kLargestAnisotropy = 0.999f;
+/// Denser is opaque in any case, and products of numbers beyond would overflow.
+inline constexpr float kDensest = 1e18f;  // 1/m
+
+/// What a homogeneous medium does to light on its way. Where media overlap they add up.
+struct Medium {
+  static constexpr int kMaxLobes = 4;
+  Rgb extinction;  // 1/m: what absorption and scattering take away
+  Rgb scattering;  // 1/m: the sum of the lobes
+  Rgb emission;    // radiance per metre
+  int lobe_count = 0;
+  std::array<PhaseLobe, kMaxLobes> lobes;
+
+  bool is_vacuum() const { return is_black(extinction) && is_black(emission); }
+  bool scatters() const { return lobe_count > 0; }
+};
+
+/// Coefficients that are negative count as zero. Of more than kMaxLobes anisotropies the last takes in the rest, with
+/// the mean of them.
+void add_scattering(Medium& medium, Rgb scattering, float g);
+void add_absorption(Medium& medium, Rgb absorption);
+
+/// Fraction of light that goes straight on over `distance`, which may be infinite.
+Rgb medium_transmittance(const Medium& medium, float distance);
+
+/// Radiance that arrives of what the medium emits over the last `distance` metres; nothing where it is infinite and
+/// nothing absorbs.
+Rgb medium_radiance(const Medium& medium, float distance);
+
+}  // namespace cistern

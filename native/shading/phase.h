@@ -1,0 +1,26 @@
+#pragma once
+
+#include "base/frame.h"
+#include "shading/medium.h"
+
+namespace cistern {
+
+/// Density per solid angle of deflection by an angle of that cosine; over the sphere it integrates to 1.
+/// [Henyey and Greenstein 1941, Diffuse radiation in the Galaxy]
+float henyey_greenstein(float cosine, float g);
+
+/// The direction of light that went along `direction`, by that density.
+Vec3 sample_henyey_greenstein(Vec3 direction, float g, Vec2 u);
+
+/// Of a medium that scatters: the mean over its lobes by the grey of what each scatters, as in Cycles. So colours of
+/// media that overlap are exact, and which of them scatters forward is the same for all colours.
+float evaluate_phase(const Medium& medium, float cosine);
+
+/// A direction by that density.
+struct PhaseSample {
+  Vec3 direction;
+  float pdf = 0.0f;  // per solid angle: the phase function itself
+};
+PhaseSample sample_phase(const Medium& medium, Vec3 direction, float u_lobe, Vec2 u_direction);
+
+}  // namespace cistern

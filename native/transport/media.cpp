@@ -1,0 +1,126 @@
+#include "transport/media.h"
+
+#include <algorithm>
+
+namespace cistern {
+namespace {
+
+/// Surfaces that a search for the media around a point passes at most.
+constexpr int kMostSurfaces = 1024;
+
+const MaterialProgram* program_with_volume(const Scene& scene, int material) {
+  const MaterialProgram* program = material < 0 ? nullptr : scene.materials[static_cast<size_t>(material)].get();
+  return program && program->has_volume ? program : nullptr;
+}
+
+/// Strands of hair have no inside.
+const MaterialProgram* volume_of(const Scene& scene, const Instance& instance) {
+  if (instance.mesh < 0 || !scene.meshes[static_cast<size_t>(instance.mesh)]) return nullptr;
+  if (scene.meshes[static_cast<size_t>(instance.mesh)]->is_strands()) return nullptr;
+  for (const int material : scene.material_sets[static_cast<size_t>(instance.material_set)])
+    if (const MaterialProgram* program = program_with_volume(scene, material)) return program;
+  return nullptr;
+}
+
+Bounds3 world_bounds(const Scene& scene, const Instance& instance) {
+  const Bounds3& box = scene.meshes[static_cast<size_t>(instance.mesh)]->bounds;
+  Bounds3 bounds;
+  for (int corner = 0; corner < 8 && !box.is_empty(); ++corner) {
+    bounds.extend(
+        instance.object_to_world.point({corner & 1 ? box.upper.x : box.lower.x, corner & 2 ? box.upper.y : box.lower.y,
+                                        corner & 4 ? box.upper.z : box.lower.z}));
+  }
+  return bounds;
+}
+
+bool contains(const Bounds3& b, Vec3 p) {
+  return p.x >= b.lower.x && p.y >= b.lower.y && p.z >= b.lower.z && p.x <= b.upper.x && p.y <= b.upper.y &&
+         p.z <= b.upper.z;
+}
+
+AliasTable receiver_free_choice(const LightSet& lights) {
+  std::vector<float> pmf(lights.emitter_count());
+  for (size_t i = 0; i < pmf.size(); ++i) pmf[i] = lights.receiver_free_pmf(static_cast<uint32_t>(i));
+  return AliasTable(pmf);
+}
+
+}  // namespace
+
+std::string Media::find_name(const Scene& scene) {
+  if (const MaterialProgram* program = program_with_volume(scene, scene.environment.material)) return program->name;
+  const bool is_any = std::ranges::any_of(scene.materials, [](const auto& m) { return m && m->has_volume; });
+  if (!is_any) return {};
+  for (const Instance& instance : scene.instances)
+    if (const MaterialProgram* program = volume_of(scene, instance)) return program->name;
+  return {};
+}
+
+std::shared_ptr<const Media> Media::make(const Scene& scene, const LightSet& lights) {
+  if (find_name(scene).empty()) return nullptr;
+  std::shared_ptr<Media> media(new Media(scene));
+  media->fills_world_ = program_with_volume(scene, scene.environment.material) != nullptr;
+  for (uint32_t i = 0; i < scene.instances.size(); ++i)
+    if (volume_of(scene, scene.instances[i])) media->volumes_.push_back({i, world_bounds(scene, scene.instances[i])});
+  media->emitters_ = receiver_free_choice(lights);
+  return media;
+}
+
+const MaterialProgram* Media::program_of(const SurfacePoint& point) const {
+  const MaterialProgram* program = program_with_volume(scene_, point.material);
+  if (!program) return nullptr;
+  return scene_.meshes[static_cast<size_t>(scene_.instances[point.instance].mesh)]->is_strands() ? nullptr : program;
+}
+
+void Media::cross(MediaStack& stack, const SurfacePoint& point) const {
+  if (!program_of(point)) return;
+  if (point.is_backface) {
+    stack.leave({point.instance, point.material});
+  } else {
+    stack.enter({point.instance, point.material});
+  }
+}
+
+bool Media::is_boundary(const SurfacePoint& point) const {
+  const MaterialProgram* program = program_of(point);
+  return program && program->is_boundary;
+}
+
+/// By a ray to the outside of all that could contain the point: media that it leaves without having entered them.
+MediaStack Media::around(const Accel& accel, Vec3 origin) const {
+  MediaStack inside;
+  float reach = 0.0f;
+  for (const Volume& volume : volumes_)
+    if (contains(volume.bounds, origin)) reach = std::max(reach, length(volume.bounds.diagonal()));
+  if (reach == 0.0f) return inside;
+  MediaStack entered;
+  // Along no axis and no diagonal, which edges of meshes lie on.
+  Ray ray{origin, normalize(Vec3{0.2113f, 0.1357f, 0.9681f}), 0.0f, reach};
+  for (int i = 0; i < kMostSurfaces; ++i) {
+    const std::optional<Hit> hit = accel.intersect(ray, kVisibleToAll);
+    if (!hit) break;
+    const SurfacePoint point = make_surface_point(scene_, ray, *hit);
+    if (program_of(point)) {
+      const MediaStack::Entry medium{point.instance, point.material};
+      if (!point.is_backface) {
+        entered.enter(medium);
+      } else if (!entered.contains(medium)) {
+        inside.enter(medium);
+      }
+    }
+    ray.t_max -= hit->t;
+    ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
+  }
+  return inside;
+}
+
+Medium Media::together(const MediaStack& stack, const PathState& path, bool is_endless) const {
+  Medium medium;
+  if (fills_world_) add_environment_medium(medium, scene_, path);
+  if (is_endless) return medium;
+  for (const MediaStack::Entry& entry : stack)
+    if (scene_.instances[entry.instance].visibility & path.ray_kind)
+      add_medium(medium, scene_, entry.instance, entry.material, path);
+  return medium;
+}
+
+}  // namespace cistern

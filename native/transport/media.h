@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+
+#include "accel/accel.h"
+#include "base/alias_table.h"
+#include "lights/light_set.h"
+#include "shading/material.h"
+#include "transport/media_stack.h"
+
+namespace cistern {
+
+/// Boundaries without a surface that a ray crosses at most: more means that it got stuck. As Cycles.
+inline constexpr int kMostBoundaries = 1024;
+
+/// The participating media of a scene: absorbing, scattering, emitting. Each is inside of the surfaces that have its
+/// material, which therefore should be closed, with normals to the outside; one of the world is everywhere. Where they
+/// overlap they add up. Immutable.
+class Media {
+ public:
+  /// Null for a scene without any.
+  static std::shared_ptr<const Media> make(const Scene& scene, const LightSet& lights);
+  /// Name of a material that has one inside and is in use; empty without any.
+  static std::string find_name(const Scene& scene);
+
+  /// Brings the media of a ray that goes straight through the surface up to date.
+  void cross(MediaStack& stack, const SurfacePoint& point) const;
+  /// Whether there is no surface at `point`, only media that begin or end.
+  bool is_boundary(const SurfacePoint& point) const;
+  /// Those that a ray from `origin`, where it has left no surface, begins in.
+  MediaStack around(const Accel& accel, Vec3 origin) const;
+  /// What they are together for the ray; without those of objects that such rays do not see. Of a ray that meets no
+  /// surface any more (`is_endless`) only that of the world: where another did not end, its surface is not closed.
+  Medium together(const MediaStack& stack, const PathState& path, bool is_endless) const;
+
+  /// A choice of emitters that does not look at the receiver; see LightSet::receiver_free_pmf. Empty without emitters.
+  const AliasTable& emitters() const { return emitters_; }
+
+ private:
+  struct Volume {
+    uint32_t instance;
+    Bounds3 bounds;  // in world space
+  };
+  explicit Media(const Scene& scene) : scene_(scene) {}
+  const MaterialProgram* program_of(const SurfacePoint& point) const;
+
+  const Scene& scene_;
+  bool fills_world_ = false;
+  std::vector<Volume> volumes_;
+  AliasTable emitters_;
+};
+
+}  // namespace cistern

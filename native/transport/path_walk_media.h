@@ -1,0 +1,189 @@
+#pragma once
+
+#include "shading/phase.h"
+#include "transport/free_flight.h"
+#include "transport/path_walk.h"
+
+// A walk in participating media. Included by path_walk.h.
+//
+// Each segment of the path gathers, before anything is left to chance, what the medium emits along it and lamps that it
+// passes, dimmed by the transmittance up to them; then light that reaches the path from one light sample for one point
+// of the segment. A free flight decides whether the medium scatters the path or it goes on to the surface; of media
+// that only absorb the transmittance is no matter of chance. Light that was scattered once, by a medium or by a
+// surface, is direct, as the phase function is rough.
+
+namespace cistern {
+
+template <class Kind>
+inline void Walk<Kind>::enter_segment(const std::optional<Hit>& hit) {
+  media_.begin = ray_.t_min;  // where cameras clip, as in Cycles
+  media_.length = hit ? hit->t - ray_.t_min : INFINITY;
+  media_.medium = context_.media->together(media_.stack, state_, !hit);
+  if (!is_black(media_.medium.emission)) add(medium_radiance(media_.medium, media_.length), SourceKind::SURFACE);
+}
+
+template <class Kind>
+inline Rgb Walk<Kind>::segment_transmittance(float distance) const {
+  if constexpr (Kind::has_media) {
+    return medium_transmittance(media_.medium, std::clamp(distance - media_.begin, 0.0f, media_.length));
+  } else {
+    return Rgb(1.0f);
+  }
+}
+
+template <class Kind>
+inline std::optional<bool> Walk<Kind>::traverse_medium(const std::optional<Hit>& hit) {
+  const Medium& medium = media_.medium;
+  if (is_black(medium.extinction)) return std::nullopt;
+  const FreeFlight flight(medium, throughput_.total(), media_.length);
+  if (last_segment_ || !flight.can_scatter()) {
+    scale_by_chance(medium_transmittance(medium, media_.length), 1.0f);
+    if (is_black(throughput_.total())) return false;
+    return std::nullopt;
+  }
+  add_light_in_medium();
+  PathSampler::FlightNumbers u{};
+  if (media_.has_flown) {
+    u.channel = sampler_.next_float();
+    u.distance = sampler_.next_float();
+  } else {
+    u = sampler_.first_flight();
+  }
+  media_.has_flown = true;
+  const FreeFlight::Sample sample = flight.sample(u.channel, u.distance);
+  if (sample.distance) record_surface_behind(hit);
+  scale_by_chance(sample.weight, 1.0f);
+  if (is_black(throughput_.total())) return false;
+  if (!sample.distance) return std::nullopt;
+  return scatter_in_medium(*sample.distance);
+}
+
+/// One sample of a mixture of two techniques, either half the time: a distance as light is scattered, and a light
+/// chosen for the point there; or a light chosen for no point in particular, and a distance by how near the ray comes
+/// to it.
+template <class Kind>
+inline void Walk<Kind>::add_light_in_medium() {
+  if (context_.media->emitters().is_empty()) return;
+  const Medium& medium = media_.medium;
+  const Vec3 origin = ray_.origin + media_.begin * ray_.direction;
+  const FreeFlight flight(medium, throughput_.total(), media_.length);
+  const auto [u_choice, u_light] = sampler_.light(state_.depth);
+  const float u_technique = sampler_.next_float(), u_channel = sampler_.next_float(),
+              u_distance = sampler_.next_float();
+  LightSample light_sample{0, u_light};
+  float distance = 0.0f;
+  const auto towards = [&](uint32_t emitter) -> std::optional<EquiAngular> {
+    const EmitterPlace place = context_.lights.place(emitter);
+    if (place.is_distant) return std::nullopt;
+    return EquiAngular(origin, ray_.direction, media_.length, place.center);
+  };
+  if (u_technique < 0.5f) {
+    distance = flight.sample_inside(u_channel, u_distance);
+    const auto choice = context_.lights.choose(origin + distance * ray_.direction, {}, u_choice, u_light);
+    if (!choice) return;
+    light_sample = choice->sample;
+  } else {
+    light_sample.emitter = context_.media->emitters().sample(u_choice);
+    const std::optional<EquiAngular> near = towards(light_sample.emitter);
+    distance = near ? near->sample(u_distance) : flight.sample_inside(u_channel, u_distance);
+  }
+  const Vec3 position = origin + distance * ray_.direction;
+  const float pmf = context_.lights.pmf(light_sample.emitter, position, {});
+  const std::optional<EquiAngular> near = towards(light_sample.emitter);
+  const float pdf_flight = flight.pdf_inside(distance);
+  const float pdf_near = near ? near->pdf(distance) : pdf_flight;
+  const float free_pmf = context_.media->emitters().pmf(light_sample.emitter);
+  const float density = 0.5f * (pmf * pdf_flight + free_pmf * pdf_near);
+  if (!(density > 0.0f) || !std::isfinite(density)) return;
+
+  PathState scattered = state_;
+  ++scattered.depth;
+  scattered.ray_kind = kVisibleToVolume;
+  scattered.is_singular = false;
+  const float footprint = context_.pixel.size + context_.pixel.angle * (path_length_ + media_.begin + distance);
+  const auto light = context_.lights.evaluate(light_sample, position, scattered, {footprint, context_.pixel.angle});
+  if (!light || !(light->visibility & kVisibleToVolume)) return;
+  const float phase = evaluate_phase(medium, dot(ray_.direction, light->wi));
+  const bool has_rival = !light->is_delta && light->use_mis;
+  const float weight = has_rival ? power_heuristic(pmf * light->pdf, phase) : 1.0f;
+  Rgb radiance = light->radiance * (weight / (density * light->pdf));
+  if (light->casts_shadow) radiance *= transmittance(context_, position, footprint, *light, state_, media_.stack);
+  if (is_black(radiance)) return;
+  const bool is_environment = light_sample.emitter == context_.lights.environment_emitter();
+  add_reflected_light(medium_transmittance(medium, distance) * medium.scattering * phase, {}, radiance,
+                      is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
+}
+
+template <class Kind>
+inline bool Walk<Kind>::scatter_in_medium(float distance) {
+  if (!survives_roulette()) return false;
+  const auto [u_lobe, u_direction] = sampler_.scattering(state_.depth);
+  const PhaseSample sample = sample_phase(media_.medium, ray_.direction, u_lobe, u_direction);
+  if (!features_done_) {  // of a fog, the denoiser is told no more than its colour
+    features_done_ = true;
+    record_.albedo = min(throughput_.smooth, Rgb(1.0f));
+  }
+  throughput_.scatter(Rgb(1.0f), {});
+  const Vec3 position = ray_.origin + (media_.begin + distance) * ray_.direction;
+  path_length_ += media_.begin + distance;
+  ++state_.depth;
+  state_.ray_kind = kVisibleToVolume;
+  state_.is_singular = false;
+  ++media_.volume_depth;
+  last_segment_ = exceeds_limits(state_, context_.limits) || media_.volume_depth > context_.limits.max_volume_bounces;
+  sees_film_ = false;
+  MisReceiver& receiver = mis_receiver_.emplace();
+  receiver.position = position;
+  receiver.normal = {};
+  receiver.light_samples = 1;
+  scatter_pdf_ = sample.pdf;
+  ray_ = {position, sample.direction};
+  vertex_origin_ = position;
+  travelled_ = 0.0f;
+  return true;
+}
+
+template <class Kind>
+inline void Walk<Kind>::record_surface_behind(std::optional<Hit> hit) {
+  if (!context_.record_surfaces || record_.hit || state_.depth > 0) return;
+  Ray ray = ray_;
+  PathState state = state_;
+  float length = path_length_;
+  for (int passed = 0; hit && passed <= kMostBoundaries; ++passed) {
+    length += hit->t;
+    state.ray_length = length;
+    SurfacePoint point = make_surface_point(context_.scene, ray, *hit);
+    point.footprint = context_.pixel.size + context_.pixel.angle * length;
+    const Bsdf bsdf = evaluate_material(context_.scene, point, state);
+    if (average(bsdf.transparency) <= kMostTransparency) return record_first_hit(point, bsdf);
+    ray.t_max -= hit->t;
+    ray.t_min = 0.0f;
+    ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
+    hit = context_.accel.intersect(ray, state.ray_kind);
+  }
+}
+
+template <class Kind>
+inline void Walk<Kind>::cross_surface(const SurfacePoint& point) {
+  if constexpr (Kind::has_media) context_.media->cross(media_.stack, point);
+}
+
+template <class Kind>
+inline bool Walk<Kind>::is_mere_boundary(const SurfacePoint& point) {
+  if constexpr (Kind::has_media) {
+    return context_.media->is_boundary(point) && ++media_.boundaries <= kMostBoundaries;
+  } else {
+    return false;
+  }
+}
+
+template <class Kind>
+inline Rgb Walk<Kind>::transmittance_to(const SurfacePoint& point, const IncidentLight& light) const {
+  if constexpr (Kind::has_media) {
+    return transmittance(context_, point, light, state_, media_.stack);
+  } else {
+    return transmittance(context_, point, light, state_);
+  }
+}
+
+}  // namespace cistern
