@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from . import cryptomatte, denoise, passes, report, settings, view_modes
+from . import cryptomatte, denoise, passes, report, settings, view_modes, volumes
 from .progress import stage_share, status_text
 from .views import place_view_camera, view_names
 
@@ -119,6 +119,7 @@ class LayerRender:
                     place_view_camera(self.engine, self.depsgraph, builder)
             session = self.core.Session(self.core.Settings(**self.arguments))
             scene, *ends = (builder.snapshot() for builder in builders)
+            self.warn_of_volume(scene.volume_name)
             session.start(scene, shutter=tuple(ends) or None)
             self.render_view(session, view, index / len(views), 1 / len(views))
 
@@ -177,6 +178,11 @@ class LayerRender:
                 f"{progress.non_finite_weights} weights of reused light were not finite and count as zero: please "
                 "report the scene"
             )
+
+    def warn_of_volume(self, name: str) -> None:
+        warning = volumes.warning(name, self.arguments)
+        if warning is not None:
+            self.figures.warn_once(warning)
 
     def warn_of_black_picture(self, session: Any) -> None:  # noqa: ANN401
         if not self.is_cancelled and not session.read("Combined")[..., :3].any():

@@ -12,7 +12,7 @@ from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from . import settings
+from . import settings, volumes
 from .viewport_camera import View, viewport_view
 from .viewport_draw import Screen
 from .viewport_render import Job, ViewportRender
@@ -40,6 +40,7 @@ class Viewport:
         self._job: Job | None = None
         self._hiding: tuple = ()
         self.warnings: list[str] = []
+        self._volume_warning: list[str] = []
         self.error: str | None = None
 
     def update(
@@ -78,9 +79,10 @@ class Viewport:
         if error is not None:
             return f"Error: {error}"
         progress = self._render.picture.status if self._render.picture is not None else "Building"
-        parts = [f"{progress} (paused)" if is_paused else progress, *self.warnings[:1]]
-        if len(self.warnings) > 1:
-            parts.append(f"{len(self.warnings) - 1} more warnings")
+        warnings = [*self._volume_warning, *self.warnings]
+        parts = [f"{progress} (paused)" if is_paused else progress, *warnings[:1]]
+        if len(warnings) > 1:
+            parts.append(f"{len(warnings) - 1} more warnings")
         return " | ".join(parts)
 
     def _export(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph, changes: Changes) -> None:
@@ -115,6 +117,8 @@ class Viewport:
     def _make_job(self, scene: bpy.types.Scene, finest_pixel: int) -> Job:
         arguments = settings.viewport_settings(self._core, scene)
         arguments["passes"] = tuple(arguments["passes"])
+        warning = volumes.warning(self._snapshot.volume_name, arguments)
+        self._volume_warning = [] if warning is None else [warning]
         return Job(
             self._snapshot,
             self._view,

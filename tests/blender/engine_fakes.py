@@ -98,7 +98,7 @@ class FakeSession:
         core.settings.append(settings)
 
     def start(self, scene, shutter):
-        assert (scene, shutter) == ("snapshot", None)
+        assert (scene, shutter) == (SNAPSHOT, None)
 
     def wait(self, seconds):
         assert 0.05 <= seconds <= 0.2
@@ -139,6 +139,9 @@ class FakeSession:
         return np.broadcast_to(np.array(CONSTANTS[name], np.float32), (height, width, len(CONSTANTS[name])))
 
 
+SNAPSHOT = SimpleNamespace(volume_name="")
+
+
 class FakeExport:
     """Plays SceneSync; `instances` and `closed` count exporters, `syncs` and `cameras` hold what they were given."""
 
@@ -151,7 +154,7 @@ class FakeExport:
 
     def __init__(self):
         FakeExport.instances += 1
-        self.builder = SimpleNamespace(snapshot=lambda: "snapshot", set_camera=self.set_camera)
+        self.builder = SimpleNamespace(snapshot=lambda: SNAPSHOT, set_camera=self.set_camera)
 
     def set_camera(self, **camera):
         FakeExport.cameras.append(camera)

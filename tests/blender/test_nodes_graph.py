@@ -283,12 +283,48 @@ def test_too_large_a_tree_loses_its_bumps_first(empty_scene):
     assert context.warnings == ["Material 'Test': the node tree is too large for bump, which is left out"]
 
 
-def test_volumes_warn(empty_scene):
+def test_volume_without_surface_is_a_boundary(empty_scene):
     tree = Tree()
     tree.link(tree.node("ShaderNodeVolumeScatter"), "Volume", tree.output, "Volume")
     context = Context()
+    program = tree.compile(context)
+    assert [closure.op for closure in program.closures] == ["CLOSURE_TRANSPARENT", "CLOSURE_VOLUME"]
+    assert program.is_boundary and context.warnings == []
+    tree.link(tree.node("ShaderNodeBsdfGlass"), "BSDF", tree.output, "Surface")
+    program = tree.compile(context)
+    assert [closure.op for closure in program.closures] == ["CLOSURE_GLASS", "CLOSURE_VOLUME"]
+    assert not program.is_boundary and context.warnings == []
+
+
+def test_volume_that_varies_warns(empty_scene):
+    tree = Tree()
+    scatter = tree.node("ShaderNodeVolumeScatter")
+    tree.link(tree.node("ShaderNodeTexNoise"), "Fac", scatter, "Density")
+    tree.link(scatter, "Volume", tree.output, "Volume")
+    context = Context()
+    tree.compile(context)
+    assert len(context.warnings) == 1 and "varies from place to place" in context.warnings[0]
+
+
+def test_surfaces_are_nothing_in_a_volume(empty_scene):
+    tree = Tree()
+    tree.link(tree.node("ShaderNodeBsdfDiffuse"), "BSDF", tree.output, "Volume")
+    context = Context()
     assert [closure.op for closure in tree.compile(context).closures] == ["CLOSURE_TRANSPARENT"]
-    assert len(context.warnings) == 1
+    assert context.warnings == []
+
+
+def test_other_phase_functions_warn(empty_scene):
+    if not hasattr(bpy.types.ShaderNodeVolumeScatter, "phase"):
+        pytest.skip("this Blender has one phase function")
+    tree = Tree()
+    scatter = tree.node("ShaderNodeVolumeScatter", phase="RAYLEIGH")
+    scatter.inputs["Anisotropy"].default_value = 0.5
+    tree.link(scatter, "Volume", tree.output, "Volume")
+    context = Context()
+    (_, closure) = tree.compile(context).closures
+    assert closure.inputs[4][0] == 0.0
+    assert len(context.warnings) == 1 and "RAYLEIGH" in context.warnings[0]
 
 
 def test_object_without_material_is_as_cycles_has_it(empty_scene):

@@ -3,6 +3,7 @@
 import gc
 import math
 import threading
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -33,6 +34,7 @@ class StillSync:
         self.builder = self
         self.changes, self.cameras = [], []
         self.failure = None
+        self.volume_name = ""
 
     def sync(self, depsgraph, changes, space):
         self.changes.append(changes)
@@ -44,7 +46,7 @@ class StillSync:
         self.cameras.append(camera)
 
     def snapshot(self):
-        return object()
+        return SimpleNamespace(volume_name=self.volume_name)
 
     def close(self):
         self.changes.append("closed")
@@ -170,6 +172,17 @@ def test_techniques_of_viewport_and_final_render_are_apart(viewport, core, drawn
     scene.cistern.viewport_preset = "RENDER"
     viewport.draw(engine, context, depsgraph())
     wait_until(lambda: core.sessions[-1].settings.direct == "RIS")
+
+
+def test_the_corner_tells_of_volumes(viewport, drawn, scene):
+    """INTERACTIVE keeps light from view to view; where there are volumes it cannot."""
+    viewport._sync.volume_name = "Fog"
+    context, engine = fake_context(scene), FakeEngine()
+    viewport.update(engine, context, depsgraph())
+    assert "'Fog' has a volume" in viewport.status(False)
+    scene.cistern.viewport_preset = "PATH_TRACING"
+    viewport.draw(engine, context, depsgraph())
+    assert "volume" not in viewport.status(False)
 
 
 def test_paused_nothing_is_asked_for(viewport, core, drawn, scene):

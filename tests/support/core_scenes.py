@@ -9,8 +9,8 @@ import numpy as np
 
 Color = tuple[float, float, float]
 # Kinds of ray that may see an object.
-CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW = 1, 2, 4, 8, 16
-VISIBLE_TO_ALL = CAMERA | DIFFUSE | GLOSSY | TRANSMISSION | SHADOW
+CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW, VOLUME = 1, 2, 4, 8, 16, 32
+VISIBLE_TO_ALL = CAMERA | DIFFUSE | GLOSSY | TRANSMISSION | SHADOW | VOLUME
 
 
 def principled(
@@ -42,6 +42,26 @@ def principled(
 def emission(color: Color, strength: float = 1.0) -> core.MaterialProgram:
     p = core.MaterialProgram("emission")
     p.closure("CLOSURE_EMISSION", [p.constant(1.0), p.constant(*color), p.constant(strength)])
+    return p
+
+
+def medium(
+    scattering: Color = (0.0, 0.0, 0.0),
+    absorption: Color = (0.0, 0.0, 0.0),
+    density: float = 1.0,
+    anisotropy: float = 0.0,
+    glow: Color = (0.0, 0.0, 0.0),
+    is_boundary: bool = True,
+) -> core.MaterialProgram:
+    """What is inside of a surface that rays pass straight through; of the world without `is_boundary`."""
+    p = core.MaterialProgram("medium")
+    one = p.constant(1.0)
+    if is_boundary:
+        p.closure("CLOSURE_TRANSPARENT", [one, p.constant(1.0, 1.0, 1.0)])
+        p.is_boundary = True
+    coefficients = [p.constant(*scattering), p.constant(*absorption), p.constant(density), p.constant(anisotropy)]
+    p.closure("CLOSURE_VOLUME", [one, *coefficients])
+    p.closure("CLOSURE_VOLUME_EMISSION", [one, p.constant(*glow), one])
     return p
 
 
@@ -146,7 +166,7 @@ class SceneDescription:
 
 
 DEFAULTS = dict(pixel_filter=core.PixelFilter.BOX, filter_width=1.0, max_bounces=1024, max_diffuse_bounces=1024,
-                max_glossy_bounces=1024, max_transmission_bounces=1024)  # fmt: skip
+                max_glossy_bounces=1024, max_transmission_bounces=1024, max_volume_bounces=1024)  # fmt: skip
 
 
 def render(scene: core.Scene, size: int = 16, samples: int = 16, **settings) -> dict[str, np.ndarray]:

@@ -48,6 +48,7 @@ class MaterialProgram:
     tables: list[np.ndarray] = field(default_factory=list)
     images: list[int] = field(default_factory=list)
     tile_tables: list[tuple[int, ...]] = field(default_factory=list)
+    is_boundary: bool = False
 
     def constant(self, x: float, y: float = 0.0, z: float = 0.0) -> int:
         if not np.isfinite([x, y, z]).all():

@@ -20,10 +20,11 @@ about, where the node has their size instead."""
 STEFAN_BOLTZMANN = 5.670373e-8 * 1e-6 / math.pi
 """W/(m^2 K^4), in Cycles' unit for the radiance of a fire."""
 
-_PLACES = frozenset(  # noqa: SIM905 - a list literal would fill a page
-    "ATTRIBUTE ATTRIBUTE_ALPHA GENERATED OBJECT_COORDINATE NORMAL_COORDINATE REFLECTION_COORDINATE CAMERA_COORDINATE "
-    "WINDOW_COORDINATE POSITION NORMAL TRUE_NORMAL TANGENT INCOMING BACKFACING".split()
-)
+_PLACES = {
+    *("ATTRIBUTE", "ATTRIBUTE_ALPHA", "GENERATED", "OBJECT_COORDINATE", "NORMAL_COORDINATE", "REFLECTION_COORDINATE"),
+    *("CAMERA_COORDINATE", "WINDOW_COORDINATE", "POSITION", "NORMAL", "TRUE_NORMAL", "TANGENT", "INCOMING"),
+    "BACKFACING",
+}
 """Instructions that differ from place to place."""
 
 

@@ -1,0 +1,83 @@
+"""Scenes with volumes from Blender: which techniques they are rendered by, and what users are told."""
+
+import bpy
+import numpy as np
+import pytest
+
+import addon
+from addon import volumes
+from tests.support import blender_scenes as build
+from tests.support.engines import prepare, render
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+
+def fog(density: float = 1.0) -> bpy.types.Material:
+    result = bpy.data.materials.new("Fog")
+    result.use_nodes = True
+    tree = result.node_tree
+    tree.nodes.clear()
+    scatter = build.shader(tree, "ShaderNodeVolumeScatter", Density=density)
+    tree.links.new(scatter.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Volume"])
+    return result
+
+
+@pytest.fixture
+def foggy_scene(empty_scene: bpy.types.Scene) -> bpy.types.Scene:
+    build.add_floor(empty_scene)
+    build.add_sphere(empty_scene, fog())
+    build.add_light(empty_scene, "POINT", energy=100.0)
+    build.add_camera(empty_scene)
+    prepare(empty_scene, 16, 16)
+    return empty_scene
+
+
+PRESETS = {
+    "FINAL": False,
+    "INTERACTIVE": True,
+    "RIS": True,
+    "RESTIR_DI": True,
+    "CELL_CACHE": True,
+    "CELL_RESERVOIRS": True,
+    "RESTIR_GI_FAST": True,
+    "WORLD_PATHS": True,
+}
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_all_presets_trace_paths(foggy_scene: bpy.types.Scene, preset: str) -> None:
+    """Light samplers and numbers of light samples stay those of the preset: pictures agree but for noise."""
+    expected = render(foggy_scene, "CISTERN", 64, 1)
+    foggy_scene.cistern.preset = preset
+    assert render(foggy_scene, "CISTERN", 64, 1).mean() == pytest.approx(expected.mean(), rel=0.02)
+    warnings = addon.report.last[-1].warnings
+    assert [warning for warning in warnings if "'Fog' has a volume" in warning] == warnings
+    assert len(warnings) == PRESETS[preset]
+
+
+def test_no_warning_without_volumes(foggy_scene: bpy.types.Scene) -> None:
+    bpy.data.objects.remove(bpy.data.objects["sphere"])
+    foggy_scene.cistern.preset = "RESTIR_GI"
+    render(foggy_scene, "CISTERN", 1, 1)
+    assert addon.report.last[-1].warnings == []
+
+
+def test_motion_blur(foggy_scene: bpy.types.Scene) -> None:
+    """Volumes move with their objects: the ball leaves the picture at once, half of the time it is not there."""
+    still = render(foggy_scene, "CISTERN", 64, 1)[..., :3].mean()
+    sphere = bpy.data.objects["sphere"]
+    foggy_scene.render.use_motion_blur, foggy_scene.render.motion_blur_shutter = True, 1.0
+    sphere.keyframe_insert("location", frame=foggy_scene.frame_current - 1)
+    sphere.location.x += 1.0
+    sphere.keyframe_insert("location", frame=foggy_scene.frame_current + 1)
+    blurred = render(foggy_scene, "CISTERN", 64, 1)
+    assert np.isfinite(blurred).all() and abs(blurred[..., :3].mean() / still - 1.0) > 1e-3
+
+
+def test_warning_is_about_reuse() -> None:
+    plain = {"direct": "NEE", "secondary": "NEE", "indirect": "PATH"}
+    assert volumes.warning("Fog", plain) is None
+    assert volumes.warning("Fog", plain | {"direct": "LEARNED", "indirect": "CELL_SHARED"}) is None
+    assert volumes.warning("", plain | {"direct": "RIS"}) is None
+    for change in ({"direct": "RIS"}, {"indirect": "WORLD_REUSE"}, {"indirect": "CELL_SHARED", "bias": "FAST"}):
+        assert "Fog" in volumes.warning("Fog", plain | change)

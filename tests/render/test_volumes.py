@@ -1,0 +1,201 @@
+"""Participating media against closed forms. Each planted bug is the smallest change that its test must see."""
+
+import math
+
+import cistern_core as core
+import numpy as np
+import pytest
+
+from tests.support.core_scenes import CAMERA, VISIBLE_TO_ALL, SceneDescription, emission, medium, render, replicas
+from tests.support.statistics import Comparison, block_means, compare_replicas, compare_to_value
+
+REPLICAS = 16
+ABSORPTION = (0.3, 0.7, 1.5)  # 1/m
+
+
+def compare(scene: core.Scene, expected: float | np.ndarray, **settings) -> Comparison:
+    found = np.array([block_means(image, 2, 2) for image in replicas(scene, REPLICAS, **settings)])
+    return compare_to_value(found, expected)
+
+
+def furnace(anisotropy: float) -> core.Scene:
+    """A ball that scatters and does not absorb, in a white sky: nothing of it is to be seen."""
+    scene = SceneDescription()
+    scene.add_sphere(1.0, medium((2.0, 0.5, 5.0), anisotropy=anisotropy))
+    scene.set_environment((1.0, 1.0, 1.0))
+    scene.set_camera((0.0, -4.0, 0.0), (0.0, 0.0, 0.0), 0.2)
+    return scene.snapshot()
+
+
+@pytest.mark.parametrize("anisotropy", [0.0, 0.8, -0.8])
+def test_medium_without_absorption_is_invisible(anisotropy: float) -> None:
+    """False-alarm rate 1 % per case."""
+    result = compare(furnace(anisotropy), 1.0, samples=32)
+    assert result.agrees, result
+
+
+def test_furnace_sees_a_lost_bounce() -> None:
+    """Planted bug: what is scattered more than 9 times is dropped, 0.6 % of the light."""
+    result = compare(furnace(0.0), 1.0, samples=32, max_volume_bounces=8)
+    assert not result.agrees, result
+
+
+def test_furnace_in_a_furnace() -> None:
+    """The camera in a scattering world, around it walls that glow: all is as bright as they are."""
+    scene = SceneDescription()
+    scene.add_box(2.0, emission((1.0, 1.0, 1.0)))
+    scene.add_sphere(0.5, medium((2.0, 3.0, 1.0), anisotropy=-0.4))
+    scene.builder.set_environment(scene.builder.add_material(medium((0.5, 0.3, 0.8), is_boundary=False)))
+    scene.set_camera((0.0, -0.3, 0.1), (0.0, 1.0, 0.0))
+    result = compare(scene.snapshot(), 1.0, samples=32)
+    assert result.agrees, result
+
+
+def absorbing_slab(**inside) -> core.Scene:
+    """The camera looks at a glowing wall through two nested boxes of absorption, 0.4 m inside of 1 m, head-on."""
+    scene = SceneDescription()
+    scene.add_box(0.5, medium(absorption=ABSORPTION, **inside))
+    scene.add_box(0.2, medium(absorption=ABSORPTION, density=2.0))
+    scene.add_quad((-9, 3, -9), (18, 0, 0), (0, 0, 18), emission((1.0, 1.0, 1.0)))
+    scene.set_camera((0.0, -3.0, 0.0), (0.0, 0.0, 0.0), 1e-4)
+    return scene.snapshot()
+
+
+def test_absorption_is_exact() -> None:
+    """[Beer and Lambert] Nothing is left to chance: one sample is exact. Overlapping media add up."""
+    expected = np.exp(-np.array(ABSORPTION) * (1.0 + 2.0 * 0.4))
+    picture = render(absorbing_slab(), samples=1)["Combined"][..., :3]
+    assert np.allclose(picture, expected, rtol=1e-5)
+
+
+def test_emission_is_exact() -> None:
+    """The integral of exp(-a t) over the parts of the slab, in and around the inner box, of which one emits."""
+    a = np.array(ABSORPTION)
+    outer, inner = np.exp(-0.3 * a), np.exp(-0.4 * 3.0 * a)
+    glow = (1 - outer) / a + outer * (1 - inner) / (3.0 * a) + outer * inner * (1 - outer) / a
+    expected = 0.5 * glow + outer * inner * outer
+    picture = render(absorbing_slab(glow=(0.5, 0.5, 0.5)), samples=1)["Combined"][..., :3]
+    assert np.allclose(picture, expected, rtol=1e-5)
+
+
+def lamp_in_endless_fog() -> core.Scene:
+    scene = SceneDescription()
+    fog = medium((0.2, 0.1, 0.05), (0.1, 0.1, 0.1), anisotropy=0.5, is_boundary=False)
+    scene.builder.set_environment(scene.builder.add_material(fog))
+    scene.builder.add_point_light("lamp", (0.4, 3.0, 0.0), radius=0.0, intensity=(10.0, 10.0, 10.0))
+    scene.set_camera((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1e-4)
+    return scene.snapshot()
+
+
+def scattered_once(g: float = 0.5, with_shadow: bool = True) -> np.ndarray:
+    """What reaches the origin from along +y: the integral of transmittance, scattering, phase function and intensity
+    over r^2, by the trapezoidal rule in the angle at the lamp, where the integrand is smooth."""
+    scattering, extinction = np.array([0.2, 0.1, 0.05]), np.array([0.3, 0.2, 0.15])
+    angle = np.linspace(math.atan2(-3.0, 0.4), 0.5 * math.pi - 1e-6, 200001)
+    t = 3.0 + 0.4 * np.tan(angle)
+    r = np.hypot(t - 3.0, 0.4)
+    cosine = (3.0 - t) / r
+    phase = (1 - g * g) / (4 * math.pi * (1 + g * g - 2 * g * cosine) ** 1.5)
+    length = t[:, None] + (r[:, None] if with_shadow else 0.0)
+    integrand = scattering * np.exp(-extinction * length) * (phase * 10.0 / 0.4)[:, None]  # r^2 cancels
+    step = angle[1] - angle[0]
+    return (integrand[1:] + integrand[:-1]).sum(0) * 0.5 * step
+
+
+def test_single_scattering() -> None:
+    """False-alarm rate 1 %. Planted: light comes to the fog undimmed, the phase function the other way round, 2 %."""
+    found = np.array(
+        [image.mean((0, 1)) for image in replicas(lamp_in_endless_fog(), REPLICAS, samples=64, max_bounces=0)]
+    )
+    assert compare_to_value(found, scattered_once()).agrees, (found.mean(0), scattered_once())
+    assert not compare_to_value(found, scattered_once(with_shadow=False)).agrees
+    assert not compare_to_value(found, scattered_once(g=-0.5)).agrees
+    assert not compare_to_value(found, 1.02 * scattered_once()).agrees
+
+
+def ball_in_fog(use_mis: bool) -> core.Scene:
+    scene = SceneDescription()
+    scene.add_box(0.8, medium((1.2, 1.0, 0.8), (0.2, 0.2, 0.2), anisotropy=0.3))
+    common = dict(use_mis=use_mis, visibility=VISIBLE_TO_ALL - CAMERA)
+    scene.builder.add_point_light("lamp", (0.2, -0.1, 0.1), 0.3, (5.0, 5.0, 5.0), soft=False, **common)
+    scene.set_camera((0.0, -4.0, 0.0), (0.0, 0.0, 0.0), 0.25)
+    return scene.snapshot()
+
+
+def test_scattered_rays_and_light_samples_find_the_same_lamp() -> None:
+    """False-alarm rate 1 %. Planted: 3 % of the light is found twice."""
+    both, samples_alone = (
+        np.array([block_means(image, 2, 2) for image in replicas(ball_in_fog(use_mis), REPLICAS, samples=128)])
+        for use_mis in (True, False)
+    )
+    assert compare_replicas(both, samples_alone).agrees, compare_replicas(both, samples_alone)
+    assert not compare_replicas(1.03 * both, samples_alone).agrees
+
+
+def fog_of_all_kinds() -> core.Scene:
+    scene = SceneDescription()
+    scene.add_sphere(0.8, medium((2.0, 1.0, 3.0), (0.2, 0.1, 0.4), anisotropy=0.3, glow=(0.1, 0.2, 0.3)))
+    scene.add_box(0.4, medium((1.0, 4.0, 1.0), anisotropy=-0.3))
+    scene.add_quad((-5, -5, -1), (10, 0, 0), (0, 10, 0), emission((0.5, 0.5, 0.5)))
+    scene.builder.add_point_light("lamp", (0.4, -2.0, 1.0), radius=0.1, intensity=(10.0, 10.0, 10.0))
+    scene.set_environment((0.2, 0.3, 0.5))
+    scene.set_camera((0.0, -3.0, 0.5), (0.0, 0.0, 0.0))
+    return scene.snapshot()
+
+
+@pytest.mark.parametrize(
+    "techniques",
+    [
+        {"indirect": "CELL_SHARED", "guiding": "AUTO"},
+        {"direct": "RESTIR", "secondary": "CELL_RESERVOIRS", "indirect": "SCREEN_REUSE", "guiding": "ON"},
+        {"direct": "LEARNED", "secondary": "LEARNED"},
+        {"threads": 2},
+        {"threads": 7},
+    ],
+)
+def test_pictures_are_those_of_path_tracing(techniques: dict) -> None:
+    """Whatever is asked for, bit by bit, with any number of threads."""
+    scene = fog_of_all_kinds()
+    expected = render(scene, samples=4, threads=1)["Combined"]
+    assert np.array_equal(render(scene, samples=4, **techniques)["Combined"], expected)
+
+
+def test_depth_is_that_of_surfaces() -> None:
+    """Fog in front of a wall does not change where it is."""
+    passes = ["Depth", "Normal", "Position"]
+    pictures = []
+    for density in (0.0, 2.0):
+        scene = SceneDescription()
+        scene.add_box(1.0, medium((1.0, 1.0, 1.0), density=density))
+        scene.add_quad((-9, 3, -9), (18, 0, 0), (0, 0, 18), emission((1.0, 1.0, 1.0)))
+        scene.set_camera((0.0, -3.0, 0.0), (0.0, 0.0, 0.0), 0.2)
+        pictures.append(render(scene.snapshot(), samples=4, passes=passes, sequence="RANDOM"))
+    for name in passes:
+        assert np.allclose(pictures[0][name], pictures[1][name], rtol=1e-5, atol=1e-5), name
+
+
+BAD = [
+    {"density": -1.0},
+    {"density": 3e38, "scattering": (1e30, 1.0, 0.0)},
+    {"anisotropy": 5.0},
+    {"anisotropy": -1.0},
+    {"scattering": (-1.0, 0.5, 2.0), "absorption": (-2.0, -0.1, 0.0)},
+    {"glow": (3e38, 0.0, -1.0), "density": 1e-38},
+]
+
+
+@pytest.mark.parametrize("values", BAD)
+def test_bad_values(values: dict) -> None:
+    """Clamped: no sample is not a number (`render` looks), none hangs."""
+    scene = SceneDescription()
+    scene.add_sphere(0.8, medium(**({"scattering": (2.0, 1.0, 3.0)} | values)))
+    scene.add_quad((-5, -5, -1), (10, 0, 0), (0, 10, 0), emission((0.5, 0.5, 0.5)))
+    scene.builder.add_point_light("lamp", (0.0, 0.0, 0.0), radius=0.0, intensity=(10.0, 10.0, 10.0))
+    scene.set_environment((0.2, 0.3, 0.5))
+    scene.set_camera((0.0, -3.0, 0.5), (0.0, 0.0, 0.0))
+    if "glow" not in values:
+        assert np.isfinite(render(scene.snapshot(), samples=4)["Combined"]).all()
+    else:  # radiance beyond all range is counted and left out
+        session = core.Session(core.Settings(width=8, height=8, samples=2))
+        session.start(scene.snapshot())
+        assert session.wait(60.0).status is core.Status.DONE
