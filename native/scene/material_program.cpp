@@ -445,6 +445,19 @@ bool counts_bounces(const Instruction& node) {
   return output == kRayDepth || output == kDiffuseDepth || output == kGlossyDepth || output == kTransmissionDepth;
 }
 
+/// Whether what `op` returns depends on the place inside of an object.
+bool varies_inside(Op op) {
+  switch (op) {
+    case Op::OBJECT_RANDOM:
+    case Op::OBJECT_LOCATION:
+    case Op::INSTANCE_VALUE:
+    case Op::INSTANCE_VALUE_ALPHA:
+      return false;
+    default:
+      return op < Op::LIGHT_PATH;  // coordinates and geometry
+  }
+}
+
 /// Whether what `op` returns depends on more of a hit than the object, the side that is seen, and its operands.
 bool varies_over_object(Op op) {
   switch (op) {
@@ -477,6 +490,8 @@ void finish_program(MaterialProgram& program, int image_count) {
   program.matte = matte_id(program.name);
   divide_instructions(program);
   program.has_volume = !program.volume_instructions.empty();
+  program.volume_varies =
+      std::ranges::any_of(program.volume_instructions, [](const Instruction& i) { return varies_inside(i.op); });
 
   program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
   program.reads_light_path = program.counts_bounces = program.reads_camera = false;

@@ -98,6 +98,7 @@ struct MaterialProgram {
   std::vector<Instruction> aov_instructions;  // that passes of its own depend on; `instructions` is then without them
   std::vector<Instruction> volume_instructions;  // the same of media
   float matte = 0.0f;                            // matte_id of the name
+  bool volume_varies = false;                    // from place to place inside
   bool has_volume = false;                       // light is absorbed, scattered or emitted inside
   bool may_be_transparent = false;               // a shadow ray may pass: has transparent / alpha closures
   bool may_emit = false;

@@ -185,12 +185,12 @@ Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& pa
   return run_emission({scene, *program, environment_point(scene, direction), arriving_from_sky(path), true});
 }
 
-void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path) {
+void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path,
+                Vec3 position) {
   const MaterialProgram* program = find_program(scene, material);
   if (program == nullptr || !program->has_volume) return;
-  const Instance& inside = scene.instances[instance];
   SurfacePoint point;
-  point.position = inside.object_to_world.point(scene.meshes[static_cast<size_t>(inside.mesh)]->bounds.center());
+  point.position = position;
   point.ng = point.ns = point.wo = {0.0f, 0.0f, 1.0f};
   point.instance = instance;
   point.material = material;

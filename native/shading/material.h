@@ -28,10 +28,11 @@ Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const P
 /// Radiance arriving from `direction` (unit, away from the scene) by the environment's program; black without one.
 Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& path);
 
-/// Adds the medium that `material`, which is one of the instance's, has inside. It is taken to be the same everywhere:
-/// as it is in the middle of the instance's bounding box. `path` is that of the ray inside.
-void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path);
-/// The same of the environment's program, at the origin of the world.
+/// Adds the medium that `material`, which is one of the instance's, has inside at a place of the world. `path` is that
+/// of the ray there.
+void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path,
+                Vec3 position);
+/// The same of the environment's program, taken to be the same everywhere: as it is at the origin of the world.
 void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path);
 
 /// What a program writes to passes of its own, by attribute_name_hash.

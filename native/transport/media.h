@@ -13,6 +13,15 @@ namespace cistern {
 /// Boundaries without a surface that a ray crosses at most: more means that it got stuck. As Cycles.
 inline constexpr int kMostBoundaries = 1024;
 
+/// The media of a segment of a ray.
+struct SegmentMedia {
+  Medium even;         // those that are the same everywhere, added up
+  MediaStack uneven;   // the others
+  float bound = 0.0f;  // 1/m: what the extinction of these hardly exceeds
+
+  bool varies() const { return !uneven.is_empty(); }
+};
+
 /// The participating media of a scene: absorbing, scattering, emitting. Each is inside of the surfaces that have its
 /// material, which therefore should be closed, with normals to the outside; one of the world is everywhere. Where they
 /// overlap they add up. Immutable.
@@ -31,7 +40,10 @@ class Media {
   MediaStack around(const Accel& accel, Vec3 origin) const;
   /// What they are together for the ray; without those of objects that such rays do not see. Of a ray that meets no
   /// surface any more (`is_endless`) only that of the world: where another did not end, its surface is not closed.
-  Medium together(const MediaStack& stack, const PathState& path, bool is_endless) const;
+  SegmentMedia together(const MediaStack& stack, const PathState& path, bool is_endless) const;
+  /// All that a segment has at a place of the world, or only what is uneven.
+  Medium at(const SegmentMedia& segment, const PathState& path, Vec3 position) const;
+  Medium uneven_at(const SegmentMedia& segment, const PathState& path, Vec3 position) const;
 
   /// A choice of emitters that does not look at the receiver; see LightSet::receiver_free_pmf. Empty without emitters.
   const AliasTable& emitters() const { return emitters_; }
@@ -39,10 +51,13 @@ class Media {
  private:
   struct Volume {
     uint32_t instance;
-    Bounds3 bounds;  // in world space
+    Bounds3 bounds;      // in world space
+    float bound = 0.0f;  // of the extinction of what varies
   };
   explicit Media(const Scene& scene) : scene_(scene) {}
   const MaterialProgram* program_of(const SurfacePoint& point) const;
+  void find_bounds();
+  float find_bound(uint32_t instance) const;
 
   const Scene& scene_;
   bool fills_world_ = false;

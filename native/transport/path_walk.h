@@ -10,12 +10,12 @@
 #include "transport/camera_ray.h"
 #include "transport/guide_lesson.h"
 #include "transport/learned_light_sample.h"
-#include "transport/media.h"
 #include "transport/path_guide.h"
 #include "transport/path_throughput.h"
 #include "transport/path_tracer.h"
 #include "transport/path_walk_state.h"
 #include "transport/subsurface_walk.h"
+#include "transport/uneven_media.h"
 
 namespace cistern {
 
@@ -210,9 +210,12 @@ class Walk {
   std::optional<bool> traverse_medium(const std::optional<Hit>& hit);
   /// Of light on its way along the segment from so far.
   Rgb segment_transmittance(float distance) const;
+  /// The same of a medium that varies from place to place.
+  std::optional<bool> traverse_uneven_medium(const std::optional<Hit>& hit);
+  UnevenRay uneven_ray() const;
   /// Next-event estimation somewhere along the segment.
   void add_light_in_medium();
-  bool scatter_in_medium(float distance);
+  bool scatter_in_medium(const Medium& medium, float distance);
   /// What the camera would see first if no medium scattered the path.
   void record_surface_behind(std::optional<Hit> hit);
   /// At a surface that the path goes through.
@@ -386,6 +389,8 @@ class Walk {
   bool survives_roulette() {
     if (state_.depth <= context_.limits.min_bounces) return true;
     float worth = max_component(throughput_.worth());
+    if constexpr (Kind::has_media)
+      worth = std::max(worth, max_component(-1.0f * throughput_.worth()));  // see uneven_media.h
     if constexpr (Kind::learns) worth *= learning_.guide_gain;
     if (worth >= 1.0f) return true;
     const float p = std::cbrt(worth);

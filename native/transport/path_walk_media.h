@@ -18,14 +18,24 @@ template <class Kind>
 inline void Walk<Kind>::enter_segment(const std::optional<Hit>& hit) {
   media_.begin = ray_.t_min;  // where cameras clip, as in Cycles
   media_.length = hit ? hit->t - ray_.t_min : INFINITY;
-  media_.medium = context_.media->together(media_.stack, state_, !hit);
-  if (!is_black(media_.medium.emission)) add(medium_radiance(media_.medium, media_.length), SourceKind::SURFACE);
+  media_.segment = context_.media->together(media_.stack, state_, !hit);
+  if (media_.segment.varies())
+    add(estimate_radiance(uneven_ray(), media_.length, sampler_), SourceKind::SURFACE);
+  else if (!is_black(media_.segment.even.emission))
+    add(medium_radiance(media_.segment.even, media_.length), SourceKind::SURFACE);
+}
+
+template <class Kind>
+inline UnevenRay Walk<Kind>::uneven_ray() const {
+  return {*context_.media, media_.segment, state_, ray_.origin + media_.begin * ray_.direction, ray_.direction};
 }
 
 template <class Kind>
 inline Rgb Walk<Kind>::segment_transmittance(float distance) const {
   if constexpr (Kind::has_media) {
-    return medium_transmittance(media_.medium, std::clamp(distance - media_.begin, 0.0f, media_.length));
+    const float length = std::clamp(distance - media_.begin, 0.0f, media_.length);
+    if (media_.segment.varies()) return estimate_transmittance(uneven_ray(), length, sampler_);
+    return medium_transmittance(media_.segment.even, length);
   } else {
     return Rgb(1.0f);
   }
@@ -33,7 +43,8 @@ inline Rgb Walk<Kind>::segment_transmittance(float distance) const {
 
 template <class Kind>
 inline std::optional<bool> Walk<Kind>::traverse_medium(const std::optional<Hit>& hit) {
-  const Medium& medium = media_.medium;
+  if (media_.segment.varies()) return traverse_uneven_medium(hit);
+  const Medium& medium = media_.segment.even;
   if (is_black(medium.extinction)) return std::nullopt;
   const FreeFlight flight(medium, throughput_.total(), media_.length);
   if (last_segment_ || !flight.can_scatter()) {
@@ -55,7 +66,24 @@ inline std::optional<bool> Walk<Kind>::traverse_medium(const std::optional<Hit>&
   scale_by_chance(sample.weight, 1.0f);
   if (is_black(throughput_.total())) return false;
   if (!sample.distance) return std::nullopt;
-  return scatter_in_medium(*sample.distance);
+  return scatter_in_medium(medium, *sample.distance);
+}
+
+template <class Kind>
+inline std::optional<bool> Walk<Kind>::traverse_uneven_medium(const std::optional<Hit>& hit) {
+  const UnevenRay ray = uneven_ray();
+  if (last_segment_) {
+    scale_by_chance(estimate_transmittance(ray, media_.length, sampler_), 1.0f);
+    if (is_black(throughput_.total())) return false;
+    return std::nullopt;
+  }
+  add_light_in_medium();
+  const UnevenFlight flight = sample_flight(ray, throughput_.total(), media_.length, sampler_);
+  if (flight.distance) record_surface_behind(hit);
+  scale_by_chance(flight.weight, 1.0f);
+  if (is_black(throughput_.total())) return false;
+  if (!flight.distance) return std::nullopt;
+  return scatter_in_medium(flight.medium, *flight.distance);
 }
 
 /// One sample of a mixture of two techniques, either half the time: a distance as light is scattered, and a light
@@ -64,9 +92,11 @@ inline std::optional<bool> Walk<Kind>::traverse_medium(const std::optional<Hit>&
 template <class Kind>
 inline void Walk<Kind>::add_light_in_medium() {
   if (context_.media->emitters().is_empty()) return;
-  const Medium& medium = media_.medium;
+  const bool varies = media_.segment.varies();
+  const Medium typical = typical_medium(media_.segment);
   const Vec3 origin = ray_.origin + media_.begin * ray_.direction;
-  const FreeFlight flight(medium, throughput_.total(), media_.length);
+  const FreeFlight flight(typical, throughput_.total(), media_.length);
+  if (!flight.can_scatter()) return;
   const auto [u_choice, u_light] = sampler_.light(state_.depth);
   const float u_technique = sampler_.next_float(), u_channel = sampler_.next_float(),
               u_distance = sampler_.next_float();
@@ -103,22 +133,27 @@ inline void Walk<Kind>::add_light_in_medium() {
   const float footprint = context_.pixel.size + context_.pixel.angle * (path_length_ + media_.begin + distance);
   const auto light = context_.lights.evaluate(light_sample, position, scattered, {footprint, context_.pixel.angle});
   if (!light || !(light->visibility & kVisibleToVolume)) return;
+  const Medium medium = varies ? context_.media->at(media_.segment, state_, position) : typical;
+  if (!medium.scatters()) return;
   const float phase = evaluate_phase(medium, dot(ray_.direction, light->wi));
   const bool has_rival = !light->is_delta && light->use_mis;
   const float weight = has_rival ? power_heuristic(pmf * light->pdf, phase) : 1.0f;
   Rgb radiance = light->radiance * (weight / (density * light->pdf));
-  if (light->casts_shadow) radiance *= transmittance(context_, position, footprint, *light, state_, media_.stack);
+  if (light->casts_shadow)
+    radiance *= transmittance(context_, position, footprint, *light, state_, media_.stack, sampler_);
   if (is_black(radiance)) return;
+  const Rgb passed =
+      varies ? estimate_transmittance(uneven_ray(), distance, sampler_) : medium_transmittance(typical, distance);
   const bool is_environment = light_sample.emitter == context_.lights.environment_emitter();
-  add_reflected_light(medium_transmittance(medium, distance) * medium.scattering * phase, {}, radiance,
+  add_reflected_light(passed * medium.scattering * phase, {}, radiance,
                       is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
 }
 
 template <class Kind>
-inline bool Walk<Kind>::scatter_in_medium(float distance) {
+inline bool Walk<Kind>::scatter_in_medium(const Medium& medium, float distance) {
   if (!survives_roulette()) return false;
   const auto [u_lobe, u_direction] = sampler_.scattering(state_.depth);
-  const PhaseSample sample = sample_phase(media_.medium, ray_.direction, u_lobe, u_direction);
+  const PhaseSample sample = sample_phase(medium, ray_.direction, u_lobe, u_direction);
   if (!features_done_) {  // of a fog, the denoiser is told no more than its colour
     features_done_ = true;
     record_.albedo = min(throughput_.smooth, Rgb(1.0f));
@@ -180,7 +215,7 @@ inline bool Walk<Kind>::is_mere_boundary(const SurfacePoint& point) {
 template <class Kind>
 inline Rgb Walk<Kind>::transmittance_to(const SurfacePoint& point, const IncidentLight& light) const {
   if constexpr (Kind::has_media) {
-    return transmittance(context_, point, light, state_, media_.stack);
+    return transmittance(context_, point, light, state_, media_.stack, sampler_);
   } else {
     return transmittance(context_, point, light, state_);
   }

@@ -3,8 +3,7 @@
 #include <optional>
 
 #include "lights/learned_lights.h"
-#include "shading/medium.h"
-#include "transport/media_stack.h"
+#include "transport/media.h"
 #include "transport/path_capture.h"
 #include "transport/path_context.h"
 
@@ -64,7 +63,7 @@ struct LearningState {
 /// The media of a walk, and the part of a ray through them that it follows.
 struct MediaState {
   MediaStack stack;
-  Medium medium;                      // of the segment
+  SegmentMedia segment;
   float begin = 0.0f, length = 0.0f;  // of the segment, along the ray from its origin
   int volume_depth = 0;               // how often media have scattered the path
   int boundaries = 0;                 // that were crossed

@@ -5,7 +5,7 @@
 
 #include "shading/material.h"
 #include "shading/shadow_origin.h"
-#include "transport/media.h"
+#include "transport/uneven_media.h"
 
 namespace cistern {
 namespace {
@@ -87,7 +87,7 @@ Rgb transmittance_of(const PathContext& context, const SurfacePoint& receiver, c
 /// What passes surfaces that are not opaque, and the media along a ray; `state` is that of the ray. Media that begin or
 /// end without a surface count for no transparent one, but in case a ray gets stuck at one they are not endless.
 Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone, PathState state, int most_surfaces,
-                        MediaStack& media) {
+                        MediaStack& media, PathSampler& sampler) {
   if (context.accel.occluded(ray, state.ray_kind)) return Rgb(0.0f);
   const Vec3 end = ray.origin + ray.direction * ray.t_max;
   Rgb result(1.0f);
@@ -96,7 +96,10 @@ Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone
     std::optional<Hit> hit;
     if (context.accel.has_transparent_surfaces()) hit = context.accel.intersect_transparent(ray, state.ray_kind);
     const float length = hit ? hit->t : ray.t_max;
-    result *= medium_transmittance(context.media->together(media, state, std::isinf(length)), length);
+    const SegmentMedia segment = context.media->together(media, state, std::isinf(length));
+    result *= segment.varies()
+                  ? estimate_transmittance({*context.media, segment, state, ray.origin, ray.direction}, length, sampler)
+                  : medium_transmittance(segment.even, length);
     if (!hit || is_black(result)) return result;
     SurfacePoint point = make_surface_point(context.scene, ray, *hit);
     state.ray_length += hit->t;
@@ -140,16 +143,16 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
 }
 
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
-                  const PathState& path, MediaStack media) {
+                  const PathState& path, MediaStack media, PathSampler& sampler) {
   if (dot(light.wi, receiver.ng) < 0.0f) context.media->cross(media, receiver);
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
   const Ray ray = shadow_ray(context.scene, receiver, light);
   const RayCone cone{receiver.footprint, context.pixel.angle};
-  return transmittance_along(context, ray, cone, shadow_state(path), most_surfaces, media);
+  return transmittance_along(context, ray, cone, shadow_state(path), most_surfaces, media, sampler);
 }
 
 Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
-                  const PathState& path, MediaStack media) {
+                  const PathState& path, MediaStack media, PathSampler& sampler) {
   Ray ray{position, light.wi};
   if (std::isfinite(light.distance)) {
     Vec3 target = position + light.wi * light.distance;
@@ -158,7 +161,7 @@ Rgb transmittance(const PathContext& context, Vec3 position, float footprint, co
   }
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
   const RayCone cone{footprint, context.pixel.angle};
-  return transmittance_along(context, ray, cone, shadow_state(path), most_surfaces, media);
+  return transmittance_along(context, ray, cone, shadow_state(path), most_surfaces, media, sampler);
 }
 
 Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,

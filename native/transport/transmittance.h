@@ -2,6 +2,7 @@
 
 #include "transport/media_stack.h"
 #include "transport/path_context.h"
+#include "transport/path_sampler.h"
 
 namespace cistern {
 
@@ -9,12 +10,13 @@ namespace cistern {
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                   const PathState& path);
 
-/// The same where there are media, with those that the ray to the receiver arrived in.
+/// The same where there are media, with those that the ray to the receiver arrived in; of media that vary from place to
+/// place an estimate, whose mean it is.
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
-                  const PathState& path, MediaStack media);
+                  const PathState& path, MediaStack media, PathSampler& sampler);
 /// Of light that reaches a point in these media.
 Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
-                  const PathState& path, MediaStack media);
+                  const PathState& path, MediaStack media, PathSampler& sampler);
 
 /// The same of a ray that `receiver` scattered towards a vertex at `distance` along `wi`, of normal `normal`: its kind
 /// in `scattered` decides what it meets. `scattered.transparent_depth` surfaces were passed before.

@@ -170,6 +170,34 @@ def mirror_in_fog(scene: bpy.types.Scene) -> None:
     lamp(scene, "AREA", (0.0, 0.0, 2.5), energy=60.0, shape="SQUARE", size=0.8)
 
 
+def uneven(kind: str, **inputs: object) -> Shader:
+    """Of a density by noise in object coordinates, from nothing to 4."""
+
+    def volume(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node:
+        place = tree.nodes.new("ShaderNodeTexCoord").outputs["Object"]
+        noise = build.shader(tree, "ShaderNodeTexNoise", Vector=place, Scale=2.0)
+        ramp = build.shader(tree, "ShaderNodeMapRange", Value=noise.outputs[0], From_Min=0.4, From_Max=0.7, To_Max=4.0)
+        return build.shader(tree, kind, Density=ramp.outputs[0], **inputs)
+
+    return volume
+
+
+def cloud(scene: bpy.types.Scene) -> None:
+    stage(scene)
+    build.set_world(scene, strength=0.5)
+    add_cube(scene, medium("cloud", uneven(SCATTER, Color=(0.9, 0.8, 0.6, 1), Anisotropy=0.4)))
+    lamp(scene, energy=200.0)
+
+
+def glowing_cloud(scene: bpy.types.Scene) -> None:
+    """In even mist, with a lamp inside."""
+    stage(scene)
+    smoke = uneven(PRINCIPLED, Color=(0.5, 0.7, 0.9, 1), Emission_Strength=0.3, Emission_Color=(1, 0.4, 0.1, 1))
+    add_cube(scene, medium("cloud", smoke))
+    add_cube(scene, medium("mist", of(SCATTER, Density=0.3)), size=0.95)
+    lamp(scene, place=(0.2, -0.1, 1.2), energy=60.0)
+
+
 def transparent_film(scene: bpy.types.Scene) -> None:
     sky_in_cube(scene)
     bpy.data.objects.remove(bpy.data.objects["floor"])
@@ -203,6 +231,18 @@ def test_volumes(empty_scene: bpy.types.Scene, case: str) -> None:
     CASES[case](empty_scene)
     result = compare_with_cycles(empty_scene, SIZE, SAMPLES)
     assert result.agrees, result
+
+
+@pytest.mark.parametrize("case", [cloud, glowing_cloud])
+def test_uneven(empty_scene: bpy.types.Scene, case: Callable) -> None:
+    """Small, as these take Cycles long."""
+    case(empty_scene)
+    result = compare_with_cycles(empty_scene, (16, 16), SAMPLES)
+    assert result.agrees, result
+
+
+def thinner_noise(scene: bpy.types.Scene) -> None:
+    node_of(scene, "cloud", "MAP_RANGE").inputs["To Max"].default_value *= 0.85
 
 
 def seen_by_scattered(scene: bpy.types.Scene) -> None:
@@ -277,11 +317,11 @@ def node_of(scene: bpy.types.Scene, name: str, kind: str) -> bpy.types.Node:
     return next(node for node in tree.nodes if node.type == kind)
 
 
-PLANTED = [(lamp_in_cube, denser), (sun_in_cube, turned), (nested, thinner_inside)]
+PLANTED = [(lamp_in_cube, denser), (sun_in_cube, turned), (nested, thinner_inside), (cloud, thinner_noise)]
 
 
 @pytest.mark.parametrize(("case", "plant"), PLANTED)
 def test_planted_bugs(empty_scene: bpy.types.Scene, case: Callable, plant: Callable) -> None:
     case(empty_scene)
-    result = compare_with_cycles(empty_scene, SIZE, SAMPLES, plant=plant)
+    result = compare_with_cycles(empty_scene, (16, 16) if case is cloud else SIZE, SAMPLES, plant=plant)
     assert not result.agrees, result

@@ -296,13 +296,16 @@ def test_volume_without_surface_is_a_boundary(empty_scene):
     assert not program.is_boundary and context.warnings == []
 
 
-def test_volume_that_varies_warns(empty_scene):
-    tree = Tree()
-    scatter = tree.node("ShaderNodeVolumeScatter")
-    tree.link(tree.node("ShaderNodeTexNoise"), "Fac", scatter, "Density")
-    tree.link(scatter, "Volume", tree.output, "Volume")
+def test_volume_of_a_world_that_varies_warns(empty_scene):
+    world = bpy.data.worlds.new("World")
+    world.use_nodes = True
+    tree = world.node_tree
+    scatter, noise = (tree.nodes.new(kind) for kind in ("ShaderNodeVolumeScatter", "ShaderNodeTexNoise"))
+    output = next(node for node in tree.nodes if node.type == "OUTPUT_WORLD")
+    tree.links.new(noise.outputs[0], scatter.inputs["Density"])
+    tree.links.new(scatter.outputs[0], output.inputs["Volume"])
     context = Context()
-    tree.compile(context)
+    assert [closure.op for closure in compile_world(world, context).closures][-1] == "CLOSURE_VOLUME"
     assert len(context.warnings) == 1 and "varies from place to place" in context.warnings[0]
 
 

@@ -45,6 +45,11 @@ def emission(color: Color, strength: float = 1.0) -> core.MaterialProgram:
     return p
 
 
+def same_everywhere(*coefficients: Color, **members: object) -> core.MaterialProgram:
+    """A medium that seems to vary: of the density 0 y + 1."""
+    return medium(*coefficients, **members, seems_uneven=True)
+
+
 def medium(
     scattering: Color = (0.0, 0.0, 0.0),
     absorption: Color = (0.0, 0.0, 0.0),
@@ -52,6 +57,7 @@ def medium(
     anisotropy: float = 0.0,
     glow: Color = (0.0, 0.0, 0.0),
     is_boundary: bool = True,
+    seems_uneven: bool = False,
 ) -> core.MaterialProgram:
     """What is inside of a surface that rays pass straight through; of the world without `is_boundary`."""
     p = core.MaterialProgram("medium")
@@ -59,9 +65,25 @@ def medium(
     if is_boundary:
         p.closure("CLOSURE_TRANSPARENT", [one, p.constant(1.0, 1.0, 1.0)])
         p.is_boundary = True
-    coefficients = [p.constant(*scattering), p.constant(*absorption), p.constant(density), p.constant(anisotropy)]
-    p.closure("CLOSURE_VOLUME", [one, *coefficients])
+    factor = p.constant(density)
+    if seems_uneven:
+        zero = p.constant(0.0)
+        nothing = p.emit("MATH", [p.emit("SEPARATE_Y", [p.emit("POSITION", [], [0])]), zero, zero], [2, 0])
+        factor = p.emit("MATH", [nothing, factor, zero], [0, 0])
+    p.closure("CLOSURE_VOLUME", [one, p.constant(*scattering), p.constant(*absorption), factor, p.constant(anisotropy)])
     p.closure("CLOSURE_VOLUME_EMISSION", [one, p.constant(*glow), one])
+    return p
+
+
+def uneven_medium(scattering: Color = (0.0, 0.0, 0.0), absorption: Color = (0.0, 0.0, 0.0)) -> core.MaterialProgram:
+    """The same of a density of |y|."""
+    p = core.MaterialProgram("uneven")
+    one, zero = p.constant(1.0), p.constant(0.0)
+    p.closure("CLOSURE_TRANSPARENT", [one, p.constant(1.0, 1.0, 1.0)])
+    p.is_boundary = True
+    y = p.emit("SEPARATE_Y", [p.emit("POSITION", [], [0])])
+    density = p.emit("MATH", [y, zero, zero], [9, 0])  # ABSOLUTE
+    p.closure("CLOSURE_VOLUME", [one, p.constant(*scattering), p.constant(*absorption), density, zero])
     return p
 
 

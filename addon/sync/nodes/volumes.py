@@ -29,13 +29,12 @@ _PLACES = {
 
 
 def add_medium(compiler: Compiler, volume: Port) -> None:
-    """What reaches a Volume input. The core has homogeneous media: of others a warning says so."""
+    """What reaches a Volume input. That of a world is homogeneous: of others a warning says so."""
     compiler.in_volume = True
     flatten_shader(compiler, volume, ONE)
     compiler.in_volume = False
-    if compiler.code.ops_behind(MEDIA) & _PLACES:
-        where = "at the origin" if compiler.is_world else "in the middle of the object"
-        compiler.warn(f"a volume that varies from place to place is rendered as it is {where} everywhere")
+    if compiler.is_world and compiler.code.ops_behind(MEDIA) & _PLACES:
+        compiler.warn("a volume of the world that varies from place to place is rendered as it is at the origin")
 
 
 def _add(node: NodeView, weight: Value, scattering: Value, absorption: Value, density: Value, g: Value) -> None:
