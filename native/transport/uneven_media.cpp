@@ -3,6 +3,9 @@
 namespace cistern {
 namespace {
 
+/// Of a ray; more means that it left a surface that is not closed far behind: the rest is taken for void.
+constexpr int kMostCollisions = 1 << 16;
+
 float sample_step(float rate, PathSampler& sampler) { return -std::log1p(-sampler.next_float()) / rate; }
 
 float mean_magnitude(Rgb c) { return (std::abs(c.r) + std::abs(c.g) + std::abs(c.b)) * (1.0f / 3.0f); }
@@ -13,7 +16,8 @@ Rgb estimate_transmittance(const UnevenRay& ray, float length, PathSampler& samp
   constexpr float kDim = 0.05f;  // below, most estimates end: what they cost is worth more elsewhere
   Rgb result = medium_transmittance(ray.segment.even, length);
   const float bound = ray.segment.bound;
-  for (float t = sample_step(bound, sampler); t < length; t += sample_step(bound, sampler)) {
+  float t = sample_step(bound, sampler);
+  for (int i = 0; t < length && i < kMostCollisions; ++i, t += sample_step(bound, sampler)) {
     const Medium uneven = ray.media.uneven_at(ray.segment, ray.path, ray.origin + t * ray.direction);
     result *= Rgb(1.0f) - uneven.extinction * (1.0f / bound);
     const float size = mean_magnitude(result);
@@ -33,7 +37,8 @@ Rgb estimate_radiance(const UnevenRay& ray, float length, PathSampler& sampler) 
 UnevenFlight sample_flight(const UnevenRay& ray, Rgb throughput, float length, PathSampler& sampler) {
   const float rate = ray.segment.bound + max_component(ray.segment.even.extinction);
   UnevenFlight flight{std::nullopt, Rgb(1.0f), {}};
-  for (float t = sample_step(rate, sampler); t < length; t += sample_step(rate, sampler)) {
+  float t = sample_step(rate, sampler);
+  for (int i = 0; t < length && i < kMostCollisions; ++i, t += sample_step(rate, sampler)) {
     flight.medium = ray.at(t);
     const Rgb rest = Rgb(rate) - flight.medium.extinction, carried = throughput * flight.weight;
     const float scattered = mean_magnitude(carried * flight.medium.scattering), passed = mean_magnitude(carried * rest);

@@ -233,7 +233,7 @@ def test_volumes(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
-@pytest.mark.parametrize("case", [cloud, glowing_cloud])
+@pytest.mark.parametrize("case", [cloud, pytest.param(glowing_cloud, marks=pytest.mark.slow)])
 def test_uneven(empty_scene: bpy.types.Scene, case: Callable) -> None:
     """Small, as these take Cycles long."""
     case(empty_scene)
@@ -317,7 +317,8 @@ def node_of(scene: bpy.types.Scene, name: str, kind: str) -> bpy.types.Node:
     return next(node for node in tree.nodes if node.type == kind)
 
 
-PLANTED = [(lamp_in_cube, denser), (sun_in_cube, turned), (nested, thinner_inside), (cloud, thinner_noise)]
+PLANTED = [(lamp_in_cube, denser), (sun_in_cube, turned), (nested, thinner_inside)]
+PLANTED += [pytest.param(cloud, thinner_noise, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize(("case", "plant"), PLANTED)

@@ -119,6 +119,15 @@ def test_uneven_media_are_even_ones_where_they_do_not_vary() -> None:
     assert not compare_replicas(1.02 * pictures[0], pictures[1]).agrees
 
 
+def test_surface_that_is_not_closed_ends() -> None:
+    """A tiny triangle that fog begins at, and never ends: rays behind it do, and soon."""
+    scene = SceneDescription()
+    scene.add_mesh([(-1e-6, 0, -1e-6), (1e-6, 0, -1e-6), (0, 0, 1e-6)], [(0, 1, 2)], uneven_medium((1.0, 1.0, 1.0)))
+    scene.add_quad((-9, 300, -9), (18, 0, 0), (0, 0, 18), emission((1.0, 1.0, 1.0)))
+    scene.set_camera((0.0, -1e-5, 0.0), (0.0, 0.0, 0.0), 1e-3)
+    assert np.isfinite(render(scene.snapshot(), size=2, samples=1)["Combined"]).all()
+
+
 def test_uneven_medium_without_absorption_is_invisible() -> None:
     scene = SceneDescription()
     scene.add_sphere(1.0, uneven_medium((4.0, 1.0, 10.0)))
