@@ -48,7 +48,7 @@ std::shared_ptr<const Mesh> counterpart(const std::shared_ptr<const Mesh>& middl
 }
 
 /// A camera is never flat: one that is mirrored stands as in the middle.
-const Transform& end_of(const Transform& middle, const Transform& end) {
+const Transform& unmirrored_end(const Transform& middle, const Transform& end) {
   return (end.determinant() < 0.0f) == (middle.determinant() < 0.0f) ? end : middle;
 }
 
@@ -63,7 +63,7 @@ Panorama between(Panorama panorama, const Panorama& end, float t) {
 }
 
 /// `end`, or the middle where that is another sort of camera.
-const Camera& end_of(const Camera& middle, const Camera& end) {
+const Camera& end_of_kind(const Camera& middle, const Camera& end) {
   return end.type == middle.type && end.panorama.type == middle.panorama.type ? end : middle;
 }
 
@@ -71,9 +71,11 @@ const Camera& end_of(const Camera& middle, const Camera& end) {
 
 Shutter::Shutter(std::shared_ptr<const Scene> middle, const Scene& opening, const Scene& closing)
     : middle_(std::move(middle)),
-      cameras_{end_of(middle_->camera, opening.camera), end_of(middle_->camera, closing.camera)},
-      eye_{{end_of(middle_->camera.camera_to_world, cameras_.before.camera_to_world), middle_->camera.camera_to_world},
-           {middle_->camera.camera_to_world, end_of(middle_->camera.camera_to_world, cameras_.after.camera_to_world)}},
+      cameras_{end_of_kind(middle_->camera, opening.camera), end_of_kind(middle_->camera, closing.camera)},
+      eye_{{unmirrored_end(middle_->camera.camera_to_world, cameras_.before.camera_to_world),
+            middle_->camera.camera_to_world},
+           {middle_->camera.camera_to_world,
+            unmirrored_end(middle_->camera.camera_to_world, cameras_.after.camera_to_world)}},
       moves_camera_(!(cameras_.before == middle_->camera && cameras_.after == middle_->camera)) {
   const Matches in_opening(opening), in_closing(closing);
   std::vector<bool> is_known(middle_->meshes.size());
@@ -97,12 +99,12 @@ Shutter::Shutter(std::shared_ptr<const Scene> middle, const Scene& opening, cons
 std::shared_ptr<const Scene> Shutter::at(float time) const {
   auto scene = std::make_shared<Scene>(*middle_);
   const bool is_before = time < 0.5f;
-  const float t = is_before ? 2.0f * time : 2.0f * time - 1.0f;  // in this half
-  const float from_middle = is_before ? 1.0f - 2.0f * time : 2.0f * time - 1.0f;
+  const float in_half = 2.0f * time - (is_before ? 0.0f : 1.0f);
+  const float from_middle = is_before ? 1.0f - in_half : in_half;
   if (moves_camera_) {
     const Camera& end = is_before ? cameras_.before : cameras_.after;
     Camera& camera = scene->camera;
-    camera.camera_to_world = (is_before ? eye_.before : eye_.after).at(t);
+    camera.camera_to_world = (is_before ? eye_.before : eye_.after).at(in_half);
     for (float Camera::*member : {&Camera::left, &Camera::right, &Camera::bottom, &Camera::top, &Camera::focus_distance,
                                   &Camera::aperture_radius, &Camera::clip_start, &Camera::clip_end})
       camera.*member = lerp(camera.*member, end.*member, from_middle);
@@ -110,7 +112,7 @@ std::shared_ptr<const Scene> Shutter::at(float time) const {
   }
   for (const MovingInstance& moving : instances_) {
     Instance& instance = scene->instances[moving.instance];
-    instance.object_to_world = (is_before ? moving.object_to_world.before : moving.object_to_world.after).at(t);
+    instance.object_to_world = (is_before ? moving.object_to_world.before : moving.object_to_world.after).at(in_half);
     if (is_singular(instance.object_to_world)) instance.mesh = -1;
   }
   for (const MovingMesh& moving : meshes_) {
