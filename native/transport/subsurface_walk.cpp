@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "base/frame.h"
-#include "base/warp.h"
+#include "base/angle.h"
+#include "shading/phase.h"
 
 namespace cistern {
 namespace {
@@ -13,19 +13,6 @@ constexpr int kMaxSteps = 256;
 constexpr int kForwardSteps = 10;
 
 float channel(Rgb c, int i) { return i == 0 ? c.r : (i == 1 ? c.g : c.b); }
-
-/// Density per solid angle of a cosine between the directions before and after. [Henyey and Greenstein 1941]
-float phase_density(float cosine, float g) {
-  const float d = 1.0f + g * g - 2.0f * g * cosine;
-  return 0.25f * kInvPi * (1.0f - g * g) / (d * std::sqrt(d));
-}
-
-float sample_phase_cosine(float u, float g) {
-  constexpr float kIsotropic = 1e-3f;
-  if (std::abs(g) < kIsotropic) return 1.0f - 2.0f * u;
-  const float ratio = (1.0f - g * g) / (1.0f - g + 2.0f * g * u);
-  return std::clamp((1.0f + g * g - ratio * ratio) / (2.0f * g), -1.0f, 1.0f);
-}
 
 Vec3 direction_at(const Vec3& axis, float cosine, float u_turns) {
   const float sine = safe_sqrt(1.0f - cosine * cosine);
@@ -157,9 +144,9 @@ class SubsurfaceWalk {
     const bool escapes = sampler_.next_float() < technique.escape_share;
     const bool is_away = escapes && sampler_.next_float() < technique.opposite_share;
     const Vec3 before = ray_.direction;
-    ray_.direction = !escapes ? direction_at(before, sample_phase_cosine(u.x, medium_.g), u.y)
+    ray_.direction = !escapes ? sample_henyey_greenstein(before, medium_.g, u)
                               : direction_at(is_away ? -n_ : n_, escape_.sample_cosine(u.x), u.y);
-    const float cosine = dot(ray_.direction, n_), phase = phase_density(dot(before, ray_.direction), medium_.g);
+    const float cosine = dot(ray_.direction, n_), phase = henyey_greenstein(dot(before, ray_.direction), medium_.g);
     technique.towards = escape_.density(cosine) / phase;
     technique.away = escape_.density(-cosine) / phase;
     technique.stretch_towards = escape_.stretch(cosine);
