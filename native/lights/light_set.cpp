@@ -286,6 +286,12 @@ EmitterPlace LightSet::place(uint32_t emitter) const {
   return {t.point({1.0f / 3.0f, 1.0f / 3.0f}), first_instance + t.instance, false};
 }
 
+std::optional<LitPart> LightSet::lit_part_of(uint32_t emitter, const Vec3& origin, const Vec3& direction,
+                                             float length) const {
+  if (emitter >= impl_->first_triangle()) return LitPart{0.0f, length};
+  return lit_part(impl_->lamps[emitter].shape, origin, direction, length);
+}
+
 std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 position, const PathState& path,
                                                 const RayCone& cone) const {
   if (sample.emitter < impl_->first_triangle())

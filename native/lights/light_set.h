@@ -7,6 +7,7 @@
 #include "accel/accel.h"
 #include "base/rgb.h"
 #include "lights/environment_sampling.h"
+#include "lights/lit_part.h"
 #include "shading/surface_point.h"
 
 namespace cistern {
@@ -78,6 +79,9 @@ class LightSet {
 
   /// Emitters of an object have consecutive numbers.
   EmitterPlace place(uint32_t emitter) const;
+
+  /// The part of a ray that the emitter may light; see lit_part.
+  std::optional<LitPart> lit_part_of(uint32_t emitter, const Vec3& origin, const Vec3& direction, float length) const;
 
   /// Empty where the sample sends nothing to `position` (behind a one-sided light, outside a spot cone, black). `path`
   /// and `cone` are those of the ray which leaves the receiver for the light, as if it had been scattered there: what

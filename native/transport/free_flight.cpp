@@ -68,20 +68,19 @@ float FreeFlight::pdf_inside(float distance) const {
   return pdf;
 }
 
-EquiAngular::EquiAngular(Vec3 origin, Vec3 direction, float length, Vec3 towards)
-    : nearest_(dot(towards - origin, direction)), length_(length) {
-  apart_ = cistern::length(towards - origin - nearest_ * direction);
-  begin_ = std::atan2(-nearest_, apart_);
-  angle_ = (std::isfinite(length) ? std::atan2(length - nearest_, apart_) : 0.5f * kPi) - begin_;
+EquiAngular::EquiAngular(Vec3 origin, Vec3 direction, float begin, float end, Vec3 towards)
+    : nearest_(dot(towards - origin, direction)), begin_(begin), end_(end) {
+  apart_ = length(towards - origin - nearest_ * direction);
+  first_ = std::atan2(begin - nearest_, apart_);
+  angle_ = (std::isfinite(end) ? std::atan2(end - nearest_, apart_) : 0.5f * kPi) - first_;
 }
 
 float EquiAngular::sample(float u) const {
-  const float distance = nearest_ + apart_ * std::tan(begin_ + u * angle_);
-  return std::clamp(distance, 0.0f, length_);
+  return std::clamp(nearest_ + apart_ * std::tan(first_ + u * angle_), begin_, end_);
 }
 
 float EquiAngular::pdf(float distance) const {
-  if (!(apart_ > 0.0f) || !(angle_ > 0.0f)) return 0.0f;
+  if (!(apart_ > 0.0f) || !(angle_ > 0.0f) || distance < begin_ || distance > end_) return 0.0f;
   return apart_ / (angle_ * (sqr(apart_) + sqr(distance - nearest_)));
 }
 

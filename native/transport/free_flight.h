@@ -40,20 +40,20 @@ class FreeFlight {
   std::array<float, 3> extinction_{}, probability_{};
 };
 
-/// Distances along a ray in proportion to 1 / r^2 towards a point, between 0 and `length`, which may be infinite.
+/// Distances along a ray in proportion to 1 / r^2 towards a point, between `begin` and `end`, which may be infinite.
 /// [Kulla and Fajardo 2012, Importance Sampling Techniques for Path Tracing in Participating Media: equi-angular]
 class EquiAngular {
  public:
-  EquiAngular(Vec3 origin, Vec3 direction, float length, Vec3 towards);
+  EquiAngular(Vec3 origin, Vec3 direction, float begin, float end, Vec3 towards);
 
   float sample(float u) const;
-  /// Per metre.
+  /// Per metre; 0 beyond the ends.
   float pdf(float distance) const;
 
  private:
   float nearest_, apart_;  // where the ray comes nearest to the point, and how near
-  float length_;
-  float begin_, angle_;  // as seen from the point
+  float begin_, end_;
+  float first_, angle_;  // as seen from the point
 };
 
 }  // namespace cistern

@@ -89,6 +89,19 @@ class PathSampler {
     return {u.x, u.y};
   }
 
+  /// How, and where on a segment in media, light samples of that vertex's number are looked for.
+  struct MediumLightNumbers {
+    float technique, channel, distance;
+  };
+  MediumLightNumbers light_in_medium(int vertex) {
+    if (!is_stratified(vertex)) {
+      const Vec2 u = rng_.next_vec2();
+      return {u.x, rng_.next_float(), u.y};
+    }
+    const SobolPoint point = point_of(MEDIUM_LIGHT);
+    return {point.pair.x, point.third, point.pair.y};
+  }
+
   /// For decisions that gain little from stratification: Russian roulette, passing through.
   float next_float() { return rng_.next_float(); }
   double next_double() { return rng_.next_double(); }
@@ -106,7 +119,8 @@ class PathSampler {
     SCATTERING,
     PER_VERTEX = 2,
     WALK = LIGHT + PER_VERTEX * kStratifiedVertices,
-    FLIGHT = WALK + kStratifiedSteps
+    FLIGHT = WALK + kStratifiedSteps,
+    MEDIUM_LIGHT
   };
   bool is_stratified(int vertex) const { return is_sobol_ && vertex < kStratifiedVertices; }
   static uint32_t set_of(Set set, int vertex) { return set + PER_VERTEX * static_cast<uint32_t>(vertex); }

@@ -98,14 +98,15 @@ inline void Walk<Kind>::add_light_in_medium() {
   const FreeFlight flight(typical, throughput_.total(), media_.length);
   if (!flight.can_scatter()) return;
   const auto [u_choice, u_light] = sampler_.light(state_.depth);
-  const float u_technique = sampler_.next_float(), u_channel = sampler_.next_float(),
-              u_distance = sampler_.next_float();
+  const auto [u_technique, u_channel, u_distance] = sampler_.light_in_medium(state_.depth);
   LightSample light_sample{0, u_light};
   float distance = 0.0f;
   const auto towards = [&](uint32_t emitter) -> std::optional<EquiAngular> {
     const EmitterPlace place = context_.lights.place(emitter);
     if (place.is_distant) return std::nullopt;
-    return EquiAngular(origin, ray_.direction, media_.length, place.center);
+    const std::optional<LitPart> lit = context_.lights.lit_part_of(emitter, origin, ray_.direction, media_.length);
+    if (!lit) return EquiAngular(origin, ray_.direction, 0.0f, 0.0f, place.center);
+    return EquiAngular(origin, ray_.direction, lit->begin, lit->end, place.center);
   };
   if (u_technique < 0.5f) {
     distance = flight.sample_inside(u_channel, u_distance);

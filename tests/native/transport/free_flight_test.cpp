@@ -103,7 +103,7 @@ TEST(FreeFlight, DistancesInsideFollowTheirDensity) {
 double p_value_near(Vec3 point, Vec3 other) {
   const Vec3 origin{1.0f, 2.0f, 3.0f}, direction{0.0f, 1.0f, 0.0f};
   constexpr float kLength = 4.0f;
-  const EquiAngular near(origin, direction, kLength, point), density(origin, direction, kLength, other);
+  const EquiAngular near(origin, direction, 0.0f, kLength, point), density(origin, direction, 0.0f, kLength, other);
   return p_value_of_distances(
       kLength, [&](Rng& rng) { return near.sample(rng.next_float()); }, [&](float t) { return density.pdf(t); });
 }
@@ -115,13 +115,13 @@ TEST(EquiAngular, DistancesFollowTheirDensity) {
 }
 
 TEST(EquiAngular, EndlessRaysAndPointsOnThem) {
-  const EquiAngular endless({}, {0.0f, 0.0f, 1.0f}, INFINITY, {0.0f, 1.0f, 2.0f});
+  const EquiAngular endless({}, {0.0f, 0.0f, 1.0f}, 0.0f, INFINITY, {0.0f, 1.0f, 2.0f});
   Moments share;  // of what lies before the point: as the angles are
   Rng rng(1, 1, 1, 1);
   for (int i = 0; i < kSamples; ++i) share.add(endless.sample(rng.next_float()) < 2.0f ? 1.0 : 0.0);
   const double before = std::atan(2.0);
   EXPECT_GT(mean_p_value(share, before / (before + 0.5 * M_PI)), kFalseAlarmRate);
-  const EquiAngular through({}, {0.0f, 0.0f, 1.0f}, 3.0f, {0.0f, 0.0f, 2.0f});
+  const EquiAngular through({}, {0.0f, 0.0f, 1.0f}, 0.0f, 3.0f, {0.0f, 0.0f, 2.0f});
   EXPECT_EQ(through.pdf(1.0f), 0.0f) << "there this technique has no samples";
   EXPECT_TRUE(std::isfinite(through.sample(0.4f)));
 }
