@@ -44,7 +44,8 @@ class Accel {
 
   /// `visibility`: RayVisibility bits; objects sharing no bit with it are not there for this ray.
   virtual std::optional<Hit> intersect(const Ray& ray, uint8_t visibility) const = 0;
-  /// Closest surface of one instance, whatever its visibility, as if there were no others.
+  /// Closest surface of one instance that is not flattened, whatever its visibility, as if there were no others.
+  /// Instances with MaterialProgram::has_subsurface never are; of others nothing is found.
   virtual std::optional<Hit> intersect_instance(const Ray& ray, uint32_t instance) const = 0;
   /// Whether an *opaque* surface lies strictly between the ends. `visibility` as above.
   virtual bool occluded(const Ray& ray, uint8_t visibility = kVisibleToShadow) const = 0;

@@ -55,13 +55,14 @@ class EmbreeAccel final : public Accel {
     return closest_hit(ray, any_surface_mask(visibility));
   }
   std::optional<Hit> intersect_instance(const Ray& ray, uint32_t instance) const override {
-    Ray rest = ray;
-    std::optional<Hit> hit = closest_hit(rest, any_surface_mask(kVisibleToAll));
-    while (hit && hit->instance != instance) {
-      rest.t_min = std::nextafter(hit->t, INFINITY);
-      hit = closest_hit(rest, any_surface_mask(kVisibleToAll));
-    }
-    return hit;
+    const Placement& placement = top_->placements[instance];
+    if (!placement.mesh || placement.is_flattened || !is_number(ray)) return std::nullopt;
+    const Transform& to_object = top_->normal_maps[instance];
+    // Not normalised: distances stay those of the world.
+    const Ray inside{to_object.point(ray.origin), to_object.vector(ray.direction), ray.t_min, ray.t_max};
+    RTCRayHit query;
+    if (!find_closest(mesh_scenes_.at(placement.mesh.get())->scene.get(), inside, kAnyMask, query)) return std::nullopt;
+    return make_hit(query, instance);
   }
   bool occluded(const Ray& ray, uint8_t visibility) const override {
     if (!is_number(ray)) return false;
@@ -92,6 +93,7 @@ class EmbreeAccel final : public Accel {
 
  private:
   static constexpr size_t kPacketSize = 8;
+  static constexpr uint32_t kAnyMask = ~0u;
 
   void packet_occluded(std::span<const Ray> rays, uint32_t mask, std::span<bool> is_occluded) const {
     alignas(32) std::array<int, kPacketSize> valid{};
@@ -108,17 +110,23 @@ class EmbreeAccel final : public Accel {
     for (size_t i = 0; i < rays.size(); ++i) is_occluded[i] = packet.tfar[i] < 0.0f;
   }
   std::optional<Hit> closest_hit(const Ray& ray, uint32_t mask) const {
-    if (!is_number(ray)) return std::nullopt;
     RTCRayHit query;
+    if (!is_number(ray) || !find_closest(top_->scene.get(), ray, mask, query)) return std::nullopt;
+    const RTCHit& hit = query.hit;
+    return make_hit(query, hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? hit.geomID : hit.instID[0]);
+  }
+  /// False where nothing is hit.
+  static bool find_closest(RTCScene scene, const Ray& ray, uint32_t mask, RTCRayHit& query) {
     set_ray(query.ray, ray, mask);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    embree_intersect(top_->scene.get(), query);
+    embree_intersect(scene, query);
+    return query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+  }
+  Hit make_hit(const RTCRayHit& query, uint32_t instance) const {
     const RTCHit& hit = query.hit;
-    if (hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    const uint32_t instance = hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? hit.geomID : hit.instID[0];
     const Vec3 normal = top_->normal_maps[instance].transposed_vector({hit.Ng_x, hit.Ng_y, hit.Ng_z});
-    return Hit{query.ray.tfar, hit.u, hit.v, normal, instance, hit.primID};
+    return {query.ray.tfar, hit.u, hit.v, normal, instance, hit.primID};
   }
 
   std::shared_ptr<const TopLevel> top_;

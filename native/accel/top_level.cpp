@@ -3,17 +3,18 @@
 namespace cistern {
 namespace {
 
-bool may_be_transparent(const Scene& scene, const Instance& instance) {
+/// Whether that is true of one of the instance's materials.
+bool has_material(const Scene& scene, const Instance& instance, bool MaterialProgram::*property) {
   for (const int material : scene.material_sets[instance.material_set]) {
     const MaterialProgram* const program = material < 0 ? nullptr : scene.materials[material].get();
-    if (program && program->may_be_transparent) return true;
+    if (program && program->*property) return true;
   }
   return false;
 }
 
 uint32_t mask_of(const Scene& scene, const Instance& instance) {
   const uint8_t visibility = instance.visibility & kVisibleToAll;
-  const bool is_opaque = !may_be_transparent(scene, instance);
+  const bool is_opaque = !has_material(scene, instance, &MaterialProgram::may_be_transparent);
   return any_surface_mask(visibility) | (is_opaque ? opaque_mask(visibility) : transparent_mask(visibility));
 }
 
@@ -77,7 +78,8 @@ std::vector<Placement> place_instances(const Scene& scene, bool keep_instances) 
     const std::shared_ptr<const Mesh>& mesh = scene.meshes[instance.mesh];
     const uint32_t mask = mask_of(scene, instance);
     if (!mesh || mesh->triangle_count() == 0 || mask == 0) continue;
-    const bool is_flattened = !keep_instances && uses[instance.mesh] == 1 && !mesh->is_strands();
+    const bool is_traced_alone = has_material(scene, instance, &MaterialProgram::has_subsurface);
+    const bool is_flattened = !keep_instances && uses[instance.mesh] == 1 && !mesh->is_strands() && !is_traced_alone;
     if (!is_flattened && enlarges_rays(instance.object_to_world)) continue;
     placements[i] = {mesh, instance.object_to_world, mask, is_flattened};
   }

@@ -272,6 +272,7 @@ enum Principled : size_t {
   kPrincipledWeight = 0,
   kPrincipledAlpha = 5,
   kPrincipledNormal = 6,
+  kPrincipledSubsurface = 8,
   kPrincipledTransmission = 14,
   kPrincipledCoatWeight = 15,
   kPrincipledSheenWeight = 20,
@@ -437,6 +438,12 @@ bool may_refract(const MaterialProgram& p, const Instruction& closure) {
   return closure.op == Op::CLOSURE_GLASS || closure.op == Op::CLOSURE_REFRACTION || closure.op == Op::CLOSURE_HAIR;
 }
 
+bool may_enter(const MaterialProgram& p, const Instruction& closure) {
+  const std::span<const Operand> in = operands_of(p, closure);
+  if (closure.op == Op::CLOSURE_PRINCIPLED) return !is_zero_float(p, in[kPrincipledSubsurface]);
+  return closure.op == Op::CLOSURE_SUBSURFACE;
+}
+
 /// Whether a node returns how often a path has bounced.
 bool counts_bounces(const Instruction& node) {
   if (node.op != Op::LIGHT_PATH) return false;
@@ -495,7 +502,7 @@ void finish_program(MaterialProgram& program, int image_count) {
 
   program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
   program.reads_light_path = program.counts_bounces = program.reads_camera = false;
-  program.depends_on_view = program.lobes_depend_on_view = false;
+  program.depends_on_view = program.lobes_depend_on_view = program.has_subsurface = false;
   program.emission_is_constant = true;
   program.constant_emission = {};
   for (const Instruction& instruction : program.instructions) {
@@ -507,6 +514,7 @@ void finish_program(MaterialProgram& program, int image_count) {
     program.depends_on_view |= reads_view(op);
     program.lobes_depend_on_view |= (reads_view(op) && op != Op::BACKFACING) || may_refract(program, instruction);
     program.reads_camera |= depends_on_camera(instruction);
+    program.has_subsurface |= may_enter(program, instruction);
     if (!describe(op).is_closure) continue;
     program.may_be_transparent |= may_pass_light(program, instruction);
     if (!may_emit_light(program, instruction)) continue;

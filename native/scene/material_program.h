@@ -99,6 +99,7 @@ struct MaterialProgram {
   std::vector<Instruction> volume_instructions;  // the same of media
   float matte = 0.0f;                            // matte_id of the name
   bool volume_varies = false;                    // from place to place inside
+  bool has_subsurface = false;                   // light may wander below the surface
   bool has_volume = false;                       // light is absorbed, scattered or emitted inside
   bool may_be_transparent = false;               // a shadow ray may pass: has transparent / alpha closures
   bool may_emit = false;

@@ -233,9 +233,8 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   return *this;
 }
 
-void add_subsurface(Bsdf& bsdf, Subsurface subsurface) {
-  constexpr float kShortest = 1e-8f;  // metres
-  const auto is_deep = [&](float radius) { return radius >= kShortest ? 1.0f : 0.0f; };
+void add_subsurface(Bsdf& bsdf, Subsurface subsurface, float least_radius) {
+  const auto is_deep = [&](float radius) { return radius >= least_radius ? 1.0f : 0.0f; };
   Rgb deep{is_deep(subsurface.radius.r), is_deep(subsurface.radius.g), is_deep(subsurface.radius.b)};
   if (bsdf.subsurface_count == Bsdf::kMaxSubsurfaces) deep = {};
   const Rgb flat = (Rgb(1.0f) - deep) * subsurface.weight * subsurface.albedo;

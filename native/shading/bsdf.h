@@ -89,7 +89,7 @@ inline constexpr float kGuideShare = 0.5f;
 /// are never touched: neither constructed nor copied, since most materials have one and a Bsdf is made at every hit.
 struct Bsdf {
   static constexpr int kMaxLobes = 64;  // as Cycles
-  static constexpr int kMaxSubsurfaces = 4;
+  static constexpr int kMaxSubsurfaces = 16;
   int count = 0;
   int subsurface_count = 0;          // light that leaves elsewhere, beside the lobes
   Rgb transparency;                  // weight of light passing straight through
@@ -163,8 +163,9 @@ bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight, R
   return true;
 }
 
-/// Adds a subsurface under the same conditions; beyond kMaxSubsurfaces, as a Lambert lobe.
-void add_subsurface(Bsdf& bsdf, Subsurface subsurface);
+/// Adds a subsurface under the same conditions; as a Lambert lobe beyond kMaxSubsurfaces, and what has a radius below
+/// `least_radius` (metres): rounding would show where light leaves.
+void add_subsurface(Bsdf& bsdf, Subsurface subsurface, float least_radius);
 
 /// f(wo, wi) |cos(theta_i)| summed over the lobes, split by lobe: `smooth` from lobes with roughness below
 /// kReconnectRoughness, `rough` from the others. Delta lobes contribute nothing.

@@ -161,7 +161,7 @@ void add_subsurface(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const i
   Subsurface subsurface{specular_normal(n, point), weight, saturate(p.base_color()), p.subsurface_radius()};
   subsurface.is_skin = is_skin;
   set_boundary(subsurface, is_skin ? p.subsurface_ior() : ior, p.roughness(), p.subsurface_anisotropy());
-  add_subsurface(bsdf, subsurface);
+  add_subsurface(bsdf, subsurface, least_radius(point));
 }
 
 void add_base(Bsdf& bsdf, const Principled& p, Vec3 n, const Remainder& rest) {

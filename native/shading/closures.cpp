@@ -77,7 +77,7 @@ void add_subsurface_closure(Bsdf& bsdf, std::span<const Vec3> in, const int32_t*
   Subsurface subsurface{n, Rgb(in[0].x), saturate(to_rgb(in[1])), radius};
   subsurface.is_skin = subsurface_method(parameters[0]) == SubsurfaceMethod::SKIN;
   set_boundary(subsurface, in[4].x, in[5].x, in[6].x);
-  add_subsurface(bsdf, subsurface);
+  add_subsurface(bsdf, subsurface, least_radius(point));
 }
 
 enum class HairParametrization { ABSORPTION, MELANIN, COLOR };

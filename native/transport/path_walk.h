@@ -98,12 +98,12 @@ class Walk {
         p_scatter = 1.0f;
       }
     }
-    if (is_vertex && bsdf.count > 0) {
+    if (is_vertex) {
       if constexpr (Kind::captures) {
         if (std::exchange(capture_.only_deep_link_next, false)) throughput_.keep_only_link(1);
         capture_vertex(point, bsdf);
       }
-      add_light_samples(point, bsdf, p_of_mis);
+      if (bsdf.count > 0) add_light_samples(point, bsdf, p_of_mis);
     }
     return continue_path(point, bsdf, p_scatter);
   }

@@ -81,7 +81,7 @@ class SubsurfaceWalk {
 
   std::optional<SubsurfaceExit> run(const Vec3& direction) {
     ray_.direction = direction;
-    ray_.origin = offset_origin(entry_.position, entry_.clearance, entry_.ng, direction);
+    ray_.origin = entry_.position;
     for (step_ = 0; step_ < kMaxSteps; ++step_) {
       if (step_ == kForwardSteps) forget_directions();
       if (!choose_channel()) return std::nullopt;
@@ -160,7 +160,12 @@ class SubsurfaceWalk {
     ray_.t_max = distance;
     if (step_ == 0)
       ray_.t_max = std::max(distance, kFar / std::min({medium_.sigma_t.r, medium_.sigma_t.g, medium_.sigma_t.b}));
-    const std::optional<Hit> hit = accel_.intersect_instance(ray_, entry_.instance);
+    std::optional<Hit> hit = accel_.intersect_instance(ray_, entry_.instance);
+    if (step_ == 0 && hit && hit->triangle == entry_.triangle) {  // by rounding: the first ray leaves this one
+      ray_.t_min = std::nextafter(hit->t, INFINITY);
+      hit = accel_.intersect_instance(ray_, entry_.instance);
+      ray_.t_min = 0.0f;
+    }
     if (step_ == 0 && hit) thickness_ = std::max(dot(hit->t * ray_.direction, -n_), 0.0f);
     return hit && hit->t < distance ? hit : std::nullopt;
   }

@@ -26,6 +26,9 @@ struct BoxScene {
   SurfacePoint entry;  // in the middle of the box's top
 
   explicit BoxScene(float height) {
+    const auto below = std::make_shared<MaterialProgram>();
+    below->has_subsurface = true;
+    scene->materials[0] = below;
     scene->meshes = {box(), box()};
     place(*scene, 0, {{1, 0, 0}, {0, 1, 0}, {0, 0, height}, {}});
     place(*scene, 1, {{0.5f, 0, 0}, {0, 0.5f, 0}, {0, 0, 0.5f}, {0.3f, 0.2f, 0.1f}});
