@@ -161,11 +161,11 @@ class SubsurfaceWalk {
     if (step_ == 0)
       ray_.t_max = std::max(distance, kFar / std::min({medium_.sigma_t.r, medium_.sigma_t.g, medium_.sigma_t.b}));
     std::optional<Hit> hit = accel_.intersect_instance(ray_, entry_.instance);
-    if (step_ == 0 && hit && hit->triangle == entry_.triangle) {  // by rounding: the first ray leaves this one
-      ray_.t_min = std::nextafter(hit->t, INFINITY);
+    while (step_ == 0 && hit && hit->triangle == entry_.triangle) {  // by rounding: the first ray leaves this one
+      ray_.t_min = hit->t + entry_.clearance;
       hit = accel_.intersect_instance(ray_, entry_.instance);
-      ray_.t_min = 0.0f;
     }
+    ray_.t_min = 0.0f;
     if (step_ == 0 && hit) thickness_ = std::max(dot(hit->t * ray_.direction, -n_), 0.0f);
     return hit && hit->t < distance ? hit : std::nullopt;
   }

@@ -20,6 +20,7 @@ from tests.support.core_scenes import (
 from tests.support.statistics import Comparison, block_means, compare_replicas, compare_to_value
 
 REPLICAS = 16
+CLIP_START = 1e-3  # m, of SceneDescription.set_camera
 ABSORPTION = (0.3, 0.7, 1.5)  # 1/m
 
 
@@ -149,14 +150,15 @@ def lamp_in_endless_fog() -> core.Scene:
 
 def scattered_once(g: float = 0.5, with_shadow: bool = True) -> np.ndarray:
     """What reaches the origin from along +y: the integral of transmittance, scattering, phase function and intensity
-    over r^2, by the trapezoidal rule in the angle at the lamp, where the integrand is smooth."""
+    over r^2, by the trapezoidal rule in the angle at the lamp, where the integrand is smooth. Fog begins where the
+    camera clips."""
     scattering, extinction = np.array([0.2, 0.1, 0.05]), np.array([0.3, 0.2, 0.15])
-    angle = np.linspace(math.atan2(-3.0, 0.4), 0.5 * math.pi - 1e-6, 200001)
+    angle = np.linspace(math.atan2(CLIP_START - 3.0, 0.4), 0.5 * math.pi - 1e-6, 200001)
     t = 3.0 + 0.4 * np.tan(angle)
     r = np.hypot(t - 3.0, 0.4)
     cosine = (3.0 - t) / r
     phase = (1 - g * g) / (4 * math.pi * (1 + g * g - 2 * g * cosine) ** 1.5)
-    length = t[:, None] + (r[:, None] if with_shadow else 0.0)
+    length = t[:, None] - CLIP_START + (r[:, None] if with_shadow else 0.0)
     integrand = scattering * np.exp(-extinction * length) * (phase * 10.0 / 0.4)[:, None]  # r^2 cancels
     step = angle[1] - angle[0]
     return (integrand[1:] + integrand[:-1]).sum(0) * 0.5 * step
