@@ -89,8 +89,12 @@ inline void set_boundary(Subsurface& subsurface, float ior, float roughness, flo
   subsurface.anisotropy = std::clamp(anisotropy, 0.0f, 0.9f);
 }
 
-/// Mean free paths of a few roundings of coordinates; and 1e-8 m, as in Cycles.
-inline float least_radius(const SurfacePoint& point) { return std::max(1e-8f, 4.0f * kPi * point.clearance); }
+/// For mean free paths of some ten roundings of coordinates: shorter ones lose light to rounding. As in Cycles at least
+/// 1e-8 m.
+inline float least_radius(const SurfacePoint& point) {
+  constexpr float kClearances = 10.0f;
+  return std::max(1e-8f, 4.0f * kPi * kClearances * point.clearance);
+}
 
 void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point);
 Rgb principled_emission(std::span<const Vec3> inputs, const SurfacePoint& point);

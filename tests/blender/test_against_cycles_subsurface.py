@@ -1,10 +1,11 @@
 """Subsurface scattering against Cycles; method as in test_against_cycles_lights."""
 
 import bpy
+import mathutils
 import pytest
 
 from tests.support import blender_scenes as build
-from tests.support.engines import compare_with_cycles
+from tests.support.engines import compare_with_cycles, prepare, render
 
 pytestmark = [
     pytest.mark.usefixtures("registered_addon"),
@@ -128,6 +129,46 @@ def test_a_scale_off_by_a_tenth_is_seen(empty_scene: bpy.types.Scene) -> None:
 
     result = compare_with_cycles(empty_scene, plant=plant)
     assert not result.agrees, result
+
+
+def test_far_from_the_origin(empty_scene: bpy.types.Scene) -> None:
+    """Mean free paths of a few roundings of the coordinates, to ten thousand of them: a ball under an even sky, of which
+    it shows its albedo, as far as the fit goes (3 %)."""
+    ball = build.add_sphere(empty_scene, deep(Base_Color=(0.8, 0.8, 0.8, 1.0), Specular_IOR_Level=0.0), radius=0.1)
+    node = next(n for n in ball.data.materials[0].node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    camera = build.add_camera(empty_scene, rotation=(0.0, 0.0, 0.0))
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 0.1
+    build.set_world(empty_scene, (1.0, 1.0, 1.0), 1.0)
+    prepare(empty_scene, 16, 16)
+    for place in (0.0, 20.0, 500.0):
+        ball.location, camera.location = (place, 0.0, 0.0), (place, 0.0, 1.0)
+        for scale in (1e-5, 1e-4, 1e-3, 5e-3):
+            node.inputs["Subsurface Scale"].default_value = scale
+            seen = render(empty_scene, "CISTERN", 64, 1)[..., :3].mean((0, 1))
+            assert seen == pytest.approx((0.8, 0.8, 0.8), rel=0.04), (place, scale)
+
+
+def test_limits_on_bounces_hold_for_shared_paths(empty_scene: bpy.types.Scene) -> None:
+    """A lamp lights nothing but the skin, which a screen hides: one bounce does not bring its light to the camera."""
+    grey = build.principled("grey", Base_Color=(0.8, 0.8, 0.8, 1), Specular_IOR_Level=0.0)
+    build.add_floor(empty_scene, grey, half=6.0)
+    ball = build.add_sphere(empty_scene, build.material("skin", below(Scale=0.2)), radius=0.5)
+    screen = [(0.0, y, z) for y in (-2.0, 2.0) for z in (0.0, 1.6)]
+    build.add_mesh(empty_scene, "screen", screen, [(0, 1, 3, 2)], build.principled("black", Base_Color=(0, 0, 0, 1)))
+    ceiling = [(x, y, 3.0) for x in (-6.0, 6.0) for y in (-6.0, 6.0)]
+    build.add_mesh(empty_scene, "ceiling", ceiling, [(0, 2, 3, 1)], grey)
+    ball.location.x = 1.2
+    build.add_light(empty_scene, "AREA", (1.2, 0.0, 1.3), energy=60.0, size=0.3)
+    eye, aim = mathutils.Vector((-3.0, -2.0, 1.2)), mathutils.Vector((-1.2, 0.0, 0.0))
+    build.add_camera(empty_scene, eye, (aim - eye).to_track_quat("-Z", "Y").to_euler())
+
+    def light_of(preset: str, bounces: int) -> float:
+        prepare(empty_scene, 32, 32, bounces)
+        empty_scene.cistern.preset = preset
+        return float(render(empty_scene, "CISTERN", 64, 1)[..., :3].mean())
+
+    assert light_of("WORLD_PATHS", 1) == pytest.approx(light_of("PATH_TRACING", 1), rel=0.1, abs=1e-5)
+    assert light_of("WORLD_PATHS", 2) > 10.0 * light_of("WORLD_PATHS", 1)  # there is light to be hidden
 
 
 @pytest.mark.parametrize("preset", ["FINAL", "RESTIR_DI", "WORLD_PATHS", "CELL_RESERVOIRS"])

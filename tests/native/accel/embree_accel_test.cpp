@@ -61,6 +61,38 @@ std::shared_ptr<Scene> mixed_scene() {
   return scene;
 }
 
+TEST(Accel, TracesOneInstanceAlone) {
+  const std::shared_ptr<Scene> scene = mixed_scene();
+  const auto below = std::make_shared<MaterialProgram>();
+  below->has_subsurface = true;
+  scene->materials[0] = below;
+  place(*scene, 0, scene->instances[2].object_to_world);  // just where another is
+  const std::shared_ptr<const Accel> accel = Accel::build(scene);
+  Rng rng(3, 0, 0, 0);
+  int hits = 0, ties = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Ray ray = random_ray(rng, 2.0f);
+    for (uint32_t instance = 0; instance < scene->instances.size(); ++instance) {
+      ReferenceHit expected;
+      intersect_reference(*scene, ray, instance, expected);
+      if (expected.edge_distance < 1e-4) continue;
+      const std::optional<Hit> hit = accel->intersect_instance(ray, instance);
+      ASSERT_EQ(hit.has_value(), std::isfinite(expected.t)) << i << " " << instance;
+      if (!hit) continue;
+      ++hits;
+      EXPECT_EQ(hit->instance, instance);
+      EXPECT_EQ(hit->triangle, expected.triangle);
+      EXPECT_NEAR(hit->t, expected.t, 1e-4);
+    }
+    const std::optional<Hit> first = accel->intersect_instance(ray, 2), second = accel->intersect_instance(ray, 4);
+    if (first && second) ties += first->t == second->t;
+  }
+  EXPECT_GT(hits, 500);
+  EXPECT_GT(ties, 100);
+  const std::shared_ptr<Scene> plain = mixed_scene();
+  EXPECT_FALSE(Accel::build(plain)->intersect_instance({{0, 0, 0}, {0, 0, 1}}, 1));  // flattened: nothing is found
+}
+
 TEST(Accel, AgreesWithBruteForce) {
   const std::shared_ptr<Scene> scene = mixed_scene();
   const std::shared_ptr<const Accel> accel = Accel::build(scene);
