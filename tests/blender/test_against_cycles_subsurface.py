@@ -132,7 +132,7 @@ def test_a_scale_off_by_a_tenth_is_seen(empty_scene: bpy.types.Scene) -> None:
 
 
 def test_far_from_the_origin(empty_scene: bpy.types.Scene) -> None:
-    """Mean free paths of a few roundings of the coordinates, to ten thousand of them: a ball under an even sky, of which
+    """Mean free paths of a few roundings of coordinates to ten thousand of them: a ball under an even sky, of which
     it shows its albedo, as far as the fit goes (3 %)."""
     ball = build.add_sphere(empty_scene, deep(Base_Color=(0.8, 0.8, 0.8, 1.0), Specular_IOR_Level=0.0), radius=0.1)
     node = next(n for n in ball.data.materials[0].node_tree.nodes if n.type == "BSDF_PRINCIPLED")
