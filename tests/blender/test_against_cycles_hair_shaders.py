@@ -47,7 +47,10 @@ def stage(scene: bpy.types.Scene) -> None:
     scene.cycles_curves.shape = "RIBBONS"
 
 
-@pytest.mark.parametrize("case", HAIR)
+SLOW = {"rough", "index", "random roughness", "melanin", "absorption"}
+
+
+@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c in SLOW else c for c in HAIR])
 def test_principled_hair(empty_scene: bpy.types.Scene, case: str) -> None:
     stage(empty_scene)
     add_fur(empty_scene, principled_hair(**HAIR[case]))
@@ -55,7 +58,7 @@ def test_principled_hair(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
-@pytest.mark.parametrize("preset", ["FINAL", "RESTIR_DI", "WORLD_PATHS"])
+@pytest.mark.parametrize("preset", ["FINAL", pytest.param("RESTIR_DI", marks=pytest.mark.slow)])
 def test_beside_reuse(empty_scene: bpy.types.Scene, preset: str) -> None:
     stage(empty_scene)
     add_fur(empty_scene, principled_hair(Color=BLOND))

@@ -82,7 +82,14 @@ NODES = {
 }
 
 
-@pytest.mark.parametrize("case", PRINCIPLED)
+SLOW = {"shiny", "shallow", "one channel deep", "specular level", "coat", "white", "smooth boundary", "texture"}
+
+
+def quick_first(cases: dict) -> list:
+    return [pytest.param(case, marks=pytest.mark.slow) if case in SLOW else case for case in cases]
+
+
+@pytest.mark.parametrize("case", quick_first(PRINCIPLED))
 def test_principled(empty_scene: bpy.types.Scene, case: str) -> None:
     build.stage(empty_scene, deep(**PRINCIPLED[case]))
     result = compare_with_cycles(empty_scene)
@@ -95,7 +102,7 @@ def test_principled_skin(empty_scene: bpy.types.Scene) -> None:
     assert result.agrees, result
 
 
-@pytest.mark.parametrize("case", NODES)
+@pytest.mark.parametrize("case", quick_first(NODES))
 def test_node(empty_scene: bpy.types.Scene, case: str) -> None:
     build.stage(empty_scene, build.material("skin", NODES[case]))
     result = compare_with_cycles(empty_scene)
@@ -171,7 +178,10 @@ def test_limits_on_bounces_hold_for_shared_paths(empty_scene: bpy.types.Scene) -
     assert light_of("WORLD_PATHS", 2) > 10.0 * light_of("WORLD_PATHS", 1)  # there is light to be hidden
 
 
-@pytest.mark.parametrize("preset", ["FINAL", "RESTIR_DI", "WORLD_PATHS", "CELL_RESERVOIRS"])
+SLOW_PRESETS = [pytest.param(preset, marks=pytest.mark.slow) for preset in ("RESTIR_DI", "CELL_RESERVOIRS")]
+
+
+@pytest.mark.parametrize("preset", ["FINAL", "WORLD_PATHS", *SLOW_PRESETS])
 def test_beside_reuse(empty_scene: bpy.types.Scene, preset: str) -> None:
     build.stage(empty_scene, deep())
     result = compare_with_cycles(empty_scene, preset=preset)

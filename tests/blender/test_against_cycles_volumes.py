@@ -226,7 +226,10 @@ CASES: dict[str, Callable[[bpy.types.Scene], None]] = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+SLOW = {"lamp in cube", "backward", "principled", "nested", "mirror", "mesh lamp"}
+
+
+@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c in SLOW else c for c in CASES])
 def test_volumes(empty_scene: bpy.types.Scene, case: str) -> None:
     CASES[case](empty_scene)
     result = compare_with_cycles(empty_scene, SIZE, SAMPLES)

@@ -173,7 +173,8 @@ def test_hair_has_the_flags_of_its_object(camera_scene, recorded_sync) -> None:
     curves.visible_camera = False
     builder, _ = recorded_sync()
     placed = instances(builder)
-    assert placed["visibility"].tolist() == [15, 30, 15] and placed["holdout"].tolist() == [1, 0, 1]
+    assert placed["visibility"].tolist() == [47, 62, 47] and placed["holdout"].tolist() == [1, 0, 1]
     assert placed["object"][0] == placed["object"][2] != placed["object"][1]
-    obj.visible_camera = obj.visible_diffuse = obj.visible_glossy = obj.visible_transmission = False
+    obj.visible_camera = obj.visible_diffuse = obj.visible_glossy = False
+    obj.visible_transmission = obj.visible_volume_scatter = False
     assert len(recorded_sync()[0].of("add_strands")) == 1, "of what no ray sees there is no hair"
