@@ -6,6 +6,7 @@ import pytest
 from tests.support import blender_scenes as build
 from tests.support.engines import compare_with_cycles
 from tests.support.hair_scenes import CAN_MAKE_CURVES, add_fur
+from tests.support.slow_cases import marked
 
 pytestmark = [
     pytest.mark.usefixtures("registered_addon"),
@@ -50,7 +51,7 @@ def stage(scene: bpy.types.Scene) -> None:
 SLOW = {"rough", "index", "random roughness", "melanin", "absorption"}
 
 
-@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c in SLOW else c for c in HAIR])
+@pytest.mark.parametrize("case", marked(HAIR, SLOW))
 def test_principled_hair(empty_scene: bpy.types.Scene, case: str) -> None:
     stage(empty_scene)
     add_fur(empty_scene, principled_hair(**HAIR[case]))
@@ -58,7 +59,7 @@ def test_principled_hair(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
-@pytest.mark.parametrize("preset", ["FINAL", pytest.param("RESTIR_DI", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("preset", marked(("FINAL", "RESTIR_DI"), {"RESTIR_DI"}))
 def test_beside_reuse(empty_scene: bpy.types.Scene, preset: str) -> None:
     stage(empty_scene)
     add_fur(empty_scene, principled_hair(Color=BLOND))

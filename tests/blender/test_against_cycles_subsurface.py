@@ -6,6 +6,7 @@ import pytest
 
 from tests.support import blender_scenes as build
 from tests.support.engines import compare_with_cycles, prepare, render
+from tests.support.slow_cases import marked
 
 pytestmark = [
     pytest.mark.usefixtures("registered_addon"),
@@ -82,14 +83,10 @@ NODES = {
 }
 
 
-SLOW = {"shiny", "shallow", "one channel deep", "specular level", "coat", "white", "smooth boundary", "texture"}
+SLOW_PRINCIPLED = {"shiny", "shallow", "one channel deep", "specular level", "coat", "white"}
 
 
-def quick_first(cases: dict) -> list:
-    return [pytest.param(case, marks=pytest.mark.slow) if case in SLOW else case for case in cases]
-
-
-@pytest.mark.parametrize("case", quick_first(PRINCIPLED))
+@pytest.mark.parametrize("case", marked(PRINCIPLED, SLOW_PRINCIPLED))
 def test_principled(empty_scene: bpy.types.Scene, case: str) -> None:
     build.stage(empty_scene, deep(**PRINCIPLED[case]))
     result = compare_with_cycles(empty_scene)
@@ -102,7 +99,7 @@ def test_principled_skin(empty_scene: bpy.types.Scene) -> None:
     assert result.agrees, result
 
 
-@pytest.mark.parametrize("case", quick_first(NODES))
+@pytest.mark.parametrize("case", marked(NODES, {"smooth boundary", "texture"}))
 def test_node(empty_scene: bpy.types.Scene, case: str) -> None:
     build.stage(empty_scene, build.material("skin", NODES[case]))
     result = compare_with_cycles(empty_scene)
@@ -178,10 +175,10 @@ def test_limits_on_bounces_hold_for_shared_paths(empty_scene: bpy.types.Scene) -
     assert light_of("WORLD_PATHS", 2) > 10.0 * light_of("WORLD_PATHS", 1)  # there is light to be hidden
 
 
-SLOW_PRESETS = [pytest.param(preset, marks=pytest.mark.slow) for preset in ("RESTIR_DI", "CELL_RESERVOIRS")]
+PRESETS = ("FINAL", "WORLD_PATHS", "RESTIR_DI", "CELL_RESERVOIRS")
 
 
-@pytest.mark.parametrize("preset", ["FINAL", "WORLD_PATHS", *SLOW_PRESETS])
+@pytest.mark.parametrize("preset", marked(PRESETS, {"RESTIR_DI", "CELL_RESERVOIRS"}))
 def test_beside_reuse(empty_scene: bpy.types.Scene, preset: str) -> None:
     build.stage(empty_scene, deep())
     result = compare_with_cycles(empty_scene, preset=preset)

@@ -12,6 +12,7 @@ import pytest
 
 from tests.support import blender_scenes as build
 from tests.support.engines import compare_with_cycles, prepare, replicas
+from tests.support.slow_cases import marked
 from tests.support.statistics import compare_replicas
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -229,7 +230,7 @@ CASES: dict[str, Callable[[bpy.types.Scene], None]] = {
 SLOW = {"lamp in cube", "backward", "principled", "nested", "mirror", "mesh lamp"}
 
 
-@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow) if c in SLOW else c for c in CASES])
+@pytest.mark.parametrize("case", marked(CASES, SLOW))
 def test_volumes(empty_scene: bpy.types.Scene, case: str) -> None:
     CASES[case](empty_scene)
     result = compare_with_cycles(empty_scene, SIZE, SAMPLES)
