@@ -16,6 +16,7 @@ from . import SyncReport
 from .changes import EVERYTHING, Changes, original_uid
 from .instance_values import item_values, may_follow_moves, object_values
 from .lamp_table import KeptLamps, LampTable, edited_lamps
+from .light_linking import LightLinks
 from .lights import is_portal
 from .materials import MaterialTable, TreeUses
 from .mesh_table import KeptMeshes, MeshTable, PlacedMesh
@@ -53,6 +54,7 @@ class KeptInstances:
     names: dict[tuple[str, int, str], int] = field(default_factory=dict)
     """Names and pass indices of objects, and names of their topmost parents."""
     placements: Placements = field(default_factory=Placements)
+    links: LightLinks = field(default_factory=LightLinks)
     random_ids: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
     arrays: dict[str, NDArray] = field(default_factory=dict)
     """As last given to the builder, and with them the names and rows of values."""
@@ -90,6 +92,7 @@ class InstanceSync:
         self._knows_materials = not materials.has_new_layer_values
         self._prototypes: dict[PrototypeKey, Surface | Lamp | None] = {}
         self._lights: dict[PrototypeKey, bpy.types.Light] = {}
+        self._links = LightLinks()
         self.meshes = MeshTable(builder, wanted.attributes, report, self._kept.meshes)
         self.lamps = LampTable(builder, materials, report, self._kept.lamps, changes)
 
@@ -103,7 +106,7 @@ class InstanceSync:
         self.lamps.place(placements, matrices, self._lights)
         kept.placements, kept.random_ids = placements, random_ids
         if edited is None:
-            kept.prototypes = self._prototypes
+            kept.prototypes, kept.links = self._prototypes, self._links
             self.meshes.finish()
 
     @property
@@ -154,7 +157,7 @@ class InstanceSync:
         if values is not None and hair_items:
             values = np.concatenate((values, values[hair_items]))
         return Placements(
-            prototypes,
+            self._links.link(prototypes, self._report),
             np.array(slot_of + hair_slots, np.int32),
             self._value_names,
             values,
@@ -200,9 +203,11 @@ class InstanceSync:
         if not is_same_list or not (self.meshes.knows_attributes and self._knows_values and self._knows_materials):
             return None
         edited = edited_lamps(self._depsgraph, kept.lamps, self._changes, matrices)
-        if edited is None or any(is_portal(obj.data) for obj in edited.values()):
+        if edited is None or kept.links or any(is_portal(obj.data) for obj in edited.values()):
             return None
         lamps = {key: self._prototype(obj, None, key) for key, obj in edited.items()}
+        if self._links:
+            return None
         self._lights = {key: obj.data for key, obj in edited.items()}
         kept.prototypes |= lamps
         prototypes = [lamps.get(prototype.key, prototype) for prototype in kept.placements.prototypes]
@@ -219,6 +224,8 @@ class InstanceSync:
         if obj.type == "LIGHT":
             self._lights[key] = obj.data
         known = self._kept.prototypes.get(key) if self._is_untouched(key) else None
+        if known is not None and self._kept.links.has(key[0]):
+            self._links.read(obj)
         if is_hair and known is not None and self.meshes.knows_attributes:
             self.meshes.keep(known.mesh)
         elif known is None or is_hair or (is_mesh and self._mesh(obj).handle != known.mesh):
@@ -238,6 +245,7 @@ class InstanceSync:
     ) -> Surface | Lamp | None:
         """None for what has no surface, or is hidden from every kind of ray."""
         self._warn_of_what_is_ignored(obj)
+        self._links.read(obj)
         if obj.type == "LIGHT":
             return self._lamp(obj, self._visibility(obj, instancer)[0], key)
         if not isinstance(obj.data, bpy.types.Mesh | bpy.types.Curves):
@@ -277,9 +285,6 @@ class InstanceSync:
         return Surface(mesh.handle, material_set, name, visibility, holdout, random, mesh.flat_axis, key, values)
 
     def _warn_of_what_is_ignored(self, obj: bpy.types.Object) -> None:
-        linking = obj.light_linking
-        if linking.receiver_collection is not None or linking.blocker_collection is not None:
-            self._report.warn(f"Object '{obj.name}': light linking is not supported and is ignored")
         if obj.is_shadow_catcher and obj.type != "LIGHT":
             self._report.warn(f"Object '{obj.name}': shadow catchers are not supported, it is an ordinary surface")
 
@@ -330,7 +335,8 @@ def replace_instances(
     if not has_same_values:
         builder.set_instance_values(names, rows)
         kept.value_names, kept.value_rows = names, rows
-    is_same = all(np.array_equal(values, kept.arrays.get(name), equal_nan=True) for name, values in arrays.items())
+    is_same = arrays.keys() == kept.arrays.keys()
+    is_same &= all(np.array_equal(values, kept.arrays.get(name), equal_nan=True) for name, values in arrays.items())
     if is_same and has_same_values:
         return False
     if kept.arrays:

@@ -15,7 +15,7 @@ from . import SyncReport
 from .changes import Changes, original_uid
 from .lights import light_call
 from .materials import MaterialTable
-from .placements import Lamp, Placements, PrototypeKey, identity_of
+from .placements import ALL_SETS, Lamp, Placements, PrototypeKey, identity_of
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -163,6 +163,8 @@ class LampTable:
             handle = self._kept.free_handles.pop()
         add = getattr(self._builder, call.method)
         common = {"name": lamp.name, "visibility": lamp.visibility, "material": material, "key": key}
+        if (lamp.lit_sets, lamp.blocker_sets) != (ALL_SETS, ALL_SETS):
+            common |= {"lit_sets": lamp.lit_sets, "blocker_sets": lamp.blocker_sets}
         handle = add(**common, replace=handle, **call.arguments)
         self.exported += 1
         return PlacedLamp(handle, lamp, place, told)

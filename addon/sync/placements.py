@@ -13,9 +13,12 @@ from .instance_values import NOTHING, Rgba
 _LARGEST_BELOW_ONE = np.nextafter(np.float32(1.0), np.float32(0.0))
 _UINT32_MASK = 0xFFFFFFFF
 _UINT64_MASK = 0xFFFFFFFFFFFFFFFF
+ALL_SETS = _UINT64_MASK  # of emitters: every set of receivers, or of blockers (native/scene/light_linking.h)
 _ODD_64 = np.uint64(0x9E3779B97F4A7C15)  # multiplying by it scatters small numbers over 64 bits
 _COPLANAR = 1e-6  # kCoplanar of native/scene/scene_checks.cpp
 _CARD_THICKNESS = 1e-4  # of a flattened object, beside its narrower side
+
+_NO_LINKS = (0, 0, ALL_SETS, ALL_SETS)
 
 # Of an object, of what instances it (0: nothing) and of its evaluated geometry or lamp.
 PrototypeKey = tuple[int, int, int]
@@ -37,6 +40,14 @@ class Surface:
     key: PrototypeKey = (0, 0, 0)
     values: tuple[Rgba, ...] = ()
     """What materials read of it, by the names of the placements."""
+    light_set: int = 0
+    shadow_set: int = 0
+    lit_sets: int = ALL_SETS
+    blocker_sets: int = ALL_SETS
+
+    @property
+    def links(self) -> tuple[int, int, int, int]:
+        return self.light_set, self.shadow_set, self.lit_sets, self.blocker_sets
 
     @property
     def identity(self) -> int:
@@ -50,6 +61,8 @@ class Lamp:
     name: str
     visibility: int
     key: PrototypeKey = (0, 0, 0)
+    lit_sets: int = ALL_SETS
+    blocker_sets: int = ALL_SETS
 
 
 def identity_of(*numbers: int) -> int:
@@ -108,6 +121,12 @@ def instance_arrays(
     def column(member: str, dtype: type) -> NDArray:
         return np.array([getattr(p, member, 0) for p in placements.prototypes], dtype)[prototype]
 
+    links = {}
+    if any(isinstance(p, Surface) and p.links != _NO_LINKS for p in placements.prototypes):
+        links = {
+            "link_sets": np.stack([column("light_set", np.uint8), column("shadow_set", np.uint8)], 1),
+            "links": np.stack([column("lit_sets", np.uint64), column("blocker_sets", np.uint64)], 1),
+        }
     random = column("random", np.float32)
     columns = np.ascontiguousarray(matrices[items])
     restore_normal_axis(columns, column("flat_axis", np.int32))
@@ -122,6 +141,7 @@ def instance_arrays(
         "random": np.where(np.isnan(random), random_fraction(random_ids[items]), random),
         "values": placements.value_row_of(entries),
         "keys": instance_keys(column("identity", np.uint64), random_ids[items]),
+        **links,
     }
 
 

@@ -42,4 +42,79 @@ inline void embree_occluded(const int* valid, RTCScene scene, RTCRay8& rays) {
 #endif
 }
 
+/// Decides for hits on instances, by their indices, whether they count. Works in scenes that were made for filters.
+struct InstanceFilter {
+  bool (*counts)(const void* subject, unsigned instance);
+  const void* subject;
+};
+
+namespace embree_detail {
+
+#if RTC_VERSION_MAJOR >= 4
+using Context = RTCRayQueryContext;
+#else
+using Context = RTCIntersectContext;
+#endif
+
+struct FilterContext {
+  Context context;  // first: Embree hands back a pointer to it
+  const InstanceFilter* filter;
+};
+
+inline void refuse_hits(const RTCFilterFunctionNArguments* arguments) {
+  const InstanceFilter& filter = *reinterpret_cast<const FilterContext*>(arguments->context)->filter;
+  for (unsigned i = 0; i < arguments->N; ++i) {
+    if (arguments->valid[i] == 0) continue;
+    const unsigned instance = RTCHitN_instID(arguments->hit, arguments->N, i, 0);
+    const unsigned hit =
+        instance == RTC_INVALID_GEOMETRY_ID ? RTCHitN_geomID(arguments->hit, arguments->N, i) : instance;
+    if (!filter.counts(filter.subject, hit)) arguments->valid[i] = 0;
+  }
+}
+
+}  // namespace embree_detail
+
+inline void embree_intersect(RTCScene scene, RTCRayHit& ray_hit, const InstanceFilter& filter) {
+  embree_detail::FilterContext context;
+  context.filter = &filter;
+#if RTC_VERSION_MAJOR >= 4
+  rtcInitRayQueryContext(&context.context);
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.context = &context.context;
+  arguments.filter = embree_detail::refuse_hits;
+  arguments.flags = static_cast<RTCRayQueryFlags>(arguments.flags | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+  rtcIntersect1(scene, &ray_hit, &arguments);
+#else
+  rtcInitIntersectContext(&context.context);
+  context.context.filter = embree_detail::refuse_hits;
+  rtcIntersect1(scene, &context.context, &ray_hit);
+#endif
+}
+
+inline void embree_occluded(RTCScene scene, RTCRay& ray, const InstanceFilter& filter) {
+  embree_detail::FilterContext context;
+  context.filter = &filter;
+#if RTC_VERSION_MAJOR >= 4
+  rtcInitRayQueryContext(&context.context);
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.context = &context.context;
+  arguments.filter = embree_detail::refuse_hits;
+  arguments.flags = static_cast<RTCRayQueryFlags>(arguments.flags | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+  rtcOccluded1(scene, &ray, &arguments);
+#else
+  rtcInitIntersectContext(&context.context);
+  context.context.filter = embree_detail::refuse_hits;
+  rtcOccluded1(scene, &context.context, &ray);
+#endif
+}
+
+/// Of a scene that an InstanceFilter can work in.
+#if RTC_VERSION_MAJOR >= 4
+inline constexpr RTCSceneFlags kFilteredScene = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
+#else
+inline constexpr RTCSceneFlags kFilteredScene = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
+#endif
+
 }  // namespace cistern

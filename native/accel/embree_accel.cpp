@@ -39,6 +39,20 @@ void set_ray(RTCRay8& out, size_t i, const Ray& ray, uint32_t mask) {
   out.flags[i] = 0;
 }
 
+/// Instances of some shadow sets.
+struct Blockers {
+  const std::vector<Placement>& placements;
+  uint64_t sets;
+  static bool counts(const void* subject, unsigned instance) {
+    const auto& blockers = *static_cast<const Blockers*>(subject);
+    return has_set(blockers.sets, blockers.placements[instance].shadow_set);
+  }
+};
+
+bool is_shadow_linked(const void* placements, unsigned instance) {
+  return (*static_cast<const std::vector<Placement>*>(placements))[instance].is_shadow_linked;
+}
+
 /// Embree as Debian builds it ends the process for rays that are not numbers. They meet nothing; what carries them
 /// shows in the film, which counts it.
 bool is_number(const Ray& ray) {
@@ -64,11 +78,16 @@ class EmbreeAccel final : public Accel {
     if (!find_closest(mesh_scenes_.at(placement.mesh.get())->scene.get(), inside, kAnyMask, query)) return std::nullopt;
     return make_hit(query, instance);
   }
-  bool occluded(const Ray& ray, uint8_t visibility) const override {
+  bool occluded(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
     if (!is_number(ray)) return false;
     RTCRay query;
     set_ray(query, ray, opaque_mask(visibility));
-    embree_occluded(top_->scene.get(), query);
+    if (sets == kAllSets || !top_->is_filtered) {
+      embree_occluded(top_->scene.get(), query);
+    } else {
+      const Blockers blockers{top_->placements, sets};
+      embree_occluded(top_->scene.get(), query, {Blockers::counts, &blockers});
+    }
     return query.tfar < 0.0f;
   }
   void occluded(std::span<const Ray> rays, uint8_t visibility, std::span<bool> is_occluded) const override {
@@ -77,8 +96,14 @@ class EmbreeAccel final : public Accel {
       packet_occluded(rays.subspan(begin, count), opaque_mask(visibility), is_occluded.subspan(begin, count));
     }
   }
-  std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility) const override {
-    return closest_hit(ray, transparent_mask(visibility));
+  std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
+    if (sets == kAllSets || !top_->is_filtered) return closest_hit(ray, transparent_mask(visibility));
+    const Blockers blockers{top_->placements, sets};
+    return closest_hit(ray, transparent_mask(visibility), {Blockers::counts, &blockers});
+  }
+  std::optional<Hit> intersect_shadow_linked(const Ray& ray, uint8_t visibility) const override {
+    if (!top_->has_shadow_linked_surfaces) return std::nullopt;
+    return closest_hit(ray, any_surface_mask(visibility), {is_shadow_linked, &top_->placements});
   }
   bool has_transparent_surfaces() const override { return top_->has_transparent_surfaces; }
   Bounds3 bounds() const override { return top_->bounds; }
@@ -112,14 +137,27 @@ class EmbreeAccel final : public Accel {
   std::optional<Hit> closest_hit(const Ray& ray, uint32_t mask) const {
     RTCRayHit query;
     if (!is_number(ray) || !find_closest(top_->scene.get(), ray, mask, query)) return std::nullopt;
-    const RTCHit& hit = query.hit;
-    return make_hit(query, hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? hit.geomID : hit.instID[0]);
+    return make_hit(query, hit_instance(query.hit));
   }
-  /// False where nothing is hit.
-  static bool find_closest(RTCScene scene, const Ray& ray, uint32_t mask, RTCRayHit& query) {
+  std::optional<Hit> closest_hit(const Ray& ray, uint32_t mask, const InstanceFilter& filter) const {
+    if (!is_number(ray)) return std::nullopt;
+    RTCRayHit query;
+    set_query(query, ray, mask);
+    embree_intersect(top_->scene.get(), query, filter);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    return make_hit(query, hit_instance(query.hit));
+  }
+  static uint32_t hit_instance(const RTCHit& hit) {
+    return hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? hit.geomID : hit.instID[0];
+  }
+  static void set_query(RTCRayHit& query, const Ray& ray, uint32_t mask) {
     set_ray(query.ray, ray, mask);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  }
+  /// False where nothing is hit.
+  static bool find_closest(RTCScene scene, const Ray& ray, uint32_t mask, RTCRayHit& query) {
+    set_query(query, ray, mask);
     embree_intersect(scene, query);
     return query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
   }
@@ -135,14 +173,14 @@ class EmbreeAccel final : public Accel {
 
 /// Scenes of all meshes that are instanced, from `previous` where it has them.
 MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
-                             const std::vector<Placement>& placements, const MeshScenes& previous) {
+                             const std::vector<Placement>& placements, const MeshScenes& previous, bool is_filtered) {
   MeshScenes scenes;
   std::vector<std::shared_ptr<const Mesh>> missing;
   for (const Placement& placement : placements) {
     if (!placement.mesh || placement.is_flattened) continue;
     if (!scenes.try_emplace(placement.mesh.get()).second) continue;
     const auto known = previous.find(placement.mesh.get());
-    if (known != previous.end()) {
+    if (known != previous.end() && known->second->is_filtered == is_filtered) {
       scenes[placement.mesh.get()] = known->second;
     } else {
       missing.push_back(placement.mesh);
@@ -150,7 +188,7 @@ MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
   }
   std::vector<std::shared_ptr<MeshScene>> built(missing.size());
   const size_t bytes_before = device->memory_bytes();
-  tbb::parallel_for(size_t{0}, missing.size(), [&](size_t i) { built[i] = build_mesh_scene(device, missing[i]); });
+  tbb::parallel_for(size_t{0}, missing.size(), [&](size_t i) { built[i] = build_mesh_scene(device, missing[i], is_filtered); });
   // Embree counts for the whole device: what the batch took is shared out by triangles.
   const double bytes = static_cast<double>(device->memory_bytes_since(bytes_before));
   double triangles = 0.0;
@@ -168,12 +206,13 @@ std::shared_ptr<const Accel> Accel::build(std::shared_ptr<const Scene> scene,
                                           const std::shared_ptr<const Accel>& previous, bool keep_instances) {
   const auto* const old = dynamic_cast<const EmbreeAccel*>(previous.get());
   std::vector<Placement> placements = place_instances(*scene, keep_instances);
-  if (old && old->top()->placements == placements) {
+  const bool is_filtered = scene->has_shadow_links();
+  if (old && old->top()->placements == placements && old->top()->is_filtered == is_filtered) {
     return std::make_shared<EmbreeAccel>(old->top(), old->mesh_scenes());
   }
   const std::shared_ptr<const EmbreeDevice> device = old ? old->top()->device : std::make_shared<const EmbreeDevice>();
-  MeshScenes mesh_scenes = build_mesh_scenes(device, placements, old ? old->mesh_scenes() : MeshScenes{});
-  std::shared_ptr<const TopLevel> top = build_top_level(device, std::move(placements), mesh_scenes);
+  MeshScenes mesh_scenes = build_mesh_scenes(device, placements, old ? old->mesh_scenes() : MeshScenes{}, is_filtered);
+  std::shared_ptr<const TopLevel> top = build_top_level(device, std::move(placements), mesh_scenes, is_filtered);
   return std::make_shared<EmbreeAccel>(std::move(top), std::move(mesh_scenes));
 }
 

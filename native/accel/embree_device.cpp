@@ -49,13 +49,14 @@ void EmbreeDevice::check(const std::string& doing) const {
   if (code != RTC_ERROR_NONE) throw Error("Embree", doing + ": " + error_text(code));
 }
 
-EmbreeScene new_scene(const EmbreeDevice& device) {
+EmbreeScene new_scene(const EmbreeDevice& device, bool is_filtered) {
   EmbreeScene scene(rtcNewScene(device.get()));
   device.check("making a scene");
   // Robust costs 15 to 20 % of traversal in a Cornell box and saves the rays that slip through edges: 1 in 1,000 of
   // those aimed at one in the watertightness test. It rules out spatial splits (high quality), whose build costs 3 to 5
   // times as much for about 30 % faster incoherent rays in dense meshes.
-  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  const unsigned filter = is_filtered ? kFilteredScene : RTC_SCENE_FLAG_NONE;
+  rtcSetSceneFlags(scene.get(), static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | filter));
   rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_MEDIUM);
   return scene;
 }

@@ -71,6 +71,7 @@ std::vector<Placement> place_instances(const Scene& scene, bool keep_instances) 
   for (const Instance& instance : scene.instances) {
     if (instance.mesh >= 0) ++uses[instance.mesh];
   }
+  const bool has_shadow_links = scene.has_shadow_links();
   std::vector<Placement> placements(scene.instances.size());
   for (size_t i = 0; i < placements.size(); ++i) {
     const Instance& instance = scene.instances[i];
@@ -82,15 +83,21 @@ std::vector<Placement> place_instances(const Scene& scene, bool keep_instances) 
     const bool is_flattened = !keep_instances && uses[instance.mesh] == 1 && !mesh->is_strands() && !is_traced_alone;
     if (!is_flattened && enlarges_rays(instance.object_to_world)) continue;
     placements[i] = {mesh, instance.object_to_world, mask, is_flattened};
+    if (!has_shadow_links) continue;
+    placements[i].shadow_set = instance.shadow_set;
+    placements[i].is_shadow_linked =
+        instance.links.blockers != kAllSets && has_material(scene, instance, &MaterialProgram::may_emit);
   }
   return placements;
 }
 
 std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevice> device,
-                                                std::vector<Placement> placements, const MeshScenes& mesh_scenes) {
+                                                std::vector<Placement> placements, const MeshScenes& mesh_scenes,
+                                                bool is_filtered) {
   const auto top = std::make_shared<TopLevel>();
   const size_t bytes_before = device->memory_bytes();
-  top->scene = new_scene(*device);
+  top->scene = new_scene(*device, is_filtered);
+  top->is_filtered = is_filtered;
   top->device = std::move(device);
   top->placements = std::move(placements);
   top->normal_maps.resize(top->placements.size());
@@ -98,6 +105,7 @@ std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevi
   for (size_t i = 0; i < top->placements.size(); ++i) {
     if (!top->placements[i].mesh) continue;
     attach(*top, i, mesh_scenes);
+    top->has_shadow_linked_surfaces |= top->placements[i].is_shadow_linked;
     top->has_transparent_surfaces |= (top->placements[i].mask & transparent_mask(kVisibleToAll)) != 0;
   }
   rtcJoinCommitScene(top->scene.get());

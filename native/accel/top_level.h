@@ -23,6 +23,8 @@ struct Placement {
   Transform object_to_world;
   uint32_t mask = 0;
   bool is_flattened = false;
+  uint8_t shadow_set = 0;         // 0 unless the scene has_shadow_links
+  bool is_shadow_linked = false;  // see Accel::intersect_shadow_linked
   friend bool operator==(const Placement&, const Placement&) = default;
 };
 
@@ -37,6 +39,8 @@ struct TopLevel {
   std::vector<Transform> normal_maps;
   Bounds3 bounds;
   bool has_transparent_surfaces = false;
+  bool has_shadow_linked_surfaces = false;
+  bool is_filtered = false;  // see new_scene
   size_t memory_bytes = 0;
 };
 
@@ -44,8 +48,10 @@ struct TopLevel {
 /// rays do not wander in, unless `keep_instances`.
 std::vector<Placement> place_instances(const Scene& scene, bool keep_instances);
 
-/// Builds with the threads of the caller's arena; `mesh_scenes` has every mesh that is not flattened. Throws Error.
+/// Builds with the threads of the caller's arena; `mesh_scenes` has every mesh that is not flattened, `is_filtered` as
+/// the top level. Throws Error.
 std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevice> device,
-                                                std::vector<Placement> placements, const MeshScenes& mesh_scenes);
+                                                std::vector<Placement> placements, const MeshScenes& mesh_scenes,
+                                                bool is_filtered);
 
 }  // namespace cistern

@@ -158,7 +158,8 @@ int add_image(SceneBuilder& builder, const std::string& name, const py::array& p
 int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array<int32_t>& material_set,
                   const Array<int32_t>& object, const Array<float>& object_to_world, const Array<uint8_t>& visibility,
                   const OptionalArray<uint8_t>& holdout, const OptionalArray<float>& random,
-                  const OptionalArray<uint64_t>& keys, const OptionalArray<int32_t>& values) {
+                  const OptionalArray<uint64_t>& keys, const OptionalArray<int32_t>& values,
+                  const OptionalArray<uint8_t>& link_sets, const OptionalArray<uint64_t>& links) {
   const std::string owner = "instances";
   const auto count = static_cast<py::ssize_t>(checked_rows(mesh, 1, owner, "mesh"));
   const auto require_count = [&](const py::array& array, const char* what) {
@@ -172,6 +173,12 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
   if (random) require_count(*random, "random");
   if (keys) require_count(*keys, "keys");
   if (values) require_count(*values, "values");
+  const auto require_pairs = [&](const py::array& array, const char* what) {
+    if (array.ndim() != 2 || array.shape(0) != count || array.shape(1) != 2)
+      throw Error(owner, std::string("array '") + what + "' must have shape (n, 2)");
+  };
+  if (link_sets) require_pairs(*link_sets, "link_sets");
+  if (links) require_pairs(*links, "links");
   if (object_to_world.ndim() != 3 || object_to_world.shape(0) != count || object_to_world.shape(1) < 3 ||
       object_to_world.shape(1) > 4 || object_to_world.shape(2) != 4)
     throw Error(owner, "object_to_world must have shape (n, 4, 4) or (n, 3, 4)");
@@ -187,6 +194,8 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
     instance.random = random ? random->at(i) : 0.0f;
     instance.key = keys ? keys->at(i) : 0;
     instance.values = values ? values->at(i) : -1;
+    if (link_sets) instance.light_set = link_sets->at(i, 0), instance.shadow_set = link_sets->at(i, 1);
+    if (links) instance.links = {links->at(i, 0), links->at(i, 1)};
     instance.object_to_world = transform_from_rows(object_to_world.data() + i * stride);
     const int handle = builder.add_instance(instance);
     if (i == 0) first = handle;
@@ -234,6 +243,10 @@ LightCommon light_common(const std::string& name, const py::kwargs& common) {
       result.light.object_to_world = to_transform(value.cast<Array<float>>(), name);
     } else if (member == "key") {
       result.light.key = value.cast<uint64_t>();
+    } else if (member == "lit_sets") {
+      result.light.links.lit = value.cast<uint64_t>();
+    } else if (member == "blocker_sets") {
+      result.light.links.blockers = value.cast<uint64_t>();
     } else if (member == "replace") {
       result.replace = value.cast<std::optional<int>>();
     } else {
@@ -319,7 +332,8 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
       .def("add_instances", &add_instances, py::arg("mesh").noconvert(), py::arg("material_set").noconvert(),
            py::arg("object").noconvert(), py::arg("object_to_world").noconvert(), py::arg("visibility").noconvert(),
            py::arg("holdout").noconvert() = none, py::arg("random").noconvert() = none,
-           py::arg("keys").noconvert() = none, py::arg("values").noconvert() = none)
+           py::arg("keys").noconvert() = none, py::arg("values").noconvert() = none,
+           py::arg("link_sets").noconvert() = none, py::arg("links").noconvert() = none)
       .def("set_motion_step", &set_motion_step, py::arg("step"), py::arg("object_to_world").noconvert())
       .def("set_instance_values", &set_instance_values, py::arg("names"), py::arg("rows").noconvert())
       .def("take_mesh", &take_mesh, py::arg("scene"), py::arg("handle"))

@@ -170,6 +170,7 @@ Rgb LightSet::Impl::program_factor(const SceneLamp& lamp, Vec3 receiver, const L
 std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp, Vec2 uv, Vec3 receiver,
                                                            const PathState& path) const {
   const Light& light = light_of(lamp);
+  if (!has_set(light.links.lit, path.light_set)) return std::nullopt;
   if (path.depth - 1 > light.max_bounces) return std::nullopt;  // bounces up to the receiver
   const std::optional<LampSample> sample = sample_lamp(lamp.shape, uv, receiver);
   if (!sample) return std::nullopt;
@@ -180,12 +181,14 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp
   const bool use_mis = light.use_mis && !sample->is_delta;
   return IncidentLight{
       sample->wi, sample->distance, {}, 0.0f, radiance, sample->pdf, sample->is_delta, light.casts_shadow,
-      use_mis,    light.visibility};
+      use_mis,    light.visibility, light.links.blockers};
 }
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
                                                                const PathState& path, const RayCone& cone) const {
   std::optional<IncidentLight> result;
+  const Instance& instance = scene->instances[t.instance];
+  if (!has_set(instance.links.lit, path.light_set)) return result;
   const Vec2 barycentric = square_to_triangle(uv);
   const Vec3 offset = t.point(barycentric) - receiver;
   const float d2 = length_squared(offset);
@@ -199,14 +202,15 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
   light.normal = normalize(normal);
   light.clearance = t.clearance;
   light.pdf = 2.0f * d2 * distance / projected;
-  light.visibility = scene->instances[t.instance].visibility;
+  light.visibility = instance.visibility;
+  light.blockers = instance.links.blockers;
   if (const SideEmission* sides = triangles.uniform_emission(t)) {
     light.radiance = dot(normal, offset) < 0.0f ? sides->along_normal : sides->against_normal;
   } else {
     PathState arriving = path;
     arriving.ray_length = distance;
     // A hit's normal is on the object's outside, which mirroring leaves where it was.
-    const bool is_mirrored = scene->instances[t.instance].object_to_world.determinant() < 0.0f;
+    const bool is_mirrored = instance.object_to_world.determinant() < 0.0f;
     const Vec3 outside = is_mirrored ? -normal : normal;
     const Hit hit{distance, barycentric.x, barycentric.y, outside, t.instance, t.triangle};
     SurfacePoint point = make_surface_point(*scene, Ray{receiver, light.wi}, hit);
@@ -233,13 +237,14 @@ void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, const PathState& 
                              std::vector<LampHit>& hits) const {
   const SceneLamp& lamp = lamps[emitter];
   const Light& light = light_of(lamp);
-  if ((light.visibility & path.ray_kind) == 0) return;
+  if ((light.visibility & path.ray_kind) == 0 || !has_set(light.links.lit, path.light_set)) return;
   const std::optional<LampSample> sample = intersect_lamp(lamp.shape, ray);
   if (!sample) return;
   PathState arriving = path;
   arriving.ray_length = sample->distance;
   const Rgb radiance = sample->radiance * program_factor(lamp, ray.origin, *sample, arriving);
-  hits.push_back({emitter, sample->distance, radiance, sample->pdf, light.max_bounces, light.casts_shadow});
+  hits.push_back({emitter, sample->distance, radiance, sample->pdf, light.max_bounces, light.casts_shadow,
+                  light.links.blockers});
 }
 
 LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling, EnvironmentDensity density) {

@@ -32,6 +32,7 @@ struct IncidentLight {
   bool casts_shadow = true;
   bool use_mis = true;                 // false: a scattered ray never finds this light, so it needs no MIS
   uint8_t visibility = kVisibleToAll;  // RayVisibility bits: not lit where the receiver's scattering kind is not in it
+  uint64_t blockers = kAllSets;        // LightLinks::blockers of the emitter
 };
 
 /// A lamp shape passed through by a scattered ray before it hits a surface.
@@ -42,6 +43,7 @@ struct LampHit {
   float pdf = 0.0f;     // per solid angle given the emitter, as IncidentLight::pdf
   int max_bounces = 0;  // of the lamp: skip the hit when the receiver's PathState::depth was larger
   bool casts_shadow = true;
+  uint64_t blockers = kAllSets;  // LightLinks::blockers
 };
 
 /// Where an emitter is, and what it belongs to.
@@ -83,7 +85,8 @@ class LightSet {
   /// The part of a ray that the emitter may light; see lit_part.
   std::optional<LitPart> lit_part_of(uint32_t emitter, const Vec3& origin, const Vec3& direction, float length) const;
 
-  /// Empty where the sample sends nothing to `position` (behind a one-sided light, outside a spot cone, black). `path`
+  /// Empty where the sample sends nothing to `position` (behind a one-sided light, outside a spot cone, black, or not to
+  /// receivers of `path.light_set`). `path`
   /// and `cone` are those of the ray which leaves the receiver for the light, as if it had been scattered there: what
   /// the light sends may depend on them, and must not depend on which technique found the light.
   std::optional<IncidentLight> evaluate(const LightSample& sample, Vec3 position, const PathState& path,
@@ -105,7 +108,8 @@ class LightSet {
   std::optional<uint32_t> environment_emitter() const;
   float environment_pdf(Vec3 direction) const;
 
-  /// All lamps with an extent that the ray crosses before `ray.t_max`, that rays of `path.ray_kind` may see and
+  /// All lamps with an extent that the ray crosses before `ray.t_max`, that light `path.light_set`, that rays of
+  /// `path.ray_kind` may see and
   /// `use_mis`, in emitter order. Suns count with distance INFINITY, only when ray.t_max is infinite. Appends to
   /// `hits`.
   void intersect_lamps(const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const;

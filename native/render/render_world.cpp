@@ -58,7 +58,8 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             learning ? learning->use() : nullptr,
             guiding ? guiding->use() : nullptr,
             surfaces != nullptr,
-            media.get()},
+            media.get(),
+            scene->has_shadow_links()},
       sequences(std::move(the_sequences)),
       context{settings, paths, filter, *sequences, learning.get(), guiding.get(), surfaces.get()} {}
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <string>
@@ -62,6 +63,12 @@ struct Scene {
   Environment environment;
   Camera camera;
   std::array<std::shared_ptr<const MotionStep>, 2> motion;  // before and after; null: nothing moves
+
+  /// Whether something lets the light of some emitter pass that it blocks of others; looks at everything.
+  bool has_shadow_links() const {
+    const auto is_linked = [](const auto& emitter) { return emitter.links.blockers != kAllSets; };
+    return std::ranges::any_of(lights, is_linked) || std::ranges::any_of(instances, is_linked);
+  }
 
   /// Material handle of a triangle; slots beyond the set take its last entry, as in Blender.
   int material_of(const Instance& instance, uint32_t triangle) const {

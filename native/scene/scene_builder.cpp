@@ -148,6 +148,8 @@ int SceneBuilder::add_instance(const Instance& instance, std::optional<int> repl
   check_handle(name, "object", instance.object, scene_.object_names.size());
   check_handle(name, "mesh", instance.mesh, scene_.meshes.size());
   check_handle(name, "material set", instance.material_set, scene_.material_sets.size());
+  check_handle(name, "light set", instance.light_set, kLightSets);
+  check_handle(name, "shadow set", instance.shadow_set, kLightSets);
   check_transform(name, "matrix", instance.object_to_world);
   Instance stored = instance;
   if (is_singular(instance.object_to_world)) {

@@ -49,12 +49,16 @@ std::vector<uint32_t> match(const std::vector<T>& earlier, const std::vector<T>&
 bool is_there(const Instance& instance) { return instance.mesh >= 0; }
 bool is_lit(const Light& light) { return !light.removed; }
 
-/// Where it is, how it looks from there and who sees it; not what it is made of.
+bool has_same_links(const Instance& a, const Instance& b) {
+  return a.light_set == b.light_set && a.shadow_set == b.shadow_set && a.links == b.links;
+}
+
+/// Where it is, how it looks from there, who sees it and what light links it has; not what it is made of.
 bool has_same_surface(const Scene& earlier, const Instance& a, const Scene& later, const Instance& b) {
   if (is_there(a) != is_there(b)) return false;
   if (!is_there(a)) return true;
   return a.object_to_world == b.object_to_world && a.visibility == b.visibility && a.is_holdout == b.is_holdout &&
-         a.random == b.random && at(earlier.meshes, a.mesh) == at(later.meshes, b.mesh);
+         a.random == b.random && has_same_links(a, b) && at(earlier.meshes, a.mesh) == at(later.meshes, b.mesh);
 }
 
 void compare_instances(const Scene& earlier, const Scene& later, SceneChange& change) {

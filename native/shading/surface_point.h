@@ -11,7 +11,8 @@ namespace cistern {
 struct PathState {
   /// Kind of the ray that arrived: one RayVisibility bit.
   uint8_t ray_kind = kVisibleToCamera;
-  bool is_singular = false;  // the last scattering was a delta lobe
+  bool is_singular : 1 = false;        // the last scattering was a delta lobe
+  uint8_t light_set : 7 = kEveryLight;  // of the receiver that a ray to a light left: Instance::light_set
   uint16_t depth = 0, diffuse_depth = 0, glossy_depth = 0, transmission_depth = 0, transparent_depth = 0;
   float ray_length = 0.0f;  // of the arriving segment
 };

@@ -66,6 +66,8 @@ struct PathContext {
   bool record_seen = false;
   /// Null: there are none.
   const Media* media = nullptr;
+  /// Scene::has_shadow_links.
+  bool has_shadow_links = false;
 };
 
 /// Whether what a scattered ray meets, or how far its path goes on, depends on the kind of its scattering: by ray

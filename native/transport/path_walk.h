@@ -55,6 +55,7 @@ class Walk {
     const std::optional<Hit> hit = context_.accel.intersect(ray_, state_.ray_kind);
     if constexpr (Kind::has_media) enter_segment(hit);
     if (context_.lights.has_visible_lamps()) add_lamps(hit);
+    if (context_.has_shadow_links && state_.depth > 0 && travelled_ == 0.0f) add_past_blockers();
     if constexpr (Kind::has_media) {
       if (const std::optional<bool> goes_on = traverse_medium(hit)) return *goes_on;
     }
@@ -176,12 +177,20 @@ class Walk {
   void add(Rgb radiance, SourceKind source);
   void add_lamps(const std::optional<Hit>& hit);
   void add_surface_emission(const SurfacePoint& point, Rgb emission);
+  /// Light of emitters that some surfaces let pass. A scattered ray meets them on its first segment, wherever they are.
+  void add_past_blockers();
+  void add_lamps_past_blockers(PathState receiver);
+  void add_surfaces_past_blockers(PathState receiver);
+  /// Of light that the current ray, which left `receiver`, goes straight towards.
+  Rgb transmittance_ahead(const IncidentLight& light, const PathState& receiver) const;
+  /// Whether the current ray leaves an emitter to add_past_blockers.
+  bool is_met_past_blockers(uint64_t blockers) const { return blockers != kAllSets && state_.depth > 0; }
   void add_environment();
 
   /// State of the ray towards a light. Of several kinds of scattering the strongest stands for all: a light whose
   /// material tells diffuse from glossy rays is then another to next-event estimation than to scattered rays, and what
   /// the two add up to depends on their weights.
-  PathState scattered_state(const Bsdf& bsdf) const;
+  PathState scattered_state(const SurfacePoint& point, const Bsdf& bsdf) const;
   void add_light_samples(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter);
   /// How many the current vertex takes, where the light set chooses.
   int light_samples() const;
@@ -283,6 +292,7 @@ class Walk {
     if constexpr (Kind::learns) learning_.guide_gain *= sample->guide_gain;
     const int rivals = light_samples();
     count_bounce(*sample);
+    state_.light_set = context_.scene.instances[point.instance].light_set;
     sees_film_ &= context_.limits.film_transparent_glass && sample->is_clear;
     if constexpr (Kind::learns) learning_.of_ray = learning_.at_vertex;
     if (sample->is_delta) {

@@ -19,7 +19,7 @@ template <class Kind>
 inline VisiblePoint Walk<Kind>::captured_point(const SurfacePoint& point, const Bsdf& bsdf) const {
   VisiblePoint captured = make_visible_point(context_.scene, point, bsdf);
   captured.state = state_;
-  captured.scattered = scattered_state(bsdf);
+  captured.scattered = scattered_state(point, bsdf);
   captured.throughput = throughput_.smooth;
   captured.distance = path_length_;
   return captured;

@@ -53,6 +53,7 @@ inline void Walk<Kind>::add_lamps(const std::optional<Hit>& hit) {
     const bool is_clipped = lamp.distance >= clip && std::isfinite(lamp.distance);
     const bool is_elsewhere =
         passes_surfaces && (lamp.casts_shadow ? hit && lamp.distance >= t_max : travelled_ > 0.0f);
+    if (is_met_past_blockers(lamp.blockers)) continue;
     if (!is_clipped && !is_elsewhere && state_.depth - 1 <= lamp.max_bounces) {
       Rgb radiance = lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf);
       // Light samples of lamps without shadows are dimmed by nothing either.
@@ -65,9 +66,73 @@ inline void Walk<Kind>::add_lamps(const std::optional<Hit>& hit) {
 
 template <class Kind>
 inline void Walk<Kind>::add_surface_emission(const SurfacePoint& point, Rgb emission) {
+  const LightLinks& links = context_.scene.instances[point.instance].links;
+  if (!has_set(links.lit, state_.light_set) || is_met_past_blockers(links.blockers)) return;
   const std::optional<uint32_t> emitter = context_.lights.emitter_of(point.instance, point.triangle);
   const float pdf = emitter && mis_receiver_ ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
   add(emission * emitter_weight(emitter, pdf), SourceKind::SURFACE);
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_past_blockers() {
+  PathState receiver = state_;
+  --receiver.depth;
+  if (context_.lights.has_visible_lamps()) add_lamps_past_blockers(receiver);
+  add_surfaces_past_blockers(receiver);
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_lamps_past_blockers(PathState receiver) {
+  scratch_.lamp_hits.clear();
+  context_.lights.intersect_lamps({vertex_origin_, ray_.direction}, state_, scratch_.lamp_hits);
+  for (const LampHit& lamp : scratch_.lamp_hits) {
+    if (lamp.blockers == kAllSets || receiver.depth > lamp.max_bounces) continue;
+    Rgb radiance = lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf);
+    if (is_black(radiance)) continue;
+    IncidentLight light;
+    light.wi = ray_.direction;
+    light.distance = lamp.distance;
+    light.blockers = lamp.blockers;
+    if (lamp.casts_shadow) radiance *= transmittance_ahead(light, receiver);
+    add(radiance, SourceKind::SURFACE);
+  }
+}
+
+template <class Kind>
+inline void Walk<Kind>::add_surfaces_past_blockers(PathState receiver) {
+  Ray ray{vertex_origin_, ray_.direction};
+  PathState arriving = state_;
+  for (int i = 0; i < kMostEmittersAhead; ++i) {
+    const std::optional<Hit> hit = context_.accel.intersect_shadow_linked(ray, state_.ray_kind);
+    if (!hit) return;
+    ray.t_min = std::nextafter(hit->t, INFINITY);
+    const LightLinks& links = context_.scene.instances[hit->instance].links;
+    if (!has_set(links.lit, state_.light_set)) continue;
+    SurfacePoint point = make_surface_point(context_.scene, ray, *hit);
+    point.footprint = context_.pixel.size + context_.pixel.angle * (path_length_ + hit->t);
+    arriving.ray_length = hit->t;
+    const Rgb emission = evaluate_emission(context_.scene, point, arriving);
+    if (is_black(emission)) continue;
+    const std::optional<uint32_t> emitter = context_.lights.emitter_of(point.instance, point.triangle);
+    const float pdf = emitter && mis_receiver_ ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
+    IncidentLight light;
+    light.wi = ray_.direction;
+    light.distance = hit->t;
+    light.normal = point.ng;
+    light.clearance = point.clearance;
+    light.blockers = links.blockers;
+    add(emission * emitter_weight(emitter, pdf) * transmittance_ahead(light, receiver), SourceKind::SURFACE);
+  }
+}
+
+template <class Kind>
+inline Rgb Walk<Kind>::transmittance_ahead(const IncidentLight& light, const PathState& receiver) const {
+  const float footprint = context_.pixel.size + context_.pixel.angle * path_length_;
+  if constexpr (Kind::has_media) {
+    return transmittance(context_, vertex_origin_, footprint, light, receiver, media_.stack, sampler_);
+  } else {
+    return transmittance(context_, vertex_origin_, footprint, light, receiver);
+  }
 }
 
 template <class Kind>
@@ -88,10 +153,11 @@ inline void Walk<Kind>::add_environment() {
 }
 
 template <class Kind>
-inline PathState Walk<Kind>::scattered_state(const Bsdf& bsdf) const {
+inline PathState Walk<Kind>::scattered_state(const SurfacePoint& point, const Bsdf& bsdf) const {
   PathState next = state_;
   count_scattering(next, strongest_kind(bsdf));
   next.is_singular = false;
+  next.light_set = context_.scene.instances[point.instance].light_set;
   return next;
 }
 
@@ -119,7 +185,7 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
   const auto choice = context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light);
   if (!choice) return;
   const RayCone cone{point.footprint, context_.pixel.angle};
-  const auto light = context_.lights.evaluate(choice->sample, point.position, scattered_state(bsdf), cone);
+  const auto light = context_.lights.evaluate(choice->sample, point.position, scattered_state(point, bsdf), cone);
   if (!light) return;
   const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
   const bool keeps_light = use.sample_point_of && !leaves_rough;  // others may reflect what this path does not
@@ -187,7 +253,7 @@ inline float Walk<Kind>::learned_emitter_weight(uint32_t emitter, float pdf) con
 
 template <class Kind>
 inline void Walk<Kind>::add_learned_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
-  const LearnedLightVertex vertex{point, bsdf, scattered_state(bsdf), p_scatter,
+  const LearnedLightVertex vertex{point, bsdf, scattered_state(point, bsdf), p_scatter,
                                   vertex_use().sample_point_of.has_value()};
   const auto [u_choice, u_light] = sampler_.light(state_.depth);
   const auto sample = sample_learned_light(context_, *learning_.at_vertex, vertex, u_choice, u_light, sampler_);

@@ -12,6 +12,9 @@ namespace cistern {
 /// Surfaces more transparent than this do not count as the first one seen: Cycles' default pass_alpha_threshold.
 inline constexpr float kMostTransparency = 0.5f;
 
+/// Emitting surfaces past blockers that a ray meets at most; as Cycles.
+inline constexpr int kMostEmittersAhead = 1024;
+
 enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
 
 /// What a walk does. Each is compiled by itself, so that the reference estimator pays for nothing but its own.

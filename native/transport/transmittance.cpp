@@ -49,15 +49,15 @@ struct Passage {
   Rgb transmittance{1.0f};
   int surfaces = 0;
 };
-/// `state` is that of the ray, which leaves `receiver`; it passes at most `most_surfaces`.
-Passage transparency_along(const PathContext& context, const SurfacePoint& receiver, Ray ray, PathState state,
-                           int most_surfaces) {
+/// `state` is that of the ray, which starts with that footprint; it passes at most `most_surfaces` of the `blockers`.
+Passage transparency_along(const PathContext& context, float footprint, Ray ray, PathState state, int most_surfaces,
+                           uint64_t blockers = kAllSets) {
   Passage passage;
   if (!context.accel.has_transparent_surfaces()) return passage;
   state.ray_length = 0.0f;
-  const RayCone cone{receiver.footprint, context.pixel.angle};
+  const RayCone cone{footprint, context.pixel.angle};
   const Vec3 end = ray.origin + ray.direction * ray.t_max;
-  while (const std::optional<Hit> hit = context.accel.intersect_transparent(ray, state.ray_kind)) {
+  while (const std::optional<Hit> hit = context.accel.intersect_transparent(ray, state.ray_kind, blockers)) {
     if (++passage.surfaces > most_surfaces) return {Rgb(0.0f), passage.surfaces};
     SurfacePoint point = make_surface_point(context.scene, ray, *hit);
     state.ray_length += hit->t;
@@ -76,25 +76,32 @@ Passage transparency_along(const PathContext& context, const SurfacePoint& recei
   return passage;
 }
 
+Ray ray_towards(Vec3 position, const IncidentLight& light) {
+  if (!std::isfinite(light.distance)) return {position, light.wi};
+  Vec3 target = position + light.wi * light.distance;
+  if (light.normal != Vec3{}) target = ray_end(target, light.clearance, light.distance, light.normal, light.wi);
+  return ray_between(position, target);
+}
+
 /// Of a ray from `receiver` to the light.
 Rgb transmittance_of(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                      const PathState& state, int most_surfaces) {
   const Ray ray = shadow_ray(context.scene, receiver, light);
-  if (context.accel.occluded(ray, state.ray_kind)) return Rgb(0.0f);
-  return transparency_along(context, receiver, ray, state, most_surfaces).transmittance;
+  if (context.accel.occluded(ray, state.ray_kind, light.blockers)) return Rgb(0.0f);
+  return transparency_along(context, receiver.footprint, ray, state, most_surfaces, light.blockers).transmittance;
 }
 
 /// What passes surfaces that are not opaque, and the media along a ray; `state` is that of the ray. Media that begin or
 /// end without a surface count for no transparent one, but in case a ray gets stuck at one they are not endless.
 Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone, PathState state, int most_surfaces,
-                        MediaStack& media, PathSampler& sampler) {
-  if (context.accel.occluded(ray, state.ray_kind)) return Rgb(0.0f);
+                        uint64_t blockers, MediaStack& media, PathSampler& sampler) {
+  if (context.accel.occluded(ray, state.ray_kind, blockers)) return Rgb(0.0f);
   const Vec3 end = ray.origin + ray.direction * ray.t_max;
   Rgb result(1.0f);
   state.ray_length = 0.0f;
   for (int boundaries = 0, surfaces = 0; boundaries <= kMostBoundaries;) {
     std::optional<Hit> hit;
-    if (context.accel.has_transparent_surfaces()) hit = context.accel.intersect_transparent(ray, state.ray_kind);
+    if (context.accel.has_transparent_surfaces()) hit = context.accel.intersect_transparent(ray, state.ray_kind, blockers);
     const float length = hit ? hit->t : ray.t_max;
     const SegmentMedia segment = context.media->together(media, state, std::isinf(length));
     result *= segment.varies()
@@ -148,20 +155,24 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
   const Ray ray = shadow_ray(context.scene, receiver, light);
   const RayCone cone{receiver.footprint, context.pixel.angle};
-  return transmittance_along(context, ray, cone, shadow_state(path), most_surfaces, media, sampler);
+  return transmittance_along(context, ray, cone, shadow_state(path), most_surfaces, light.blockers, media, sampler);
 }
 
 Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
                   const PathState& path, MediaStack media, PathSampler& sampler) {
-  Ray ray{position, light.wi};
-  if (std::isfinite(light.distance)) {
-    Vec3 target = position + light.wi * light.distance;
-    if (light.normal != Vec3{}) target = ray_end(target, light.clearance, light.distance, light.normal, light.wi);
-    ray = ray_between(position, target);
-  }
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
   const RayCone cone{footprint, context.pixel.angle};
-  return transmittance_along(context, ray, cone, shadow_state(path), most_surfaces, media, sampler);
+  return transmittance_along(context, ray_towards(position, light), cone, shadow_state(path), most_surfaces,
+                             light.blockers, media, sampler);
+}
+
+Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
+                  const PathState& path) {
+  const PathState state = shadow_state(path);
+  const Ray ray = ray_towards(position, light);
+  if (context.accel.occluded(ray, state.ray_kind, light.blockers)) return Rgb(0.0f);
+  const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
+  return transparency_along(context, footprint, ray, state, most_surfaces, light.blockers).transmittance;
 }
 
 Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,
@@ -190,7 +201,7 @@ void trace_to_vertex(const PathContext& context, const SeenVertex& vertex, const
       const int most_surfaces = most_surfaces_to_vertex(context, batch[i].transparent_depth);
       const Passage passage =
           is_occluded[i] ? Passage{Rgb(), 0}
-                         : transparency_along(context, *batch[i].receiver, shadow_rays[i], state, most_surfaces);
+                         : transparency_along(context, batch[i].receiver->footprint, shadow_rays[i], state, most_surfaces);
       batch[i].transmittance = passage.transmittance;
       batch[i].surfaces = passage.surfaces;
     }

@@ -18,6 +18,10 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
 Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
                   const PathState& path, MediaStack media, PathSampler& sampler);
 
+/// Of light that reaches a point where there are none.
+Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
+                  const PathState& path);
+
 /// The same of a ray that `receiver` scattered towards a vertex at `distance` along `wi`, of normal `normal`: its kind
 /// in `scattered` decides what it meets. `scattered.transparent_depth` surfaces were passed before.
 Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,
