@@ -140,6 +140,14 @@ SegmentMedia Media::together(const MediaStack& stack, const PathState& path, boo
   return segment;
 }
 
+uint8_t Media::light_set(const MediaStack& stack) const {
+  return fills_world_ || stack.is_empty() ? 0 : scene_.instances[stack.begin()->instance].light_set;
+}
+
+bool Media::shine_on(const MediaStack& stack, uint8_t receiver) const {
+  return fills_world_ || stack.is_empty() || has_set(scene_.instances[stack.begin()->instance].links.lit, receiver);
+}
+
 Medium Media::uneven_at(const SegmentMedia& segment, const PathState& path, Vec3 position) const {
   Medium medium;
   for (const MediaStack::Entry& entry : segment.uneven)

@@ -7,7 +7,8 @@
 namespace cistern {
 
 /// The media that a ray is in, besides that of the world: those inside surfaces of a material of an instance. Entering
-/// one twice is entering it once, as in Cycles. Media beyond the capacity are left out.
+/// one twice is entering it once, as in Cycles. In the order in which they were entered; media beyond the capacity are
+/// left out.
 class MediaStack {
  public:
   static constexpr int kCapacity = 16;
@@ -33,7 +34,7 @@ class MediaStack {
   void leave(Entry entry) {
     for (int i = 0; i < count_; ++i) {
       if (!(entries_[static_cast<std::size_t>(i)] == entry)) continue;
-      entries_[static_cast<std::size_t>(i)] = entries_[static_cast<std::size_t>(--count_)];
+      for (--count_; i < count_; ++i) entries_[static_cast<std::size_t>(i)] = entries_[static_cast<std::size_t>(i) + 1];
       return;
     }
   }

@@ -19,6 +19,8 @@ inline void Walk<Kind>::enter_segment(const std::optional<Hit>& hit) {
   media_.begin = ray_.t_min;  // where cameras clip, as in Cycles
   media_.length = hit ? hit->t - ray_.t_min : INFINITY;
   media_.segment = context_.media->together(media_.stack, state_, !hit);
+  // To light links of media the camera is an object without any, as in Cycles.
+  if (!context_.media->shine_on(media_.stack, state_.light_set == kEveryLight ? 0 : state_.light_set)) return;
   if (media_.segment.varies())
     add(estimate_radiance(uneven_ray(), media_.length, sampler_), SourceKind::SURFACE);
   else if (!is_black(media_.segment.even.emission))
@@ -131,6 +133,7 @@ inline void Walk<Kind>::add_light_in_medium() {
   ++scattered.depth;
   scattered.ray_kind = kVisibleToVolume;
   scattered.is_singular = false;
+  scattered.light_set = context_.media->light_set(media_.stack);
   const float footprint = context_.pixel.size + context_.pixel.angle * (path_length_ + media_.begin + distance);
   const auto light = context_.lights.evaluate(light_sample, position, scattered, {footprint, context_.pixel.angle});
   if (!light || !(light->visibility & kVisibleToVolume)) return;
@@ -165,6 +168,7 @@ inline bool Walk<Kind>::scatter_in_medium(const Medium& medium, float distance) 
   ++state_.depth;
   state_.ray_kind = kVisibleToVolume;
   state_.is_singular = false;
+  state_.light_set = context_.media->light_set(media_.stack);
   ++media_.volume_depth;
   last_segment_ = exceeds_limits(state_, context_.limits) || media_.volume_depth > context_.limits.max_volume_bounces;
   sees_film_ = false;
