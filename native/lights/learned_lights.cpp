@@ -23,9 +23,10 @@ std::vector<float> powers(const LightSet& lights) {
 LearnedLights::LearnedLights(const LightSet& lights, const NestedCells& cells, size_t most_clusters)
     : lights_(lights), cells_(cells), clusters_(places(lights), powers(lights), most_clusters) {}
 
-LearnedLights::Chooser LearnedLights::chooser(Vec3 position, Vec3 normal) const {
+LearnedLights::Chooser LearnedLights::chooser(Vec3 position, Vec3 normal, uint8_t light_set) const {
   Chooser chooser{position, normal, cells_.key(position, normal)};
   chooser.row = table_.find(chooser.cell);
+  chooser.light_set = light_set;
   if (chooser.row) chooser.candidates = chooser.row->candidates;
   return chooser;
 }
@@ -40,7 +41,7 @@ std::optional<LearnedLights::Choice> LearnedLights::choose(const Chooser& choose
     return Choice{{emitter, u_emitter}, pmf, entry.visibility};
   }
   const double u_base = chooser.row ? u_choice / kBaseShare : u_choice;
-  const auto choice = lights_.choose(chooser.position, chooser.normal, u_base, u_emitter);
+  const auto choice = lights_.choose(chooser.position, chooser.normal, u_base, u_emitter, chooser.light_set);
   if (!choice) return std::nullopt;
   if (!chooser.row) return Choice{choice->sample, choice->pmf};
   if (table_.find(*chooser.row, clusters_.cluster_of(choice->sample.emitter))) return std::nullopt;
@@ -48,10 +49,10 @@ std::optional<LearnedLights::Choice> LearnedLights::choose(const Chooser& choose
 }
 
 float LearnedLights::pmf(const Chooser& chooser, uint32_t emitter) const {
-  if (!chooser.row) return lights_.pmf(emitter, chooser.position, chooser.normal);
+  if (!chooser.row) return lights_.pmf(emitter, chooser.position, chooser.normal, chooser.light_set);
   if (const LearnedLightTable::Entry* entry = table_.find(*chooser.row, clusters_.cluster_of(emitter)))
     return (1.0f - kBaseShare) * entry->pmf * clusters_.pmf(emitter);
-  return kBaseShare * lights_.pmf(emitter, chooser.position, chooser.normal);
+  return kBaseShare * lights_.pmf(emitter, chooser.position, chooser.normal, chooser.light_set);
 }
 
 }  // namespace cistern

@@ -23,8 +23,9 @@ class LearnedLights {
     NestedCellKey cell = kNoNestedCell;
     const LearnedLightTable::Row* row = nullptr;  // null: as the light set does
     int candidates = 1;                           // light samples to take
+    uint8_t light_set = kEveryLight;              // of the receiver
   };
-  Chooser chooser(Vec3 position, Vec3 normal) const;
+  Chooser chooser(Vec3 position, Vec3 normal, uint8_t light_set = kEveryLight) const;
 
   /// As LightSet::choose; `u_within` decides between emitters of a cluster. Empty, too, where the draw from the light
   /// set falls on an emitter that has a probability of its own: probabilities then sum to less than one.

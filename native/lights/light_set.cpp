@@ -6,7 +6,7 @@
 #include "lights/environment_sampling.h"
 #include "lights/lamp_bvh.h"
 #include "lights/lamp_shapes.h"
-#include "lights/light_choice.h"
+#include "lights/linked_choice.h"
 #include "shading/material.h"
 
 namespace cistern {
@@ -101,7 +101,7 @@ struct LightSet::Impl {
   std::vector<SceneLamp> lamps;
   EmissiveTriangles triangles;
   std::optional<EnvironmentSampler> environment;
-  LightChoice choice;
+  LinkedChoice choice;
   LampBvh bvh;                      // of the lamps that scattered rays can meet
   std::vector<uint32_t> wide_suns;  // suns that scattered rays can meet
   bool any_without_shadow = false;  // of both
@@ -110,6 +110,8 @@ struct LightSet::Impl {
   size_t environment_index() const { return lamps.size() + triangles.size(); }
   size_t emitter_count() const { return environment_index() + (environment ? 1 : 0); }
   const Light& light_of(const SceneLamp& lamp) const { return scene->lights[lamp.light]; }
+  /// LightLinks::lit of all emitters.
+  std::vector<uint64_t> lit_sets() const;
 
   void prepare_choice(LightSampling sampling);
   void prepare_intersection();
@@ -140,7 +142,15 @@ void LightSet::Impl::prepare_choice(LightSampling sampling) {
     estimate.irradiance = kPi * environment->mean_radiance();
     estimate.power = 4.0f * kPi * environment->mean_radiance() * kPi * sqr(radius);
   }
-  choice = LightChoice(estimates, sampling);
+  choice = LinkedChoice(estimates, lit_sets(), sampling);
+}
+
+std::vector<uint64_t> LightSet::Impl::lit_sets() const {
+  std::vector<uint64_t> sets(emitter_count(), kAllSets);
+  for (size_t i = 0; i < lamps.size(); ++i) sets[i] = light_of(lamps[i]).links.lit;
+  for (size_t i = 0; i < triangles.size(); ++i)
+    sets[first_triangle() + i] = scene->instances[triangles[i].instance].links.lit;
+  return sets;
 }
 
 void LightSet::Impl::prepare_intersection() {
@@ -268,15 +278,18 @@ size_t LightSet::memory_bytes() const {
          (impl_->environment ? impl_->environment->memory_bytes() : 0);
 }
 
-std::optional<LightSet::Choice> LightSet::choose(Vec3 position, Vec3 n, double u_choice, Vec2 u_emitter) const {
-  const std::optional<LightChoice::Result> result = impl_->choice.choose(position, n, u_choice);
+std::optional<LightSet::Choice> LightSet::choose(Vec3 position, Vec3 n, double u_choice, Vec2 u_emitter,
+                                                 uint8_t light_set) const {
+  const std::optional<LightChoice::Result> result = impl_->choice.choose(light_set, position, n, u_choice);
   if (!result) return std::nullopt;
   return Choice{{result->emitter, u_emitter}, result->pmf};
 }
 
-float LightSet::pmf(uint32_t emitter, Vec3 position, Vec3 n) const { return impl_->choice.pmf(emitter, position, n); }
+float LightSet::pmf(uint32_t emitter, Vec3 position, Vec3 n, uint8_t light_set) const {
+  return impl_->choice.pmf(light_set, emitter, position, n);
+}
 
-float LightSet::receiver_free_pmf(uint32_t emitter) const { return impl_->choice.receiver_free_pmf(emitter); }
+float LightSet::receiver_free_pmf(uint32_t emitter) const { return impl_->choice.among_all().receiver_free_pmf(emitter); }
 
 EmitterPlace LightSet::place(uint32_t emitter) const {
   if (emitter < impl_->first_triangle()) {

@@ -66,14 +66,16 @@ class LightSet {
 
   /// Chooses an emitter for a receiver at `position` with normal `n` (unit; zero for a point that scatters to both
   /// sides), proportionally to an estimate of what it contributes. Uses one dimension for the choice and two on the
-  /// emitter. `pmf` > 0 wherever the emitter can light the point; empty only when no emitter can.
+  /// emitter. `pmf` > 0 wherever the emitter can light the point, which with light linking is one of `light_set`; empty
+  /// only when no emitter can.
   struct Choice {
     LightSample sample;
     float pmf;
   };
-  std::optional<Choice> choose(Vec3 position, Vec3 n, double u_choice, Vec2 u_emitter) const;
+  std::optional<Choice> choose(Vec3 position, Vec3 n, double u_choice, Vec2 u_emitter,
+                               uint8_t light_set = kEveryLight) const;
   /// Probability that `choose` returns this emitter for the same receiver.
-  float pmf(uint32_t emitter, Vec3 position, Vec3 n) const;
+  float pmf(uint32_t emitter, Vec3 position, Vec3 n, uint8_t light_set = kEveryLight) const;
 
   /// A fixed probability of each emitter, near enough to what `choose` does for multiple importance sampling weights
   /// that every receiver can evaluate at no cost: 1/count with UNIFORM, else the share of all power.

@@ -64,7 +64,7 @@ std::optional<LightRecord> light_record(const PathContext& context, const Learne
   const float unshadowed = magnitude(f_over_albedo * sample.unshadowed);
   if (chooser.cell == kNoNestedCell || !(unshadowed > 0.0f) || !std::isfinite(unshadowed)) return std::nullopt;
   const float square = sqr(magnitude(throughput * sample.f.total_cos() * radiance));
-  const float pmf = context.lights.pmf(sample.emitter, chooser.position, chooser.normal);
+  const float pmf = context.lights.pmf(sample.emitter, chooser.position, chooser.normal, chooser.light_set);
   return LightRecord{chooser.cell,
                      context.learned->lights->clusters().cluster_of(sample.emitter),
                      magnitude(f_over_albedo * radiance),

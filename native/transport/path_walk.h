@@ -187,6 +187,7 @@ class Walk {
   bool is_met_past_blockers(uint64_t blockers) const { return blockers != kAllSets && state_.depth > 0; }
   void add_environment();
 
+  uint8_t light_set_of(const SurfacePoint& point) const { return context_.scene.instances[point.instance].light_set; }
   /// State of the ray towards a light. Of several kinds of scattering the strongest stands for all: a light whose
   /// material tells diffuse from glossy rays is then another to next-event estimation than to scattered rays, and what
   /// the two add up to depends on their weights.
@@ -292,7 +293,7 @@ class Walk {
     if constexpr (Kind::learns) learning_.guide_gain *= sample->guide_gain;
     const int rivals = light_samples();
     count_bounce(*sample);
-    state_.light_set = context_.scene.instances[point.instance].light_set;
+    state_.light_set = light_set_of(point);
     sees_film_ &= context_.limits.film_transparent_glass && sample->is_clear;
     if constexpr (Kind::learns) learning_.of_ray = learning_.at_vertex;
     if (sample->is_delta) {

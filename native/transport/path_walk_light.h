@@ -15,7 +15,7 @@ inline float Walk<Kind>::emitter_weight(std::optional<uint32_t> emitter, float p
   if constexpr (Kind::learns) {
     if (learning_.of_ray) return learned_emitter_weight(*emitter, pdf);
   }
-  const float pmf = context_.lights.pmf(*emitter, mis_receiver_->position, mis_receiver_->normal);
+  const float pmf = context_.lights.pmf(*emitter, mis_receiver_->position, mis_receiver_->normal, state_.light_set);
   return power_heuristic(scatter_pdf_, static_cast<float>(mis_receiver_->light_samples) * pmf * pdf);
 }
 
@@ -157,7 +157,7 @@ inline PathState Walk<Kind>::scattered_state(const SurfacePoint& point, const Bs
   PathState next = state_;
   count_scattering(next, strongest_kind(bsdf));
   next.is_singular = false;
-  next.light_set = context_.scene.instances[point.instance].light_set;
+  next.light_set = light_set_of(point);
   return next;
 }
 
@@ -182,10 +182,12 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
   if (leaves_rough && !has_smooth_lobe(bsdf) && !teaches_directions()) return;
   const auto count = static_cast<uint32_t>(light_samples());
   const auto [u_choice, u_light] = sampler_.light(state_.depth, static_cast<uint32_t>(index), count);
-  const auto choice = context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light);
+  const PathState scattered = scattered_state(point, bsdf);
+  const auto choice =
+      context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light, scattered.light_set);
   if (!choice) return;
   const RayCone cone{point.footprint, context_.pixel.angle};
-  const auto light = context_.lights.evaluate(choice->sample, point.position, scattered_state(point, bsdf), cone);
+  const auto light = context_.lights.evaluate(choice->sample, point.position, scattered, cone);
   if (!light) return;
   const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
   const bool keeps_light = use.sample_point_of && !leaves_rough;  // others may reflect what this path does not
@@ -240,7 +242,7 @@ inline bool Walk<Kind>::choose_by_learning(const SurfacePoint& point, const Bsdf
   learning_.met_visible_point |= has_rough_lobe(bsdf);
   learning_.at_vertex.reset();
   if (!applies || vertex_use().light_candidates > 0.0f) return false;
-  learning_.at_vertex = use.lights->chooser(point.position, light_side(point, bsdf));
+  learning_.at_vertex = use.lights->chooser(point.position, light_side(point, bsdf), light_set_of(point));
   return true;
 }
 

@@ -102,6 +102,7 @@ inline void Walk<Kind>::add_light_in_medium() {
   const auto [u_choice, u_light] = sampler_.light(state_.depth);
   const auto [u_technique, u_channel, u_distance] = sampler_.light_in_medium(state_.depth);
   LightSample light_sample{0, u_light};
+  const uint8_t light_set = context_.media->light_set(media_.stack);
   float distance = 0.0f;
   const auto towards = [&](uint32_t emitter) -> std::optional<EquiAngular> {
     const EmitterPlace place = context_.lights.place(emitter);
@@ -112,7 +113,7 @@ inline void Walk<Kind>::add_light_in_medium() {
   };
   if (u_technique < 0.5f) {
     distance = flight.sample_inside(u_channel, u_distance);
-    const auto choice = context_.lights.choose(origin + distance * ray_.direction, {}, u_choice, u_light);
+    const auto choice = context_.lights.choose(origin + distance * ray_.direction, {}, u_choice, u_light, light_set);
     if (!choice) return;
     light_sample = choice->sample;
   } else {
@@ -121,7 +122,7 @@ inline void Walk<Kind>::add_light_in_medium() {
     distance = near ? near->sample(u_distance) : flight.sample_inside(u_channel, u_distance);
   }
   const Vec3 position = origin + distance * ray_.direction;
-  const float pmf = context_.lights.pmf(light_sample.emitter, position, {});
+  const float pmf = context_.lights.pmf(light_sample.emitter, position, {}, light_set);
   const std::optional<EquiAngular> near = towards(light_sample.emitter);
   const float pdf_flight = flight.pdf_inside(distance);
   const float pdf_near = near ? near->pdf(distance) : pdf_flight;
@@ -133,7 +134,7 @@ inline void Walk<Kind>::add_light_in_medium() {
   ++scattered.depth;
   scattered.ray_kind = kVisibleToVolume;
   scattered.is_singular = false;
-  scattered.light_set = context_.media->light_set(media_.stack);
+  scattered.light_set = light_set;
   const float footprint = context_.pixel.size + context_.pixel.angle * (path_length_ + media_.begin + distance);
   const auto light = context_.lights.evaluate(light_sample, position, scattered, {footprint, context_.pixel.angle});
   if (!light || !(light->visibility & kVisibleToVolume)) return;
