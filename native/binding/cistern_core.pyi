@@ -129,6 +129,8 @@ class SceneBuilder:
         random: NDArray[np.float32] | None = None,
         keys: NDArray[np.uint64] | None = None,
         values: NDArray[np.int32] | None = None,  # (n,) rows of set_instance_values; -1: its materials read 0
+        link_sets: NDArray[np.uint8] | None = None,  # (n, 2) below 64: its set as a receiver of light and as a blocker
+        links: NDArray[np.uint64] | None = None,  # (n, 2) bits: sets it lights, and those that block its light
     ) -> int:
         """Handle of the first; the others follow. Flat (singular) instances are left out and counted."""
     def set_motion_step(self, step: int, object_to_world: NDArray[np.float32]) -> None:
@@ -147,7 +149,8 @@ class SceneBuilder:
         **common,
     ) -> int:
         """`intensity` W/sr; `common` for all lights: visibility=63, casts_shadow=True, use_mis=True, max_bounces=1024,
-        material=-1, object_to_world (4, 4) of the lamp for what its material reads, key=0, replace=None."""
+        material=-1, object_to_world (4, 4) of the lamp for what its material reads, key=0, lit_sets and blocker_sets
+        as `links` of instances (all bits set), replace=None."""
     def add_spot_light(
         self,
         name: str,

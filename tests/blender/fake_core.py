@@ -67,6 +67,8 @@ _COMMON_OF_LIGHTS = {
     "max_bounces",
     "material",
     "key",
+    "lit_sets",
+    "blocker_sets",
     "replace",
 }
 _SIGNATURES = _signatures()
@@ -180,7 +182,14 @@ class SceneBuilder:
         random=None,
         keys=None,
         values=None,
+        link_sets=None,
+        links=None,
     ) -> None:
+        assert (link_sets is None) == (links is None)
+        if links is not None:
+            check_array(link_sets, np.uint8, len(mesh), 2)
+            check_array(links, np.uint64, len(mesh), 2)
+            assert link_sets.max(initial=0) < 64
         check_array(values, np.int32, len(mesh))
         check_array(keys, np.uint64, len(mesh))
         for column in (mesh, material_set, object):

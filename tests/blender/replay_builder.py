@@ -96,6 +96,7 @@ class ReplayBuilder(fake_core.SceneBuilder):
             int(instance["visibility"]),
             int(instance["holdout"]),
             float(instance["random"]),
+            [instance[name].tolist() for name in ("link_sets", "links") if name in instance],
             {name: self.value_rows[instance["values"], k].tolist() for k, name in enumerate(self.value_names)},
         )
 
@@ -103,7 +104,9 @@ class ReplayBuilder(fake_core.SceneBuilder):
         plain = {
             name: np.round(np.array(value, float), 5).tolist() for name, value in light.items() if name not in TEXTS
         }
-        return plain | {"name": light["name"], "method": light["method"], "material": self.material(light["material"])}
+        links = {name: light.get(name) for name in LINKS}
+        return plain | links | {"name": light["name"], "method": light["method"], "material": self.material(light["material"])}
 
 
-TEXTS = ("name", "method", "material")
+LINKS = ("lit_sets", "blocker_sets")
+TEXTS = ("name", "method", "material", *LINKS)

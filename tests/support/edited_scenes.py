@@ -11,12 +11,16 @@ import numpy as np
 from tests.support.core_scenes import SceneDescription, emission, principled
 from tests.support.direct_light_scenes import NOT_TO_CAMERA
 
+ALL_SETS = 2**64 - 1
 GRAY, RED = principled((0.7, 0.7, 0.7)), principled((0.8, 0.3, 0.2))
 EYE, AIM = (0.0, -2.7, 1.1), (0.0, 0.0, 0.8)
 
 
 class EditableScene(SceneDescription):
     """Keeps its things, and may make one snapshot after another. Each thing's key is its number plus one."""
+
+    linked: int | None = None
+    """The thing that is of light set 1 and of shadow set 1."""
 
     def move(self, index: int, offset: tuple[float, float, float], turn: float = 0.0) -> None:
         """Turned about the z axis through the origin (radians), then displaced; replaces an earlier move."""
@@ -30,18 +34,24 @@ class EditableScene(SceneDescription):
         mesh, materials, matrices = zip(*self.instances, strict=True)
         count = len(mesh)
         name = self.builder.add_object_name("objects")
+        link_sets, links = np.zeros((count, 2), np.uint8), np.full((count, 2), ALL_SETS, np.uint64)
+        if self.linked is not None:
+            link_sets[self.linked] = 1
         self.builder.clear_instances()
         self.builder.add_instances(
             np.array(mesh, np.int32), np.array(materials, np.int32), np.full(count, name, np.int32),
             np.array(matrices, np.float32), np.full(count, 31, np.uint8), keys=np.arange(1, count + 1, dtype=np.uint64),
+            link_sets=link_sets, links=links,
         )  # fmt: skip
         return self.builder.snapshot()
 
-    def add_panel(self, x: float, radiance: tuple[float, float, float], replace: int | None = None) -> int:
+    def add_panel(
+        self, x: float, radiance: tuple[float, float, float], replace: int | None = None, sets: int = ALL_SETS
+    ) -> int:
         """A lamp under the ceiling that shines down."""
         return self.builder.add_area_light(
             "panel", (x, 0.0, 1.9), (0.5, 0.0, 0.0), (0.0, -0.8, 0.0), (0.0, 0.0, -1.0), radiance,
-            visibility=NOT_TO_CAMERA, replace=replace,
+            visibility=NOT_TO_CAMERA, replace=replace, lit_sets=sets, blocker_sets=sets,
         )  # fmt: skip
 
 
@@ -86,6 +96,16 @@ def removed_lamp(scene: EditableScene) -> None:
 
 def new_lamp(scene: EditableScene) -> None:
     scene.builder.add_point_light("bulb", (0.6, -0.6, 0.8), 0.1, (0.4, 0.5, 0.2))
+
+
+def linked_lamp(scene: EditableScene) -> None:
+    """One lamp no longer lights the ball, nor does the ball stand in its light; the other lights nothing else."""
+    scene.linked = BALL
+    scene.add_panel(-0.6, WARM, replace=0, sets=ALL_SETS - 2)
+    scene.builder.add_area_light(
+        "panel", (0.6, 0.0, 1.9), (0.5, 0.0, 0.0), (0.0, -0.8, 0.0), (0.0, 0.0, -1.0), COOL,
+        visibility=NOT_TO_CAMERA, replace=1, lit_sets=2,
+    )  # fmt: skip
 
 
 def moved_ball(scene: EditableScene) -> None:
@@ -151,8 +171,8 @@ def everything(scene: EditableScene) -> None:
 
 EDITS: dict[str, Callable[[EditableScene], None]] = {
     edit.__name__: edit
-    for edit in (nothing, camera, brighter_lamp, moved_lamp, removed_lamp, new_lamp, moved_ball, moved_tile,
-                 painted_wall, metal_ball, thin_wall, glowing_wall, dark_tile, new_ball, bent_floor, sky, everything)
+    for edit in (nothing, camera, brighter_lamp, moved_lamp, removed_lamp, new_lamp, linked_lamp, moved_ball,
+                 moved_tile, painted_wall, metal_ball, thin_wall, glowing_wall, dark_tile, new_ball, bent_floor, sky, everything)
 }  # fmt: skip
 
 

@@ -138,7 +138,9 @@ class Tracer {
                  {},
                  true,
                  scatter_kinds_matter(*scene_, limits),
-                 emitters_tell_kinds(*scene_)} {}
+                 emitters_tell_kinds(*scene_)} {
+    context_.has_shadow_links = scene_->has_shadow_links();
+  }
 
   const PathContext& context() const { return context_; }
   const std::shared_ptr<const Scene>& scene() const { return scene_; }
