@@ -188,7 +188,8 @@ MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
   }
   std::vector<std::shared_ptr<MeshScene>> built(missing.size());
   const size_t bytes_before = device->memory_bytes();
-  tbb::parallel_for(size_t{0}, missing.size(), [&](size_t i) { built[i] = build_mesh_scene(device, missing[i], is_filtered); });
+  tbb::parallel_for(size_t{0}, missing.size(),
+                    [&](size_t i) { built[i] = build_mesh_scene(device, missing[i], is_filtered); });
   // Embree counts for the whole device: what the batch took is shared out by triangles.
   const double bytes = static_cast<double>(device->memory_bytes_since(bytes_before));
   double triangles = 0.0;

@@ -189,9 +189,17 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp
   const Rgb radiance = sample->radiance * program_factor(lamp, receiver, *sample, arriving);
   if (is_black(radiance)) return std::nullopt;
   const bool use_mis = light.use_mis && !sample->is_delta;
-  return IncidentLight{
-      sample->wi, sample->distance, {}, 0.0f, radiance, sample->pdf, sample->is_delta, light.casts_shadow,
-      use_mis,    light.visibility, light.links.blockers};
+  return IncidentLight{sample->wi,
+                       sample->distance,
+                       {},
+                       0.0f,
+                       radiance,
+                       sample->pdf,
+                       sample->is_delta,
+                       light.casts_shadow,
+                       use_mis,
+                       light.visibility,
+                       light.links.blockers};
 }
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
@@ -253,8 +261,8 @@ void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, const PathState& 
   PathState arriving = path;
   arriving.ray_length = sample->distance;
   const Rgb radiance = sample->radiance * program_factor(lamp, ray.origin, *sample, arriving);
-  hits.push_back({emitter, sample->distance, radiance, sample->pdf, light.max_bounces, light.casts_shadow,
-                  light.links.blockers});
+  hits.push_back(
+      {emitter, sample->distance, radiance, sample->pdf, light.max_bounces, light.casts_shadow, light.links.blockers});
 }
 
 LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling, EnvironmentDensity density) {
@@ -289,7 +297,9 @@ float LightSet::pmf(uint32_t emitter, Vec3 position, Vec3 n, uint8_t light_set) 
   return impl_->choice.pmf(light_set, emitter, position, n);
 }
 
-float LightSet::receiver_free_pmf(uint32_t emitter) const { return impl_->choice.among_all().receiver_free_pmf(emitter); }
+float LightSet::receiver_free_pmf(uint32_t emitter) const {
+  return impl_->choice.among_all().receiver_free_pmf(emitter);
+}
 
 EmitterPlace LightSet::place(uint32_t emitter) const {
   if (emitter < impl_->first_triangle()) {

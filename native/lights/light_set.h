@@ -87,10 +87,10 @@ class LightSet {
   /// The part of a ray that the emitter may light; see lit_part.
   std::optional<LitPart> lit_part_of(uint32_t emitter, const Vec3& origin, const Vec3& direction, float length) const;
 
-  /// Empty where the sample sends nothing to `position` (behind a one-sided light, outside a spot cone, black, or not to
-  /// receivers of `path.light_set`). `path`
-  /// and `cone` are those of the ray which leaves the receiver for the light, as if it had been scattered there: what
-  /// the light sends may depend on them, and must not depend on which technique found the light.
+  /// Empty where the sample sends nothing to `position` (behind a one-sided light, outside a spot cone, black, or not
+  /// to receivers of `path.light_set`). `path` and `cone` are those of the ray which leaves the receiver for the light,
+  /// as if it had been scattered there: what the light sends may depend on them, and must not depend on which technique
+  /// found the light.
   std::optional<IncidentLight> evaluate(const LightSample& sample, Vec3 position, const PathState& path,
                                         const RayCone& cone = {}) const;
 

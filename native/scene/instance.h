@@ -26,11 +26,11 @@ struct Instance {
   uint8_t visibility = kVisibleToAll;
   bool is_holdout = false;
   uint8_t light_set = 0, shadow_set = 0;  // as a receiver and as a blocker of light: below kLightSets
-  float random = 0.0f;        // Object Info > Random, in [0, 1)
-  int values = -1;            // row of Scene::instance_values; -1: reads 0
-  LightLinks links;           // as an emitter
-  Transform object_to_world;  // finite and invertible; may mirror
-  uint64_t key = 0;           // the same in all snapshots that show this thing; 0: known by its handle
+  float random = 0.0f;                    // Object Info > Random, in [0, 1)
+  int values = -1;                        // row of Scene::instance_values; -1: reads 0
+  LightLinks links;                       // as an emitter
+  Transform object_to_world;              // finite and invertible; may mirror
+  uint64_t key = 0;                       // the same in all snapshots that show this thing; 0: known by its handle
   friend bool operator==(const Instance&, const Instance&) = default;
 };
 

@@ -56,8 +56,8 @@ struct Light {
   std::variant<PointLight, SpotLight, SunLight, AreaLight> shape;
   uint8_t visibility = kVisibleToAll;  // RayVisibility bits by which scattered rays may see the emitter
   bool casts_shadow = true;
-  bool use_mis = true;        // false: sampled by next-event estimation only
-  int max_bounces = 1024;     // paths with more bounces do not receive it
+  bool use_mis = true;     // false: sampled by next-event estimation only
+  int max_bounces = 1024;  // paths with more bounces do not receive it
   LightLinks links;
   int material = -1;          // emission program multiplying the light, or -1
   Transform object_to_world;  // of the lamp object, for that program; the shape is in world space already

@@ -4,9 +4,9 @@
 
 namespace cistern {
 
-// Which objects an emitter lights, and which throw shadows in its light, as Blender's light linking has it. Objects that
-// emitters treat alike are one set; an emitter names the sets it works on by bits. Set 0 is that of objects which no
-// emitter tells from others, and of media that fill the world.
+// Which objects an emitter lights, and which throw shadows in its light, as Blender's light linking has it. Objects
+// that emitters treat alike are one set; an emitter names the sets it works on by bits. Set 0 is that of objects which
+// no emitter tells from others, and of media that fill the world.
 
 inline constexpr uint8_t kLightSets = 64;
 inline constexpr uint64_t kAllSets = ~uint64_t{0};

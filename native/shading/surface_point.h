@@ -11,10 +11,12 @@ namespace cistern {
 struct PathState {
   /// Kind of the ray that arrived: one RayVisibility bit.
   uint8_t ray_kind = kVisibleToCamera;
-  bool is_singular : 1 = false;        // the last scattering was a delta lobe
-  uint8_t light_set : 7 = kEveryLight;  // of the receiver that a ray to a light left: Instance::light_set
+  bool is_singular : 1 = false;         // the last scattering was a delta lobe
+  uint8_t light_set : 7 = kEveryLight;  // Instance::light_set of what scattered it last: who light is sought for
   uint16_t depth = 0, diffuse_depth = 0, glossy_depth = 0, transmission_depth = 0, transparent_depth = 0;
   float ray_length = 0.0f;  // of the arriving segment
+
+  void set_receiver(uint8_t set) { light_set = set & 0x7f; }
 };
 
 /// A point on a surface as a material program sees it. Normals are unit length and face the side of `wo`;

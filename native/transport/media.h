@@ -45,8 +45,8 @@ class Media {
   Medium at(const SegmentMedia& segment, const PathState& path, Vec3 position) const;
   Medium uneven_at(const SegmentMedia& segment, const PathState& path, Vec3 position) const;
 
-  /// Light links of them together are those of the medium that was entered first, and in a world filled by one there are
-  /// none, as in Cycles: the set they are as a receiver, and whether what they emit reaches a receiver.
+  /// Light links of them together are those of the medium that was entered first, and in a world filled by one there
+  /// are none, as in Cycles: the set they are as a receiver, and whether what they emit reaches a receiver.
   uint8_t light_set(const MediaStack& stack) const;
   bool shine_on(const MediaStack& stack, uint8_t receiver) const;
 

@@ -293,7 +293,7 @@ class Walk {
     if constexpr (Kind::learns) learning_.guide_gain *= sample->guide_gain;
     const int rivals = light_samples();
     count_bounce(*sample);
-    state_.light_set = light_set_of(point);
+    state_.set_receiver(light_set_of(point));
     sees_film_ &= context_.limits.film_transparent_glass && sample->is_clear;
     if constexpr (Kind::learns) learning_.of_ray = learning_.at_vertex;
     if (sample->is_delta) {

@@ -157,7 +157,7 @@ inline PathState Walk<Kind>::scattered_state(const SurfacePoint& point, const Bs
   PathState next = state_;
   count_scattering(next, strongest_kind(bsdf));
   next.is_singular = false;
-  next.light_set = light_set_of(point);
+  next.set_receiver(light_set_of(point));
   return next;
 }
 

@@ -134,7 +134,7 @@ inline void Walk<Kind>::add_light_in_medium() {
   ++scattered.depth;
   scattered.ray_kind = kVisibleToVolume;
   scattered.is_singular = false;
-  scattered.light_set = light_set;
+  scattered.set_receiver(light_set);
   const float footprint = context_.pixel.size + context_.pixel.angle * (path_length_ + media_.begin + distance);
   const auto light = context_.lights.evaluate(light_sample, position, scattered, {footprint, context_.pixel.angle});
   if (!light || !(light->visibility & kVisibleToVolume)) return;
@@ -169,7 +169,7 @@ inline bool Walk<Kind>::scatter_in_medium(const Medium& medium, float distance) 
   ++state_.depth;
   state_.ray_kind = kVisibleToVolume;
   state_.is_singular = false;
-  state_.light_set = context_.media->light_set(media_.stack);
+  state_.set_receiver(context_.media->light_set(media_.stack));
   ++media_.volume_depth;
   last_segment_ = exceeds_limits(state_, context_.limits) || media_.volume_depth > context_.limits.max_volume_bounces;
   sees_film_ = false;

@@ -101,7 +101,8 @@ Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone
   state.ray_length = 0.0f;
   for (int boundaries = 0, surfaces = 0; boundaries <= kMostBoundaries;) {
     std::optional<Hit> hit;
-    if (context.accel.has_transparent_surfaces()) hit = context.accel.intersect_transparent(ray, state.ray_kind, blockers);
+    if (context.accel.has_transparent_surfaces())
+      hit = context.accel.intersect_transparent(ray, state.ray_kind, blockers);
     const float length = hit ? hit->t : ray.t_max;
     const SegmentMedia segment = context.media->together(media, state, std::isinf(length));
     result *= segment.varies()
@@ -199,9 +200,9 @@ void trace_to_vertex(const PathContext& context, const SeenVertex& vertex, const
       PathState state = scattered;
       state.transparent_depth = static_cast<uint16_t>(batch[i].transparent_depth);
       const int most_surfaces = most_surfaces_to_vertex(context, batch[i].transparent_depth);
-      const Passage passage =
-          is_occluded[i] ? Passage{Rgb(), 0}
-                         : transparency_along(context, batch[i].receiver->footprint, shadow_rays[i], state, most_surfaces);
+      const Passage passage = is_occluded[i] ? Passage{Rgb(), 0}
+                                             : transparency_along(context, batch[i].receiver->footprint, shadow_rays[i],
+                                                                  state, most_surfaces);
       batch[i].transmittance = passage.transmittance;
       batch[i].surfaces = passage.surfaces;
     }

@@ -105,7 +105,11 @@ class ReplayBuilder(fake_core.SceneBuilder):
             name: np.round(np.array(value, float), 5).tolist() for name, value in light.items() if name not in TEXTS
         }
         links = {name: light.get(name) for name in LINKS}
-        return plain | links | {"name": light["name"], "method": light["method"], "material": self.material(light["material"])}
+        return (
+            plain
+            | links
+            | {"name": light["name"], "method": light["method"], "material": self.material(light["material"])}
+        )
 
 
 LINKS = ("lit_sets", "blocker_sets")

@@ -1,6 +1,5 @@
 """Which objects an emitter lights, and which throw shadows in its light, as the sync tells the core."""
 
-from collections.abc import Callable
 from typing import Any
 
 import bpy
@@ -12,8 +11,6 @@ from tests.support.linked_scenes import links
 
 ALL_SETS = 2**64 - 1
 NAMES = ("A", "B", "C")
-
-Emitter = Callable[[], bpy.types.Object]
 
 
 def lamp() -> bpy.types.Object:
@@ -63,14 +60,9 @@ def overruled(t: dict[str, bpy.types.Object]) -> bpy.types.Collection:
 
 
 def deep(t: dict[str, bpy.types.Object]) -> bpy.types.Collection:
-    """What is said of collections further down counts for nothing."""
-    inner = links("inner", exclude=[t["A"]])
-    return links("outer", include=[collection("middle", t["B"])]) if not inner else _nest(inner)
-
-
-def _nest(inner: bpy.types.Collection) -> bpy.types.Collection:
+    """What is said of things in collections further down counts for nothing."""
     middle = bpy.data.collections.new("middle")
-    middle.children.link(inner)
+    middle.children.link(links("inner", exclude=[t["A"]]))
     return links("outer", include=[middle])
 
 

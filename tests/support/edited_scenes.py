@@ -172,7 +172,8 @@ def everything(scene: EditableScene) -> None:
 EDITS: dict[str, Callable[[EditableScene], None]] = {
     edit.__name__: edit
     for edit in (nothing, camera, brighter_lamp, moved_lamp, removed_lamp, new_lamp, linked_lamp, moved_ball,
-                 moved_tile, painted_wall, metal_ball, thin_wall, glowing_wall, dark_tile, new_ball, bent_floor, sky, everything)
+                 moved_tile, painted_wall, metal_ball, thin_wall, glowing_wall, dark_tile, new_ball, bent_floor,
+                 sky, everything)
 }  # fmt: skip
 
 

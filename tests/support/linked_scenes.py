@@ -12,9 +12,7 @@ from . import blender_scenes as build
 Linked = bpy.types.Object | bpy.types.Collection
 
 
-def links(
-    name: str, include: Iterable[Linked] = (), exclude: Iterable[Linked] = ()
-) -> bpy.types.Collection:
+def links(name: str, include: Iterable[Linked] = (), exclude: Iterable[Linked] = ()) -> bpy.types.Collection:
     """A collection for `receiver_collection` or `blocker_collection`, in no scene."""
     collection = bpy.data.collections.new(name)
     for state, things in (("INCLUDE", include), ("EXCLUDE", exclude)):

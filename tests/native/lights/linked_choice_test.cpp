@@ -40,7 +40,7 @@ PathState scattered_by(uint8_t set) {
   PathState state;
   state.ray_kind = kVisibleToDiffuse;
   state.depth = state.diffuse_depth = 1;
-  state.light_set = set;
+  state.set_receiver(set);
   return state;
 }
 
