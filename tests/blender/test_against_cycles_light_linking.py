@@ -195,12 +195,13 @@ def test_linking(empty_scene: Scene, case: str) -> None:
 PRESETS = ("FINAL", "RIS", "RESTIR_DI", "CELL_RESERVOIRS", "RESTIR_GI", "WORLD_PATHS")
 
 
-@pytest.mark.parametrize("preset", marked(PRESETS, {"RIS", "RESTIR_GI", "WORLD_PATHS"}))
+@pytest.mark.parametrize("preset", marked(PRESETS, {"RIS", "CELL_RESERVOIRS", "RESTIR_GI", "WORLD_PATHS"}))
 @pytest.mark.parametrize("case", ["both", "several lamps"])
 def test_reuse(empty_scene: Scene, case: str, preset: str) -> None:
-    """Light that is passed on is judged for those who take it."""
+    """Light that is passed on is judged for those who take it. With more samples: few have tails too long for Welch's
+    test."""
     CASES[case](empty_scene)
-    result = compare_with_cycles(empty_scene, SIZE, SAMPLES, preset=preset)
+    result = compare_with_cycles(empty_scene, SIZE, 4 * SAMPLES, preset=preset)
     assert result.agrees, result
 
 
