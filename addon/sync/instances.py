@@ -203,7 +203,7 @@ class InstanceSync:
         if not is_same_list or not (self.meshes.knows_attributes and self._knows_values and self._knows_materials):
             return None
         edited = edited_lamps(self._depsgraph, kept.lamps, self._changes, matrices)
-        if edited is None or kept.links or any(is_portal(obj.data) for obj in edited.values()):
+        if edited is None or any(kept.links.has(key[0]) or is_portal(obj.data) for key, obj in edited.items()):
             return None
         lamps = {key: self._prototype(obj, None, key) for key, obj in edited.items()}
         if self._links:
