@@ -1,20 +1,33 @@
-"""Denoising of finished pictures: a plain function on arrays, and what a final render makes of it.
+"""Denoising of finished pictures: plain functions on arrays, and what a final render makes of them.
 
-`denoise` needs no scene, so that pictures of any engine can be denoised alike.
+`denoise` and `denoise_layers` need no scene, so that pictures of any engine can be denoised alike. A picture comes in
+layers, each filtered by itself, since what is sharp in one would else be taken for noise of another: shadows of direct
+light in the noise of indirect light, and above all lamps in view, whose glow a filter spreads over dark neighbours.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from .open_image_denoise import NAME, Denoiser, DenoiserError, Picture, is_there
 from .view_modes import Reader
 
-__all__ = ["DenoiserError", "denoise", "denoised_combined", "state_sentence", "with_needed_passes"]
+__all__ = [
+    "DenoiserError",
+    "Layers",
+    "denoise",
+    "denoise_layers",
+    "denoised_combined",
+    "layers_of",
+    "state_sentence",
+    "with_needed_passes",
+]
 
 # The core's passes: what is denoised, and what guides it. Noisy is Combined without the light that neighbours share:
 # they share its noise too, and no denoiser could tell that from the picture.
 NOISY_PASS = "Noisy"
+LAYER_PASSES = ("Indirect", "Emission", "Emission Noise")
 GUIDE_PASSES = ("Denoising Albedo", "Denoising Normal")
 
 # Light that neighbours share would not be used.
@@ -27,6 +40,25 @@ SEQUENCE = "PIXEL_SOBOL"
 # The network pads with black: pictures below this size in pixels come out too dark unless they are extended.
 SMALLEST_SIDE = 64
 
+# Emission is changed by at most so many of its standard errors. Without depth of field it has next to no noise, and a
+# filter makes it worse.
+STANDARD_ERRORS = 2.0
+
+# Rounding, as a share of the picture, by which a layer may be below zero.
+ROUNDING = 1e-4
+
+
+@dataclass(frozen=True)
+class Layers:
+    """Parts of a picture, each (height, width, 3), scene-linear radiance without upper limit; their sum is the picture.
+
+    `emission_noise` are standard errors of `emission`, each by itself rough; without them it is filtered freely."""
+
+    scattered: Picture  # the rest: direct light and the environment
+    indirect: Picture | None = None
+    emission: Picture | None = None  # of what the camera sees itself
+    emission_noise: Picture | None = None
+
 
 def denoise(
     color: Picture,
@@ -36,38 +68,81 @@ def denoise(
     threads: int = 0,
     is_wanted: Callable[[], bool] = lambda: True,
 ) -> Picture | None:
+    """`denoise_layers` of a picture that is not taken apart."""
+    return denoise_layers(Layers(color), albedo, normal, has_clean_guides, threads, is_wanted)
+
+
+def denoise_layers(
+    layers: Layers,
+    albedo: Picture,
+    normal: Picture,
+    has_clean_guides: bool = False,
+    threads: int = 0,
+    is_wanted: Callable[[], bool] = lambda: True,
+) -> Picture | None:
     """The picture without its noise, or None once `is_wanted` says no (it is asked again and again, from any thread).
 
-    All (height, width, 3): scene-linear radiance without upper limit, share of reflected light, unit normal (0 where
-    there is none). Guides that still have noise (`has_clean_guides` off) are denoised first, each by itself. Numbers
-    that are not finite count as 0. Raises DenoiserError where the library is absent or fails, ValueError for shapes."""
-    if color.ndim != 3 or color.shape[2] != 3 or not color.shape == albedo.shape == normal.shape:
-        raise ValueError(f"shapes {color.shape}, {albedo.shape}, {normal.shape}: all must be (height, width, 3)")
+    Guides are (height, width, 3): share of reflected light, unit normal (0 where there is none). Those that still have
+    noise (`has_clean_guides` off) are denoised first, each by itself. Numbers that are not finite count as 0. Raises
+    DenoiserError where the library is absent or fails, ValueError for shapes."""
+    parts = [part for part in (*vars(layers).values(), albedo, normal) if part is not None]
+    shapes = [part.shape for part in parts]
+    if len(set(shapes)) > 1 or len(shapes[0]) != 3 or shapes[0][2] != 3:
+        raise ValueError(f"shapes {', '.join(map(str, shapes))}: all must be (height, width, 3)")
     if not is_wanted():
         return None
     try:
-        inputs = {"color": prepared(color), "albedo": prepared(albedo), "normal": prepared(normal)}
+        guides: dict[str, Picture] = {"albedo": prepared(albedo), "normal": prepared(normal)}
         with Denoiser(threads) as denoiser:
-            output = filtered(denoiser, inputs, has_clean_guides, is_wanted)
+            if not has_clean_guides:
+                for name, noisy in guides.items():
+                    guide = denoiser.filter({name: noisy}, is_wanted=is_wanted)
+                    if guide is None:
+                        return None
+                    guides[name] = guide
+            return filtered(denoiser, layers, guides, is_wanted)
     except MemoryError as error:
         raise DenoiserError(f"{NAME} failed: {error}") from error
-    if output is None:
-        return None
-    (top, _), (left, _), _ = margins(color)
-    return output[top : top + color.shape[0], left : left + color.shape[1]]
 
 
 def filtered(
-    denoiser: Denoiser, inputs: dict[str, Picture], has_clean_guides: bool, is_wanted: Callable[[], bool]
+    denoiser: Denoiser, layers: Layers, guides: dict[str, Picture], is_wanted: Callable[[], bool]
 ) -> Picture | None:
-    """`color` of the inputs, filtered after the guides; None once nobody wants it."""
-    if not has_clean_guides:
-        for name in ("albedo", "normal"):
-            guide = denoiser.filter({name: inputs[name]}, is_wanted=is_wanted)
-            if guide is None:
-                return None
-            inputs[name] = guide
-    return denoiser.filter(inputs, is_hdr=True, has_clean_guides=True, is_wanted=is_wanted)
+    """The sum of the filtered layers; None once nobody wants it."""
+    (top, _), (left, _), _ = margins(layers.scattered)
+    height, width, _ = layers.scattered.shape
+    total = np.zeros(layers.scattered.shape, np.float32)
+    for layer in (layers.scattered, layers.indirect, layers.emission):
+        if layer is None or not layer.any():
+            continue
+        inputs = {"color": prepared(layer)} | guides
+        output = denoiser.filter(inputs, is_hdr=True, has_clean_guides=True, is_wanted=is_wanted)
+        if output is None:
+            return None
+        smooth = output[top : top + height, left : left + width]
+        total += bounded(smooth, layer, layers.emission_noise) if layer is layers.emission else smooth
+    return total
+
+
+def bounded(smooth: Picture, emission: Picture, noise: Picture | None) -> Picture:
+    """The filtered emission, as far as the noise of the unfiltered one admits it, and nowhere but where there is any: a
+    lamp's faintest glow is brighter than the night around it."""
+    emission = finite(emission)
+    if noise is not None:
+        margin = STANDARD_ERRORS * np.sqrt(mean_of_neighbours(finite(noise) ** 2))
+        smooth = np.clip(smooth, emission - margin, emission + margin)
+    return np.where(emission > 0.0, smooth, emission)
+
+
+def mean_of_neighbours(picture: Picture) -> Picture:
+    """Over 3 x 3 pixels; at the edges of the picture its outermost pixels count once more."""
+    padded = np.pad(picture, [(1, 1), (1, 1), (0, 0)], mode="edge")
+    return np.lib.stride_tricks.sliding_window_view(padded, (3, 3), axis=(0, 1)).mean(axis=(-2, -1))
+
+
+def finite(picture: Picture) -> Picture:
+    """A contiguous copy with 0 in place of what is not finite."""
+    return np.nan_to_num(np.array(picture, np.float32, order="C"), copy=False, nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def margins(picture: Picture) -> list[tuple[int, int]]:
@@ -78,9 +153,9 @@ def margins(picture: Picture) -> list[tuple[int, int]]:
 
 def prepared(picture: Picture) -> Picture:
     """A contiguous copy, finite, and mirrored at its edges up to the size that the library needs."""
-    finite = np.nan_to_num(np.array(picture, np.float32, order="C"), copy=False, nan=0.0, posinf=0.0, neginf=0.0)
     added = margins(picture)
-    return np.ascontiguousarray(np.pad(finite, added, mode="symmetric")) if np.any(added) else finite
+    copy = finite(picture)
+    return np.ascontiguousarray(np.pad(copy, added, mode="symmetric")) if np.any(added) else copy
 
 
 def state_sentence() -> str:
@@ -92,7 +167,16 @@ def state_sentence() -> str:
 
 def with_needed_passes(core_passes: list[str]) -> list[str]:
     """The core's passes to ask for besides Combined, and with them those that denoising reads."""
-    return list(dict.fromkeys([*core_passes, NOISY_PASS, *GUIDE_PASSES]))
+    return list(dict.fromkeys([*core_passes, NOISY_PASS, *LAYER_PASSES, *GUIDE_PASSES]))
+
+
+def layers_of(picture: Picture, indirect: Picture, emission: Picture, emission_noise: Picture | None = None) -> Layers:
+    """Of a picture and two of its parts. The picture alone where a part of it is negative, by lamps of negative
+    strength: filters know no such light, and what one part lacks would not be taken from the others."""
+    scattered = picture - indirect - emission
+    if any(np.any(part < -ROUNDING * np.abs(picture)) for part in (scattered, indirect, emission)):
+        return Layers(picture)
+    return Layers(np.maximum(scattered, 0.0), indirect, emission, emission_noise)
 
 
 def denoised_combined(read: Reader, threads: int, is_wanted: Callable[[], bool]) -> Picture | None:
@@ -101,7 +185,8 @@ def denoised_combined(read: Reader, threads: int, is_wanted: Callable[[], bool])
     Colours are multiplied by alpha before and after. Alpha has no noise to speak of and stays as it is, and so does a
     pixel in which nothing was found: no glow may reach a transparent film. Raises DenoiserError."""
     noisy = read(NOISY_PASS)
-    color = denoise(noisy[..., :3], *map(read, GUIDE_PASSES), threads=threads, is_wanted=is_wanted)
+    layers = layers_of(noisy[..., :3], *map(read, LAYER_PASSES))
+    color = denoise_layers(layers, *map(read, GUIDE_PASSES), threads=threads, is_wanted=is_wanted)
     if color is None:
         return None
     return np.where(noisy.any(axis=2, keepdims=True), np.concatenate([color, noisy[..., 3:]], axis=2), noisy)

@@ -1,6 +1,8 @@
 #include "film/film.h"
 
 #include <array>
+#include <bit>
+#include <cmath>
 #include <numeric>
 
 #include "base/check.h"
@@ -14,6 +16,7 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Indirect", 3},
     {"Emission", 3},
     {"Environment", 3},
+    {"Emission Noise", 3},
     {"Noisy", 4},
     {"Depth", 1},
     {"Normal", 3},
@@ -33,6 +36,11 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Object Index", 1},
     {"Material Index", 1},
 }};
+
+/// Which half of a pixel's samples one belongs to, as 1 or -1: by the parity of its number's bits (Thue and Morse),
+/// since of points of Sobol's sequence those of even number all lie in one half of the pixel. Of any 2 n samples n are
+/// in each.
+float half_sign(uint32_t sample) { return std::popcount(sample) % 2 == 0 ? 1.0f : -1.0f; }
 
 bool is_mean_over_hits(Pass pass) { return pass == Pass::DEPTH || pass == Pass::NORMAL || pass == Pass::POSITION; }
 
@@ -66,6 +74,7 @@ Film::Film(int width, int height, const std::vector<Pass>& passes) : width_(widt
   };
   keep(Pass::COMBINED);
   for (Pass pass : passes) keep(pass);
+  if (has(Pass::EMISSION_NOISE)) keep(Pass::EMISSION);
   samples_.assign(pixels, 0);
   hits_.assign(pixels, 0);
   non_finite_.assign(pixels, 0);
@@ -82,7 +91,7 @@ void Film::add_color(Pass pass, uint32_t pixel, Rgb value) {
 }
 
 void Film::add(uint32_t pixel, const PathRecord& record) {
-  ++samples_[pixel];
+  const uint32_t sample = samples_[pixel]++;
   if (!fits(record)) {
     ++non_finite_[pixel];
     return;
@@ -95,6 +104,7 @@ void Film::add(uint32_t pixel, const PathRecord& record) {
   add_color(Pass::DIRECT, pixel, record.direct);
   add_color(Pass::INDIRECT, pixel, record.indirect);
   add_color(Pass::EMISSION, pixel, record.emission);
+  add_color(Pass::EMISSION_NOISE, pixel, half_sign(sample) * record.emission);
   add_color(Pass::ENVIRONMENT, pixel, record.environment);
   add_color(Pass::DENOISING_ALBEDO, pixel, record.albedo);
   add_color(Pass::DENOISING_NORMAL, pixel, to_rgb(record.denoising_normal));
@@ -119,6 +129,7 @@ std::vector<float> Film::resolve(Pass pass) const {
   const std::vector<float>& sums = sums_[static_cast<size_t>(pass)];
   if (sums.empty()) throw Error(std::string("pass '") + describe(pass).name + "'", "was not enabled for this render");
   if (pass >= Pass::CELLS) return sums;
+  if (pass == Pass::EMISSION_NOISE) return resolve_emission_noise();
   const std::vector<uint32_t>& counts = is_mean_over_hits(pass) ? hits_ : samples_;
   const auto channels = static_cast<size_t>(describe(pass).channels);
   std::vector<float> mean(sums.size());
@@ -128,6 +139,20 @@ std::vector<float> Film::resolve(Pass pass) const {
     if (pass == Pass::DEPTH && counts[pixel] == 0) mean[pixel] = kNoHitDepth;
   }
   return mean;
+}
+
+std::vector<float> Film::resolve_emission_noise() const {
+  const std::vector<float>& differences = sums_[static_cast<size_t>(Pass::EMISSION_NOISE)];
+  const std::vector<float>& sums = sums_[static_cast<size_t>(Pass::EMISSION)];
+  std::vector<float> noise(sums.size());
+  for (size_t i = 0; i < sums.size(); ++i) {
+    const uint32_t samples = samples_[i / 3];
+    if (samples < 2) continue;
+    const float count = static_cast<float>(samples);
+    const float excess = samples % 2 == 1 ? half_sign(samples - 1) : 0.0f;  // of the first half's samples
+    noise[i] = std::abs(differences[i] - excess / count * sums[i]) / count;
+  }
+  return noise;
 }
 
 uint64_t Film::non_finite_samples() const {

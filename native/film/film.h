@@ -16,7 +16,8 @@ enum class Pass : uint8_t {
   INDIRECT,
   EMISSION,
   ENVIRONMENT,
-  NOISY,  // Combined without what pixels share, for denoisers: their noise is independent
+  EMISSION_NOISE,  // how far Emission may be off
+  NOISY,           // Combined without what pixels share, for denoisers: their noise is independent
   DEPTH,
   NORMAL,
   POSITION,
@@ -50,7 +51,7 @@ Pass find_pass(const std::string& name);
 /// the calls.
 class Film {
  public:
-  /// Combined is always there. Bytes per pixel: 4 (count) + 4 per channel of the passes.
+  /// Combined is always there, and Emission with its noise. Bytes per pixel: 4 (count) + 4 per channel of the passes.
   Film(int width, int height, const std::vector<Pass>& passes);
 
   int width() const { return width_; }
@@ -63,7 +64,9 @@ class Film {
   /// Sets a pixel of a pass that shows one frame; nothing if that pass is not kept.
   void show(Pass pass, uint32_t pixel, Rgb value);
   /// Mean of the samples, row 0 at the bottom, channels interleaved. Depth, Normal and Position are means over the
-  /// samples that hit something (Depth 1e10 where none did). Combined is premultiplied RGBA. Throws Error for a pass
+  /// samples that hit something (Depth 1e10 where none did). Combined is premultiplied RGBA. Emission Noise is half the
+  /// difference between the means of two halves of the samples, of which each covers the pixel evenly: an estimate of
+  /// the standard error of Emission with one degree of freedom, to be averaged over neighbours. Throws Error for a pass
   /// that is not kept.
   std::vector<float> resolve(Pass pass) const;
   uint64_t non_finite_samples() const;
@@ -73,6 +76,7 @@ class Film {
   float* sum(Pass pass, uint32_t pixel);
   void add_color(Pass pass, uint32_t pixel, Rgb value);
   void add_first_hit(uint32_t pixel, const PathRecord& record);
+  std::vector<float> resolve_emission_noise() const;
 
   int width_, height_;
   std::vector<uint32_t> samples_, hits_, non_finite_;

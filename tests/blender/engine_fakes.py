@@ -19,6 +19,7 @@ CONSTANTS = {
     "Direct": (0.5, 0.25, 0.125),
     "Indirect": (1.0, 2.0, 3.0),
     "Emission": (4.0, 5.0, 6.0),
+    "Emission Noise": (0.25, 0.5, 1.0),
     "Environment": (7.0, 8.0, 9.0),
     "Depth": (12.5,),
     "Normal": (0.0, 0.0, 1.0),

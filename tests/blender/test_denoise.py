@@ -31,11 +31,12 @@ def stand_in(monkeypatch):
     """In place of the library: 10 less the picture. Returns the calls."""
     calls = []
 
-    def play(color, albedo, normal, threads=0, is_wanted=None):
-        calls.append((color.shape, tuple(albedo[0, 0]), tuple(normal[0, 0]), threads))
-        return 10.0 - color if is_wanted() else None
+    def play(layers, albedo, normal, threads=0, is_wanted=None):
+        parts = [part for part in (layers.scattered, layers.indirect, layers.emission) if part is not None]
+        calls.append((parts[0].shape, tuple(albedo[0, 0]), tuple(normal[0, 0]), threads))
+        return 10.0 - sum(parts) if is_wanted() else None
 
-    monkeypatch.setattr(denoising, "denoise", play)
+    monkeypatch.setattr(denoising, "denoise_layers", play)
     return calls
 
 
@@ -171,12 +172,33 @@ def test_memory_that_runs_out_leaves_the_picture_as_it_is(core, tmp_path, monkey
 
 def test_alpha_and_what_is_empty_stay(stand_in):
     picture = np.array([[(1, 2, 3, 1), (0.5, 0, 0, 0.25), (0, 0, 0, 0), (0, 0, 0, 1), (2, 2, 2, 0)]], np.float32)
-    passes = {"Noisy": picture} | {name: picture[..., :3] for name in denoising.GUIDE_PASSES}
+    names = (*denoising.LAYER_PASSES, *denoising.GUIDE_PASSES)
+    passes = {"Noisy": picture} | {name: 0.25 * picture[..., :3] for name in names}
     combined = denoising.denoised_combined(passes.__getitem__, 0, lambda: True)
     assert np.array_equal(combined[..., 3], picture[..., 3])
     is_empty = np.array([[False, False, True, False, False]])
     assert np.all(combined[is_empty] == 0.0)
     assert np.array_equal(combined[~is_empty][:, :3], 10.0 - picture[~is_empty][:, :3])
+
+
+def test_a_picture_is_taken_apart_and_the_parts_are_the_picture():
+    picture, indirect, emission = (np.full((2, 2, 3), value, np.float32) for value in (7.0, 2.0, 4.0))
+    layers = denoising.layers_of(picture, indirect, emission, emission)
+    assert np.all(layers.scattered == 1.0) and layers.indirect is indirect and layers.emission is emission
+
+
+@pytest.mark.parametrize("parts", [(2.0, -1.0, 0.0), (2.0, 3.0, 0.0), (2.0, 0.0, -1.0)])
+def test_negative_light_is_not_taken_apart(parts):
+    """Of lamps of negative strength: indirect, direct, emission. The sum is not negative, and filters keep it."""
+    picture, indirect, emission = (np.full((2, 2, 3), value, np.float32) for value in parts)
+    layers = denoising.layers_of(picture, indirect, emission, emission)
+    assert layers.scattered is picture and layers.indirect is None and layers.emission is None
+
+
+def test_rounding_is_not_taken_for_negative_light():
+    picture = np.full((2, 2, 3), 7.0, np.float32)
+    layers = denoising.layers_of(picture, np.nextafter(picture, np.float32(8.0)), 0.0 * picture, None)
+    assert np.all(layers.scattered == 0.0) and layers.indirect is not None
 
 
 # Renders by the built core.
@@ -255,3 +277,39 @@ def test_guides_of_the_core_in_the_wrong_order_are_worse(tmp_path, pictures, mon
     monkeypatch.setattr(denoising, "GUIDE_PASSES", denoising.GUIDE_PASSES[::-1])
     swapped = combined(textured_scene(2), tmp_path, True)
     assert error(swapped[..., :3], long[..., :3]) > 1.3 * error(clean[..., :3], long[..., :3])
+
+
+# Emission in view: the part of the picture with little noise and the largest contrast.
+
+
+def lamps_scene(samples):
+    """A dark floor under glowing balls, which the camera sees sharp."""
+    scene = fresh_scene(80, 64, samples)
+    scene.cistern.preset = "PATH_TRACING"
+    glow = bpy.data.materials.new("Glow")
+    glow.use_nodes = True
+    glow.node_tree.nodes.clear()
+    emission = glow.node_tree.nodes.new("ShaderNodeEmission")
+    emission.inputs["Strength"].default_value = 200.0
+    output = glow.node_tree.nodes.new("ShaderNodeOutputMaterial")
+    glow.node_tree.links.new(emission.outputs["Emission"], output.inputs["Surface"])
+    bpy.ops.mesh.primitive_plane_add(size=20.0, location=(0.0, 0.0, -1.0))
+    for x in (-2.0, -1.0, 1.5, 2.5):
+        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.05, location=(x, 0.5 * x, 1.0))
+        bpy.context.object.data.materials.append(glow)
+    return scene
+
+
+@has_library
+def test_lamps_in_view_are_kept_by_layers(tmp_path, monkeypatch):
+    """Planted: emission filtered without bounds, and the picture not taken apart."""
+    long = combined(lamps_scene(512), tmp_path, False)[..., :3]
+    assert long.max() > 100.0
+    layered = combined(lamps_scene(8), tmp_path, True)[..., :3]
+    monkeypatch.setattr(denoising, "STANDARD_ERRORS", 1e6)
+    unbounded = combined(lamps_scene(8), tmp_path, True)[..., :3]
+    monkeypatch.setattr(denoising, "layers_of", lambda picture, *parts: denoising.Layers(picture))
+    whole = combined(lamps_scene(8), tmp_path, True)[..., :3]
+    assert error(layered, long) < 0.1 * error(whole, long)
+    assert layered.mean() == pytest.approx(long.mean(), rel=0.04)
+    assert max(unbounded.mean(), whole.mean()) < 0.94 * long.mean()

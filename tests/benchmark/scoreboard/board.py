@@ -114,10 +114,12 @@ class SceneScore:
 
 
 def shoot(laboratory: Laboratory, scene: Scene, reference: Reference, engine: Engine, samples: int, seed: int) -> Shot:
-    from addon.denoise import denoise
+    from addon.denoise import Layers, denoise_layers, layers_of
 
     picture = laboratory.render(scene, engine, samples, seed)
-    denoised = denoise(picture.noisy, **reference.guides, has_clean_guides=True)
+    # Without the noise of emission, which Cycles does not tell.
+    layers = layers_of(picture.noisy, **picture.parts) if picture.parts else Layers(picture.noisy)
+    denoised = denoise_layers(layers, **reference.guides, has_clean_guides=True)
     shot = Shot(
         engine, samples, seed, picture, denoised, reference.errors(picture.combined), reference.errors(denoised)
     )

@@ -4,12 +4,14 @@
 
 Saves the picture and what it cost: CPU seconds of all threads and wall seconds of the render call, the peak memory of
 the process, and as `sync_seconds` the CPU time of the same call for 8 x 4 pixels and one sample without any reuse: the
-export of the scene and the building of acceleration structures. Of a guide job, albedo and normal for denoisers too.
+export of the scene and the building of acceleration structures. Besides the picture, two parts of it for denoisers:
+indirect light, and the emission that the camera sees. Of a guide job, albedo and normal too.
 """
 
 from __future__ import annotations
 
 import atexit
+import itertools
 import json
 import resource
 import sys
@@ -30,6 +32,9 @@ if TYPE_CHECKING:
 
 BOUNCES = 12
 GUIDES = {"albedo": "Denoising Albedo", "normal": "Denoising Normal"}  # pass names of Cycles
+PARTS = ("indirect", "emission")
+# Of Cycles' indirect light, whose passes are to be multiplied by colours; before Blender 5.0 their names were short.
+KINDS = {"Diffuse": "Diff", "Glossy": "Gloss", "Transmission": "Trans"}
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,7 @@ class Picture:
     wall_seconds: float
     peak_mb: float
     guides: dict[str, NDArray[np.float32]] = field(default_factory=dict)
+    parts: dict[str, NDArray[np.float32]] = field(default_factory=dict)  # of `noisy`; none in references
 
     @property
     def net_seconds(self) -> float:
@@ -72,7 +78,9 @@ class Picture:
         with np.load(path) as file:
             numbers = {name: float(file[name]) for name in ("seconds", "sync_seconds", "wall_seconds", "peak_mb")}
             guides = {name: file[name] for name in GUIDES if name in file}
-            return cls(file["combined"], file["noisy" if "noisy" in file else "combined"], **numbers, guides=guides)
+            parts = {name: file[name] for name in PARTS if name in file}
+            noisy = file["noisy" if "noisy" in file else "combined"]
+            return cls(file["combined"], noisy, **numbers, guides=guides, parts=parts)
 
 
 def open_scene(job: Job) -> None:
@@ -113,13 +121,34 @@ def set_up(job: Job) -> None:
     for material in bpy.data.materials:
         if job.emission_sampling and material.cycles.emission_sampling == "AUTO":
             material.cycles.emission_sampling = job.emission_sampling
-    bpy.context.view_layer.cycles.denoising_store_passes = job.guides
-    in_force = settings_in_force(scene.cistern)
-    bpy.context.view_layer.cistern.use_pass_noisy = in_force["indirect"] == "CELL_SHARED"
+    ask_for_passes(job, settings_in_force(scene.cistern)["indirect"] == "CELL_SHARED")
     image = scene.render.image_settings
     if hasattr(image, "media_type"):
         image.media_type = "MULTI_LAYER_IMAGE"
     image.file_format, image.color_depth = "OPEN_EXR_MULTILAYER", "32"
+
+
+def ask_for_passes(job: Job, is_shared: bool) -> None:
+    import bpy
+
+    layer = bpy.context.view_layer
+    layer.cycles.denoising_store_passes = job.guides
+    layer.cistern.use_pass_noisy = is_shared
+    layer.use_pass_emit = True
+    layer.cistern.use_pass_indirect = True
+    for kind, part in itertools.product(KINDS, ("indirect", "color")):
+        setattr(layer, f"use_pass_{kind.lower()}_{part}", job.engine_id == "CYCLES")
+
+
+def light_parts(passes: dict[str, NDArray[np.float32]]) -> dict[str, NDArray[np.float32]]:
+    """Those of PARTS, by either engine's names."""
+    if "Indirect" in passes:
+        indirect = passes["Indirect"]
+    elif "Diffuse Indirect" in passes:
+        indirect = sum(passes[f"{kind} Indirect"] * passes[f"{kind} Color"] for kind in KINDS)
+    else:
+        indirect = sum(passes[f"{kind}Ind"] * passes[f"{kind}Col"] for kind in KINDS.values())
+    return {"indirect": indirect, "emission": passes["Emission" if "Emission" in passes else "Emit"]}
 
 
 def cpu_seconds() -> float:
@@ -182,7 +211,7 @@ def measure(job: Job) -> dict[str, Any]:
     guides = {name: passes[pass_name] for name, pass_name in GUIDES.items()} if job.guides else {}
     numbers = dict(seconds=seconds, sync_seconds=sync_seconds, wall_seconds=wall_seconds, peak_mb=peak_mb)
     noisy = {"noisy": passes["Noisy"]} if "Noisy" in passes else {}
-    return dict(combined=passes["Combined"], **noisy, **numbers, **guides)
+    return dict(combined=passes["Combined"], **noisy, **light_parts(passes), **numbers, **guides)
 
 
 def main() -> None:

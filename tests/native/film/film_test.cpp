@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/check.h"
+#include "base/rng.h"
 
 namespace cistern::test {
 namespace {
@@ -61,6 +62,44 @@ TEST(Film, GeometryIsAMeanOverHitsOnly) {
   EXPECT_FLOAT_EQ(film.resolve(Pass::POSITION)[0], 1.0f);
   EXPECT_FLOAT_EQ(film.resolve(Pass::NORMAL)[2], 1.0f);
   EXPECT_FLOAT_EQ(film.resolve(Pass::ENVIRONMENT)[0], 3.5f / 4.0f);
+}
+
+/// Emission Noise of one pixel whose k-th sample sees `emission(k)`.
+template <typename Emission>
+float emission_noise(uint32_t samples, const Emission& emission) {
+  Film film(1, 1, {Pass::EMISSION_NOISE});
+  for (uint32_t k = 0; k < samples; ++k) {
+    PathRecord record;
+    record.emission = Rgb(emission(k));
+    film.add(0, record);
+  }
+  return film.resolve(Pass::EMISSION_NOISE)[0];
+}
+
+TEST(Film, EvenEmissionHasNoNoiseWhateverTheNumberOfSamples) {
+  for (const uint32_t samples : {1u, 2u, 3u, 16u, 17u, 100u})
+    EXPECT_NEAR(emission_noise(samples, [](uint32_t) { return 500.0f; }), 0.0f, 1e-3f) << samples;
+}
+
+TEST(Film, EmissionNoiseIsTheStandardErrorInTheMean) {
+  constexpr uint32_t kSamples = 15;
+  constexpr int kPixels = 20000;
+  Rng rng(1, 0, 0, 0);
+  double squares = 0.0;
+  for (int pixel = 0; pixel < kPixels; ++pixel) {
+    const float noise = emission_noise(kSamples, [&](uint32_t) { return rng.next_float(); });
+    squares += double{noise} * double{noise} / kPixels;
+  }
+  // The variance of uniform numbers is 1/12. Squares have one degree of freedom, so their mean is off by one in
+  // sqrt(2 / kPixels) = 1 %: five of these are a false alarm in two million. With two halves of 8 and 7 samples it is
+  // 15^2 / (4 * 8 * 7) = 1.0045 of the variance of the mean.
+  EXPECT_NEAR(squares * 12.0 * kSamples, 1.0045, 0.05);
+}
+
+TEST(Film, HalvesOfEmissionNoiseCoverThePixelEvenly) {
+  const auto left_half = [](uint32_t k) { return k % 2 == 0 ? 1.0f : 0.0f; };  // of Sobol's first dimension
+  EXPECT_EQ(emission_noise(16, left_half), 0.0f) << "even and odd samples as halves would give 0.5";
+  EXPECT_EQ(emission_noise(2, left_half), 0.5f);
 }
 
 TEST(Film, NonFiniteRecordsAreCountedNotAdded) {
