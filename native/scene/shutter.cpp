@@ -2,10 +2,13 @@
 
 #include <unordered_map>
 
+#include "base/parallel.h"
 #include "scene/scene_checks.h"
 
 namespace cistern {
 namespace {
+
+constexpr size_t kBlockSize = 1 << 14;  // vertices or corners per task
 
 /// Finds the things of the middle in another scene.
 class Matches {
@@ -125,17 +128,23 @@ std::shared_ptr<const Scene> Shutter::at(float time) const {
 
 std::shared_ptr<const Mesh> Shutter::between(const Mesh& middle, const Mesh& end, float t) {
   auto mesh = std::make_shared<Mesh>(middle);
-  mesh->bounds = {};
   mesh->positions.reserve(middle.positions.size() + 1);  // see Mesh
-  for (size_t i = 0; i < mesh->positions.size(); ++i) {
-    mesh->positions[i] = lerp(middle.positions[i], end.positions[i], t);
-    if (is_finite(mesh->positions[i])) mesh->bounds.extend(mesh->positions[i]);
-  }
-  for (size_t i = 0; i < mesh->normals.size(); ++i) {
-    if (middle.normals[i] == end.normals[i]) continue;
-    const Vec3 normal = decode_octahedral(middle.normals[i]);
-    mesh->normals[i] = encode_octahedral(normalize_or(lerp(normal, decode_octahedral(end.normals[i]), t), normal));
-  }
+  std::vector<Bounds3> bounds(block_count(mesh->positions.size(), kBlockSize));
+  parallel_blocks(mesh->positions.size(), kBlockSize, [&](size_t block, size_t first, size_t last) {
+    for (size_t i = first; i < last; ++i) {
+      mesh->positions[i] = lerp(middle.positions[i], end.positions[i], t);
+      if (is_finite(mesh->positions[i])) bounds[block].extend(mesh->positions[i]);
+    }
+  });
+  mesh->bounds = {};
+  for (const Bounds3& of_block : bounds) mesh->bounds.extend(of_block);
+  parallel_blocks(mesh->normals.size(), kBlockSize, [&](size_t, size_t first, size_t last) {
+    for (size_t i = first; i < last; ++i) {
+      if (middle.normals[i] == end.normals[i]) continue;
+      const Vec3 normal = decode_octahedral(middle.normals[i]);
+      mesh->normals[i] = encode_octahedral(normalize_or(lerp(normal, decode_octahedral(end.normals[i]), t), normal));
+    }
+  });
   return mesh;
 }
 
