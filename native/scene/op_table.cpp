@@ -87,6 +87,8 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"FRESNEL", "fv", 'f', 0, false},              // ior, normal
     {"LAYER_WEIGHT_FRESNEL", "fv", 'f', 0, false}, // blend, normal
     {"LAYER_WEIGHT_FACING", "fv", 'f', 0, false},  // blend, normal
+    {"WIREFRAME", "f", 'f', 2, false},              // width of a line; [whether in pixels, else metres; shift]: 1 within half of
+                                                   // it from an edge of a triangle, else 0
     // Textures.
     // vector, shading normal for BOX; [image index, interpolation: 0 LINEAR 1 CLOSEST 2 CUBIC, extension: 0 REPEAT 1 EXTEND 2 CLIP 3 MIRROR,
     // projection: 0 FLAT 2 SPHERE 3 TUBE; 1 BOX with the blend factor in percent in bits 8 to 15;

@@ -68,6 +68,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::CLOSURE_PRINCIPLED:
       return {kFlag, up_to(2)};
     case Op::BUMP:
+    case Op::WIREFRAME:
       return {kFlag, kShift};
     case Op::MIX_COLOR:
       return {up_to(18), kFlag, kFlag};

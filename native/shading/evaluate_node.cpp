@@ -117,8 +117,10 @@ Vec3 evaluate_vector(const Instruction& instruction, const Vec3* in, const NodeC
       return broadcast(fresnel_node(c.point, in[0].x, in[1]));
     case Op::LAYER_WEIGHT_FRESNEL:
       return broadcast(layer_weight_fresnel_node(c.point, in[0].x, in[1]));
-    default:  // LAYER_WEIGHT_FACING
+    case Op::LAYER_WEIGHT_FACING:
       return broadcast(layer_weight_facing_node(c.point, in[0].x, in[1]));
+    default:  // WIREFRAME
+      return broadcast(wireframe_node(c, in[0].x, p[0] != 0, unpack_bump_shift(p[1])));
   }
 }
 

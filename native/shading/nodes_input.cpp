@@ -104,9 +104,31 @@ float instance_value_alpha_node(const NodeContext& c, int name_index) {
   return value != nullptr ? value[3] : 0.0f;
 }
 
+/// Width of a pixel at the point, seen from where the ray came: the mean of two directions of the surface.
+float seen_footprint(const SurfacePoint& point) {
+  const Frame axes = bump_axes(point);
+  const auto seen = [&](Vec3 axis) { return length(axis - dot(axis, point.wo) * point.wo); };
+  return 0.5f * point.footprint * (seen(axes.s) + seen(axes.t));
+}
+
 Vec3 as_register(float value) { return {value, value, value}; }
 
 }  // namespace
+
+float wireframe_node(const NodeContext& c, float width, bool is_in_pixels, BumpShift shift) {
+  if (!c.has_mesh() || c.mesh().is_strands()) return 0.0f;
+  const float half_width = 0.5f * width * (is_in_pixels ? seen_footprint(c.point) : 1.0f);
+  const std::array<Vec3, 3> corners = c.mesh().triangle_positions(c.point.triangle);
+  const Transform& to_world = c.instance().object_to_world;
+  const Vec3 p = shifted_position(c, shift);
+  for (size_t i = 0; i < 3; ++i) {
+    const Vec3 corner = to_world.point(corners[i]);
+    const Vec3 edge = normalize_or(to_world.vector(corners[(i + 1) % 3] - corners[i]), {});
+    const Vec3 off = cross(edge, p - corner);
+    if (dot(off, off) < half_width * half_width) return 1.0f;
+  }
+  return 0.0f;
+}
 
 int resolve_attribute(const NodeContext& c, int name_index) {
   if (!c.has_mesh()) return -1;

@@ -202,6 +202,11 @@ def layer_weight(node: NodeView, output: str) -> Value:
     return node.emit(op, (node.value("Blend"), node.normal()))
 
 
+@value_node("ShaderNodeWireframe")
+def wireframe(node: NodeView, output: str) -> Value:
+    return node.emit("WIREFRAME", (node.value("Size"),), (int(node.node.use_pixel_size), node.compiler.shift))
+
+
 @value_node("ShaderNodeAmbientOcclusion")
 def ambient_occlusion(node: NodeView, output: str) -> Value:
     node.warn("Ambient Occlusion is not supported: everything counts as open")

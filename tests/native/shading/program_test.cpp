@@ -95,6 +95,24 @@ TEST(Program, ShiftsMoveByTheirWidth) {
   }
 }
 
+TEST(Program, WireframeIsHalfAWidthOnEachSideOfAnEdge) {
+  ProgramBuilder empty;
+  const Scene scene = scene_of(empty);
+  SurfacePoint point = test::point_at(scene, {0.25f, 0.5f}, kDown);  // at (0.5, 0.5), 0.2236 from the long edge
+  point.footprint = 0.125f;
+  point.wo = {0.0f, 0.0f, 1.0f};
+  const auto line = [&](float width, bool is_in_pixels) {
+    ProgramBuilder b;
+    return value_of(b, b.add(Op::BROADCAST, {b.add(Op::WIREFRAME, {b.constant(width)}, {is_in_pixels, 0})}), &point).x;
+  };
+  EXPECT_EQ(line(0.44f, false), 0.0f);
+  EXPECT_EQ(line(0.45f, false), 1.0f);
+  EXPECT_EQ(line(3.5f, true), 0.0f);
+  EXPECT_EQ(line(3.6f, true), 1.0f);
+  point.wo = normalize(Vec3{0.0f, 1.0f, 1.0f});  // pixels look shorter along y
+  EXPECT_EQ(line(3.6f, true), 0.0f);
+}
+
 TEST(Program, LightPathReadsThePath) {
   PathState path;
   path.ray_kind = kVisibleToGlossy;
