@@ -21,6 +21,7 @@ from .lights import is_portal
 from .materials import MaterialTable, TreeUses
 from .mesh_table import KeptMeshes, MeshTable, PlacedMesh
 from .meshes import has_own_texture_space
+from .particle_values import with_particle_values
 from .placements import (
     Lamp,
     Placements,
@@ -194,7 +195,8 @@ class InstanceSync:
 
     def _item_values(self, instancers: dict, instancer_of: list[int]) -> NDArray[np.float32] | None:
         known = list(instancers)[1:]  # without None
-        return item_values(self._depsgraph, self._value_names, known, np.array(instancer_of, np.int32))
+        values = item_values(self._depsgraph, self._value_names, known, np.array(instancer_of, np.int32))
+        return with_particle_values(values, self._depsgraph, self._value_names)
 
     def _place_edited_lamps(self, matrices: NDArray[np.float32], random_ids: NDArray[np.int32]) -> Placements | None:
         """The placements of the last sync with the lamps that were edited since; None if that is not all there is."""

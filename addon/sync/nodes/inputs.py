@@ -11,6 +11,7 @@ from .graph import socket_named
 from .instructions import COLOR, VECTOR, Value, constant
 from .vector import NORMAL_TRANSFORM, default_tangent, separate, vector_constant
 
+_PARTICLE_VECTORS = {"Location", "Velocity", "Angular Velocity"}
 _POWERS_OF_DISTANCE = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 DOT_PRODUCT = VECTOR_MATH_VALUES.index("DOT_PRODUCT")
 DEFAULT_COLOR_ATTRIBUTE = "Color"  # Blender's name for a new colour attribute
@@ -104,6 +105,15 @@ def hair_info(node: NodeView, output: str) -> Value | None:
     if not node.compiler.is_surface:
         return constant(0.0)
     return mesh_attribute(node, value_names.STRAND_OUTPUTS[output], "Fac", missing_alpha=0)
+
+
+@value_node("ShaderNodeParticleInfo")
+def particle_info(node: NodeView, output: str) -> Value:
+    if not node.compiler.is_surface:
+        return constant(value_names.NO_PARTICLE.get(output, 0.0))
+    name = value_names.attribute_value_name(value_names.PARTICLE, output)
+    value = node.emit("INSTANCE_VALUE", (), (node.compiler.code.program.attribute(name),))
+    return value if output in _PARTICLE_VECTORS else separate(node, value, 0)
 
 
 @value_node("ShaderNodeObjectInfo")
