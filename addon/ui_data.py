@@ -125,8 +125,52 @@ class CISTERN_OBJECT_PT_ray_visibility(CisternPanel, Panel):
         obj = context.object
         for kind in ("camera", "diffuse", "glossy", "transmission"):
             column.prop(obj, f"visible_{kind}", text=kind.capitalize())
+        column.prop(obj, "visible_volume_scatter", text="Volume Scatter")
         if obj.type != "LIGHT":
             column.prop(obj, "visible_shadow", text="Shadow")
+
+
+class LinkingPanel(CisternPanel):
+    bl_context = "object"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        obj = context.object
+        return context.engine == ENGINE and obj is not None and obj.type in GEOMETRY_TYPES | {"LIGHT"}
+
+
+class CISTERN_OBJECT_PT_light_linking(LinkingPanel, Panel):
+    bl_label = "Light Linking"
+
+    def draw(self, context: Context) -> None:
+        draw_linking(split_layout(self), context.object, "receiver")
+
+
+class CISTERN_OBJECT_PT_shadow_linking(LinkingPanel, Panel):
+    bl_label = "Shadow Linking"
+
+    def draw(self, context: Context) -> None:
+        draw_linking(split_layout(self), context.object, "blocker")
+
+
+# From 4.3 on Blender has these for all engines.
+LINKING_PANELS = (CISTERN_OBJECT_PT_light_linking, CISTERN_OBJECT_PT_shadow_linking)
+HAS_LINKING_PANELS = bpy.app.version >= (4, 3, 0)
+
+
+def draw_linking(layout: UILayout, obj: bpy.types.Object, role: str) -> None:
+    """The collection of what an object lights ("receiver"), or of what casts shadows from its light ("blocker")."""
+    name = f"{role}_collection"
+    layout.template_ID(obj.light_linking, name, new=f"object.light_linking_{role}_collection_new")
+    if getattr(obj.light_linking, name) is None:
+        return
+    row = layout.row()
+    row.column().template_light_linking_collection(row, obj.light_linking, name)
+    buttons = row.column(align=True)
+    buttons.operator(f"object.light_linking_{role}s_link", icon="ADD", text="").link_state = "INCLUDE"
+    buttons.operator("object.light_linking_unlink_from_collection", icon="REMOVE", text="")
+    buttons.operator(f"object.light_linking_{role}s_select", icon="RESTRICT_SELECT_OFF", text="")
 
 
 def draw_existing(layout: UILayout, owner: bpy.types.ID, *names: str) -> None:
@@ -191,4 +235,5 @@ CLASSES = (
     CISTERN_LIGHT_PT_nodes,
     CISTERN_OBJECT_PT_visibility,
     CISTERN_OBJECT_PT_ray_visibility,
+    *(() if HAS_LINKING_PANELS else LINKING_PANELS),
 )

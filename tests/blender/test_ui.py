@@ -74,6 +74,13 @@ class RecordingLayout:
         assert node_input.name in node.inputs
         self.drawn.append(f"socket {node_input.name}")
 
+    def template_ID(self, owner, name, new):  # noqa: N802 (Blender's name)
+        self.prop(owner, name)
+        self.operator(new)
+
+    def template_light_linking_collection(self, _row, owner, name):
+        self.prop(owner, name)
+
     def operator(self, identifier, **_options):
         self.drawn.append(identifier)
         return SimpleNamespace()
@@ -215,7 +222,28 @@ def test_material_world_and_object_panels_draw():
     assert draw(ui_data.CISTERN_MATERIAL_PT_surface, material=cube.active_material) == ["socket Surface"]
     assert draw(ui_data.CISTERN_WORLD_PT_surface, world=scene.world) == ["socket Surface"]
     assert "is_holdout" in draw(ui_data.CISTERN_OBJECT_PT_visibility, object=cube)
-    assert "visible_shadow" in draw(ui_data.CISTERN_OBJECT_PT_ray_visibility, object=cube)
+    drawn = draw(ui_data.CISTERN_OBJECT_PT_ray_visibility, object=cube)
+    assert {"visible_shadow", "visible_volume_scatter"} <= set(drawn)
+
+
+@pytest.mark.parametrize("role", ["receiver", "blocker"])
+def test_linking_panels_draw_the_collection(role):
+    cube, name = fresh_scene().objects["Cube"], f"{role}_collection"
+    panel = ui_data.LINKING_PANELS[role == "blocker"]
+    operators = [f"object.light_linking_{role}_collection_new", f"object.light_linking_{role}s_link"]
+    operators += ["object.light_linking_unlink_from_collection", f"object.light_linking_{role}s_select"]
+    assert draw(panel, object=cube) == [name, operators[0]]
+    setattr(cube.light_linking, name, bpy.data.collections.new("linked"))
+    assert draw(panel, object=cube) == [name, operators[0], name, *operators[1:]]
+    known = {f"object.{identifier}" for identifier in dir(bpy.ops.object)}
+    assert set(operators) <= known
+
+
+def test_light_linking_has_one_place():
+    """In Blender 4.2 panels of ours, later Blender's own."""
+    blenders = [panel for panel in ui.shared_panels() if panel.__name__ == "OBJECT_PT_shading"]
+    ours = [panel for panel in ui.CLASSES if panel in ui_data.LINKING_PANELS]
+    assert (len(blenders), len(ours)) == ((1, 0) if bpy.app.version >= (4, 3, 0) else (0, 2))
 
 
 @pytest.mark.parametrize(
