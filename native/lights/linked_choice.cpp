@@ -32,8 +32,8 @@ LinkedChoice::LinkedChoice(std::span<const EmitterEstimate> emitters, std::span<
   known.emplace(std::vector<bool>(masks.size(), true), int8_t{-1});
   size_t room = std::max(kMostCopies * emitters.size(), kFewEmitters);
   for (uint8_t set = 0; set < kLightSets; ++set) {
-    std::vector<bool> pattern;
-    for (const uint64_t mask : masks) pattern.push_back(has_set(mask, set));
+    std::vector<bool> pattern(masks.size());
+    std::transform(masks.begin(), masks.end(), pattern.begin(), [set](uint64_t mask) { return has_set(mask, set); });
     const auto [place, is_new] = known.try_emplace(std::move(pattern), int8_t{-1});
     if (is_new) {
       Part part = make_part(emitters, lit, set, sampling);
