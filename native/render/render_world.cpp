@@ -20,7 +20,7 @@ int light_samples(const Settings& settings, const LightSet& lights) {
 
 }  // namespace
 
-RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene,
+RenderWorld::RenderWorld(const Settings& the_settings, std::shared_ptr<const Scene> the_scene,
                          std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights,
                          std::shared_ptr<SurfaceFilm> the_surfaces)
     : RenderWorld(the_settings, the_scene, the_accel, the_lights, std::move(the_surfaces),

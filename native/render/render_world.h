@@ -10,8 +10,9 @@ namespace cistern {
 /// All that the frames of a render look at, immutable but for what is learned and kept alive together: also after the
 /// render, for history that was found in it.
 struct RenderWorld {
-  RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene, std::shared_ptr<const Accel> the_accel,
-              std::shared_ptr<const LightSet> the_lights, std::shared_ptr<SurfaceFilm> the_surfaces = {});
+  RenderWorld(const Settings& the_settings, std::shared_ptr<const Scene> the_scene,
+              std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights,
+              std::shared_ptr<SurfaceFilm> the_surfaces = {});
   /// Of another moment, with the same settings. What was learned is kept; of lights, where they are the same, else
   /// nothing is learned from then on.
   RenderWorld(const RenderWorld& earlier, std::shared_ptr<const Scene> the_scene,
