@@ -5,6 +5,7 @@
 #include "binding/bind.h"
 #include "binding/scene_handle.h"
 #include "scene/scene_builder.h"
+#include "shading/displaced_scene.h"
 
 namespace cistern::binding {
 namespace {
@@ -368,7 +369,8 @@ void bind_scene_builder(py::module_& m) {
   py::class_<SceneHandle>(m, "Scene")
       .def_property_readonly("triangle_count", &SceneHandle::triangle_count)
       .def_property_readonly("instance_count", &SceneHandle::instance_count)
-      .def_property_readonly("volume_name", &SceneHandle::volume_name);
+      .def_property_readonly("volume_name", &SceneHandle::volume_name)
+      .def_readonly("warnings", &SceneHandle::warnings);
   py::class_<SceneBuilder> builder(m, "SceneBuilder");
   builder
       .def(
@@ -378,7 +380,13 @@ void bind_scene_builder(py::module_& m) {
            py::arg("to_working_space") = py::none(), py::arg("alpha") = "STRAIGHT", py::arg("replace") = py::none())
       .def("add_material", &SceneBuilder::add_material, py::arg("program"), py::arg("replace") = py::none())
       .def("add_material_set", &SceneBuilder::add_material_set, py::arg("materials"), py::arg("owner_name"))
-      .def("snapshot", [](const SceneBuilder& b) { return SceneHandle{b.snapshot()}; });
+      .def(
+          "snapshot",
+          [](SceneBuilder& b) {
+            DisplacedScene displaced = displaced_snapshot(b);
+            return SceneHandle{std::move(displaced.scene), std::move(displaced.warnings)};
+          },
+          py::call_guard<py::gil_scoped_release>());
   bind_geometry(builder);
   bind_lights(builder);
   bind_surroundings(builder);

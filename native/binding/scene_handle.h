@@ -8,6 +8,7 @@ namespace cistern::binding {
 /// Python's `Scene`: shares an immutable snapshot.
 struct SceneHandle {
   std::shared_ptr<const Scene> scene;
+  std::vector<std::string> warnings;  // of displacement
 
   /// As rendered: every instance counts its mesh.
   size_t triangle_count() const {

@@ -133,14 +133,18 @@ bool is_volume(const MaterialProgram& p, const Instruction& closure) {
   if (closure.op != Op::CLOSURE_VOLUME_EMISSION) return false;
   return !is_zero_float(p, in[0]) && !is_constant_zero(p, in[1]) && !is_zero_float(p, in[2]);
 }
+bool displaces(const MaterialProgram&, const Instruction& closure) { return closure.op == Op::CLOSURE_DISPLACEMENT; }
+bool bends(const MaterialProgram&, const Instruction& closure) { return closure.op == Op::CLOSURE_DISPLACED_BUMP; }
 bool shades(const MaterialProgram&, const Instruction& closure) { return closure.op < Op::CLOSURE_AOV; }
 bool matters_always(const MaterialProgram&, const Instruction&, size_t) { return true; }
 
-/// Takes what only passes of its own or the medium inside need out of what is run at every hit.
+/// Takes what only passes of its own, the medium inside or displacement need out of what is run at every hit.
 void divide_instructions(MaterialProgram& p) {
   if (std::ranges::none_of(p.instructions, [](const Instruction& i) { return i.op >= Op::CLOSURE_AOV; })) return;
   p.aov_instructions = slice(p, is_aov, matters_always);
   p.volume_instructions = slice(p, is_volume, matters_always);
+  p.displacement_instructions = slice(p, displaces, matters_always);
+  p.displaced_bump_instructions = slice(p, bends, matters_always);
   p.instructions = slice(p, shades, matters_always);
 }
 
@@ -150,7 +154,8 @@ void place_constants(MaterialProgram& p) {
   for (const Operand operand : p.inputs)
     p.input_values.push_back(operand.is_constant() ? p.constants[static_cast<size_t>(operand.index())] : Vec3{});
   for (std::vector<Instruction>* list : {&p.instructions, &p.emission_instructions, &p.transparency_instructions,
-                                         &p.aov_instructions, &p.volume_instructions}) {
+                                         &p.aov_instructions, &p.volume_instructions,
+                                         &p.displacement_instructions, &p.displaced_bump_instructions}) {
     for (Instruction& instruction : *list) {
       const std::span<const Operand> in = operands_of(p, instruction);
       instruction.register_inputs = 0;
@@ -233,7 +238,7 @@ bool varies_over_object(Op op) {
 }  // namespace
 
 void finish_program(MaterialProgram& program, int image_count) {
-  constexpr size_t kMaxConstants = Operand::kConstantBit - 5;  // up to five are added below
+  constexpr size_t kMaxConstants = Operand::kConstantBit - 7;  // up to seven are added below
   if (program.constants.size() > kMaxConstants)
     throw Error(program.name, std::to_string(program.constants.size()) + " constants; at most " +
                                   std::to_string(kMaxConstants) + " are allowed");
@@ -252,7 +257,7 @@ void finish_program(MaterialProgram& program, int image_count) {
   for (const Instruction& instruction : program.instructions) {
     const Op op = instruction.op;
     program.needs_tangent |= op == Op::TANGENT || (op == Op::NORMAL_MAP && instruction.parameters[0] == 0);
-    program.needs_footprint |= op == Op::BUMP;
+    program.needs_footprint |= op == Op::BUMP || op == Op::DISPLACED_NORMAL;
     program.reads_light_path |= op == Op::LIGHT_PATH;
     program.counts_bounces |= counts_bounces(instruction);
     program.depends_on_view |= reads_view(op);
@@ -264,6 +269,11 @@ void finish_program(MaterialProgram& program, int image_count) {
     if (!may_emit_light(program, instruction)) continue;
     program.may_emit = true;
     if (!add_constant_emission(program, instruction, program.constant_emission)) program.emission_is_constant = false;
+  }
+  for (const Instruction& instruction : program.displaced_bump_instructions) {
+    program.depends_on_view |= reads_view(instruction.op);
+    program.lobes_depend_on_view |= reads_view(instruction.op);
+    program.reads_camera |= depends_on_camera(instruction);
   }
   if (!program.emission_is_constant) program.constant_emission = {};
 

@@ -70,7 +70,7 @@ size_t memory_bytes(const Mesh& mesh) {
   size_t bytes = mesh.positions.capacity() * sizeof(Vec3) + mesh.vertices.capacity() * sizeof(TriangleIndices) +
                  mesh.corners.capacity() * sizeof(TriangleIndices) + mesh.polygons.capacity() * sizeof(uint32_t) +
                  mesh.material_slots.capacity() * sizeof(uint16_t) + mesh.normals.capacity() * sizeof(uint32_t) +
-                 mesh.radii.capacity() * sizeof(float);
+                 mesh.radii.capacity() * sizeof(float) + mesh.undisplaced_normals.capacity() * sizeof(uint32_t);
   for (const MeshAttribute& attribute : mesh.attributes) {
     bytes += element_count(mesh, attribute) * static_cast<size_t>(attribute.components) * sizeof(float);
   }

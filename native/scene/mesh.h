@@ -50,8 +50,14 @@ struct Mesh {
   uint32_t corner_count = 0;              // elements of corner data; of strands: how many there are
   Bounds3 bounds;                         // of all finite positions, loose ones included
   uint32_t dropped_triangles = 0;         // degenerate or with non-finite coordinates: left out, reported
+  /// What displacement made this of, with the same triangles in the same order; null for what is as it was built.
+  std::shared_ptr<const Mesh> undisplaced;
+  /// Beside it where that is flat and the shading asks: octahedral normals at its points.
+  std::vector<uint32_t> undisplaced_normals;
 
   bool is_strands() const { return !radii.empty(); }
+  /// Itself unless displacement moved it.
+  const Mesh& original() const { return undisplaced ? *undisplaced : *this; }
   size_t triangle_count() const { return vertices.size(); }
   /// Of its three vertices.
   std::array<Vec3, 3> triangle_positions(size_t triangle) const {

@@ -22,6 +22,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"POSITION", "", 'v', 1, false},               // [shift]: world space
     {"NORMAL", "", 'v', 0, false},                 // shading normal, world, facing wo
     {"TRUE_NORMAL", "", 'v', 0, false},            // geometric normal, world, facing wo
+    {"DISPLACED_NORMAL", "", 'v', 0, false},       // shading normal bent by CLOSURE_DISPLACED_BUMP, world, facing wo
     {"TANGENT", "", 'v', 1, false},                // [name index of the UV map]: world dP/du, by the transform of normals
     {"STRAND_TANGENT", "", 'v', 0, false},         // unit, along the strand; on meshes along an edge
     {"INCOMING", "", 'v', 0, false},               // wo
@@ -154,6 +155,8 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // weight, scattering colour, absorption colour, density in 1/m that multiplies both, anisotropy (Henyey-Greenstein)
     {"CLOSURE_VOLUME", "fccff", 0, 0, true},
     {"CLOSURE_VOLUME_EMISSION", "fcf", 0, 0, true},   // weight, colour, strength: radiance per metre
+    {"CLOSURE_DISPLACEMENT", "fv", 0, 1, true},       // weight 1, world space vector; [1: normals are not made anew]
+    {"CLOSURE_DISPLACED_BUMP", "ffff", 0, 1, true},   // weight 1, heights at steps 0, 1, 2; [shift]
 }};
 // clang-format on
 

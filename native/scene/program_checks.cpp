@@ -45,6 +45,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::CAMERA_COORDINATE:
     case Op::WINDOW_COORDINATE:
     case Op::POSITION:
+    case Op::CLOSURE_DISPLACED_BUMP:
       return {kShift};
     case Op::TANGENT:
     case Op::INSTANCE_VALUE:
@@ -64,6 +65,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::MIX_FLOAT:
     case Op::MIX_VECTOR:
     case Op::CLAMP:
+    case Op::CLOSURE_DISPLACEMENT:
       return {kFlag};
     case Op::CLOSURE_PRINCIPLED:
       return {kFlag, up_to(2)};

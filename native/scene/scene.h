@@ -62,6 +62,8 @@ struct Scene {
   std::vector<Light> lights;
   Environment environment;
   Camera camera;
+  /// The last of `meshes` are others as displacement moved them, of these handles; only instances refer to them.
+  std::vector<int> displaced_from;
   std::array<std::shared_ptr<const MotionStep>, 2> motion;  // before and after; null: nothing moves
 
   /// Whether something lets the light of some emitter pass that it blocks of others; looks at everything.

@@ -77,9 +77,20 @@ void check_image(const Image& image) {
 /// An instance that was left out because its matrix is singular keeps that matrix; a removed one does not.
 bool is_left_out(const Instance& instance) { return instance.mesh < 0 && is_singular(instance.object_to_world); }
 
+void remove_displaced(Scene& scene) {
+  const size_t own = scene.meshes.size() - scene.displaced_from.size();
+  for (Instance& instance : scene.instances) {
+    if (instance.mesh >= static_cast<int>(own))
+      instance.mesh = scene.displaced_from[static_cast<size_t>(instance.mesh) - own];
+  }
+  scene.meshes.resize(own);
+  scene.displaced_from.clear();
+}
+
 }  // namespace
 
 SceneBuilder::SceneBuilder(const Scene& earlier) : scene_(earlier) {
+  remove_displaced(scene_);
   MaterialProgram grey = make_default_material();
   finish_program(grey, 0);
   for (size_t i = 0; i < scene_.materials.size() && default_material_ < 0; ++i)

@@ -5,6 +5,7 @@
 #include <span>
 #include <unordered_map>
 
+#include "scene/displaced_mesh.h"
 #include "scene/scene.h"
 
 namespace cistern {
@@ -43,7 +44,8 @@ struct StrandInput {
 class SceneBuilder {
  public:
   SceneBuilder() = default;
-  /// Goes on from a snapshot: its handles are valid here, and what is not replaced is shared with it.
+  /// Goes on from a snapshot: its handles are valid here, and what is not replaced is shared with it. Meshes are as they
+  /// were before displacement.
   explicit SceneBuilder(const Scene& earlier);
 
   /// Splits polygons into triangles (a concave quad along the diagonal from its reflex corner), drops triangles that
@@ -84,9 +86,12 @@ class SceneBuilder {
   const Scene& scene() const { return scene_; }
   int singular_instances() const { return singular_instances_; }
   std::shared_ptr<const Scene> snapshot() const { return std::make_shared<Scene>(scene_); }
+  /// What was displaced for earlier snapshots, kept here for later ones by those who displace.
+  std::vector<DisplacedMesh>& displaced_meshes() { return displaced_meshes_; }
 
  private:
   Scene scene_;
+  std::vector<DisplacedMesh> displaced_meshes_;
   int default_material_ = -1;
   std::map<std::vector<int>, int> material_set_handles_;
   std::unordered_multimap<std::string, int> object_handles_;  // by name

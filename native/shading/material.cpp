@@ -1,68 +1,14 @@
 #include "shading/material.h"
 
 #include <algorithm>
-#include <bit>
 #include <limits>
 #include <span>
 
 #include "shading/closures.h"
-#include "shading/evaluate_node.h"
+#include "shading/run_program.h"
 
 namespace cistern {
 namespace {
-
-constexpr size_t kMaxInputs = 29;  // of CLOSURE_PRINCIPLED
-
-bool is_closure(Op op) { return op >= Op::CLOSURE_PRINCIPLED; }
-
-/// Left uninitialised on purpose: `finish_program` has checked that nothing is read before it is written, and clearing
-/// 3 KB would cost more than running a typical program.
-class Registers {
- public:
-  Vec3 read(size_t i) const { return {values_[3 * i], values_[3 * i + 1], values_[3 * i + 2]}; }
-  void write(size_t i, Vec3 v) { values_[3 * i] = v.x, values_[3 * i + 1] = v.y, values_[3 * i + 2] = v.z; }
-
- private:
-  float values_[3 * kMaxRegisters];
-};
-
-Vec3 finite_or_zero(Vec3 v) {
-  return {std::isfinite(v.x) ? v.x : 0.0f, std::isfinite(v.y) ? v.y : 0.0f, std::isfinite(v.z) ? v.z : 0.0f};
-}
-
-/// Runs `instructions` and hands every closure with its operands to `on_closure`. Non-finite results are replaced where
-/// they reach a closure: in between they can still vanish, as in max(0, x).
-template <typename OnClosure>
-void run(const NodeContext& context, std::span<const Instruction> instructions, Registers& registers,
-         OnClosure on_closure) {
-  const MaterialProgram& program = context.program;
-  Vec3 gathered[kMaxInputs];
-  for (const Instruction& instruction : instructions) {
-    const bool ends_here = is_closure(instruction.op);
-    const Vec3* in = program.input_values.data() + instruction.first_input;
-    if (instruction.register_inputs != 0) {
-      std::copy_n(in, instruction.input_count, gathered);
-      const Operand* operands = program.inputs.data() + instruction.first_input;
-      for (uint32_t left = instruction.register_inputs; left != 0; left &= left - 1) {
-        const auto i = static_cast<size_t>(std::countr_zero(left));
-        const Vec3 value = registers.read(static_cast<size_t>(operands[i].index()));
-        gathered[i] = ends_here ? finite_or_zero(value) : value;
-      }
-      in = gathered;
-    }
-    if (ends_here) {
-      on_closure(instruction, std::span<const Vec3>(in, instruction.input_count));
-    } else {
-      registers.write(instruction.output, evaluate_node(instruction, in, context));
-    }
-  }
-}
-
-template <typename OnClosure>
-void run(const NodeContext& context, std::span<const Instruction> instructions, OnClosure on_closure) {
-  Registers registers;
-  run(context, instructions, registers, on_closure);
-}
 
 const MaterialProgram* find_program(const Scene& scene, int material) {
   return material < 0 ? nullptr : scene.materials[static_cast<size_t>(material)].get();
@@ -183,6 +129,19 @@ Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& pa
   const MaterialProgram* program = find_program(scene, scene.environment.material);
   if (program == nullptr || !program->may_emit) return {};
   return run_emission({scene, *program, environment_point(scene, direction), arriving_from_sky(path), true});
+}
+
+Vec3 evaluate_displacement(const Scene& scene, const SurfacePoint& point) {
+  const MaterialProgram& program = *find_program(scene, point.material);
+  const std::span<const Instruction> instructions = program.displacement_instructions;
+  const size_t place = instructions.back().first_input + 1;
+  if (program.inputs[place].is_constant()) return program.input_values[place];
+  PathState path;
+  path.ray_kind = 0;  // no ray arrives
+  Registers registers;
+  run({scene, program, point, path}, instructions.first(instructions.size() - 1), registers,
+      [](const Instruction&, std::span<const Vec3>) {});
+  return registers.read(static_cast<size_t>(program.inputs[place].index()));
 }
 
 void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path,

@@ -28,6 +28,9 @@ Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const P
 /// Radiance arriving from `direction` (unit, away from the scene) by the environment's program; black without one.
 Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& path);
 
+/// How far the program of `point.material`, which displaces, moves a vertex there, in world space; may not be finite.
+Vec3 evaluate_displacement(const Scene& scene, const SurfacePoint& point);
+
 /// Adds the medium that `material`, which is one of the instance's, has inside at a place of the world. `path` is that
 /// of the ray there.
 void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path,

@@ -1,6 +1,7 @@
 #include "shading/nodes_input.h"
 
 #include "scene/strand_curve.h"
+#include "shading/displaced_normal.h"
 #include "shading/mesh_interpolation.h"
 
 namespace cistern {
@@ -19,13 +20,21 @@ AttributeValue attribute_node(const NodeContext& c, int name_index, AttributeVal
 
 Vec3 object_position(const NodeContext& c, BumpShift shift) {
   if (!c.has_mesh()) return inverse(c.instance().object_to_world).point(c.point.position);
-  return interpolate_position(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
+  return interpolate_position(c.shape(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
 }
+
+Vec3 space_step(const NodeContext& c, BumpShift shift) { return c.step_scale * footprint_step(c.point, shift); }
 
 /// Moves with the position, unlike attributes, which `shifted_barycentric` reverses on back faces.
 Vec3 object_coordinate_node(const NodeContext& c, BumpShift shift) {
   const Vec3 p = object_position(c, {});
-  return shift.step == 0 ? p : p + inverse(c.instance().object_to_world).vector(footprint_step(c.point, shift));
+  return shift.step == 0 ? p : p + inverse(c.instance().object_to_world).vector(space_step(c, shift));
+}
+
+/// Before displacement, in object space; inside of a mesh there is no such place.
+Vec3 original_position(const NodeContext& c, BumpShift shift) {
+  if (c.is_inside) return object_position(c, shift);
+  return interpolate_position(c.mesh().original(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
 }
 
 /// Mesh bounds to [0, 1]; an axis without extent is 1/2, as with Blender's texture space. Of a lamp, as in Cycles, its
@@ -33,8 +42,8 @@ Vec3 object_coordinate_node(const NodeContext& c, BumpShift shift) {
 Vec3 generated_node(const NodeContext& c, BumpShift shift) {
   if (c.is_environment) return c.point.position;
   if (!c.has_mesh() && !c.is_inside) return object_position(c, shift);
-  const Bounds3& bounds = c.mesh().bounds;
-  const Vec3 p = object_position(c, shift) - bounds.lower;
+  const Bounds3& bounds = c.mesh().original().bounds;
+  const Vec3 p = original_position(c, shift) - bounds.lower;
   const Vec3 size = bounds.diagonal();
   const auto map = [](float x, float extent) { return extent > 0.0f ? x / extent : 0.5f; };
   return {map(p.x, size.x), map(p.y, size.y), map(p.z, size.z)};
@@ -49,7 +58,7 @@ Vec3 normal_coordinate_node(const NodeContext& c, BumpShift shift) {
 }
 
 Vec3 shifted_position(const NodeContext& c, BumpShift shift) {
-  return c.point.position + footprint_step(c.point, shift);
+  return c.point.position + space_step(c, shift);
 }
 
 Vec3 camera_node(const NodeContext& c, BumpShift shift) {
@@ -171,6 +180,8 @@ Vec3 input_node(const Instruction& instruction, const NodeContext& c) {
       return c.point.ns;
     case Op::TRUE_NORMAL:
       return c.point.ng;
+    case Op::DISPLACED_NORMAL:
+      return displaced_normal(c);
     case Op::TANGENT:
       return tangent_node(c, parameters[0]);
     case Op::STRAND_TANGENT:

@@ -60,7 +60,7 @@ Vec3 map_vector(const Transform& m, int kind, Vec3 v) {
 }
 
 Vec3 tangent_space_normal(const NodeContext& c, int uv_name, Vec3 color, float strength, Vec3 ns) {
-  const std::optional<TangentFrame> frame = tangent_frame(c.scene, c.point, resolve_attribute(c, uv_name));
+  const std::optional<TangentFrame> frame = original_tangent_frame(c.scene, c.point, resolve_attribute(c, uv_name));
   if (!frame) return ns;
   const float z = lerp(1.0f, color.z, clamp01(strength));
   const Vec3 in_object =

@@ -76,29 +76,55 @@ Vec3 footprint_step(const SurfacePoint& point, BumpShift shift) {
   return shift.width * point.footprint * (shift.step == 1 ? axes.s : axes.t);
 }
 
-std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute) {
-  if (attribute < 0) return std::nullopt;
-  const Instance& instance = scene.instances[point.instance];
-  const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
-  const Vec3 uv0 = interpolate_attribute(mesh, point.triangle, {0.0f, 0.0f}, attribute).value;
-  const Vec3 duv1 = interpolate_attribute(mesh, point.triangle, {1.0f, 0.0f}, attribute).value - uv0;
-  const Vec3 duv2 = interpolate_attribute(mesh, point.triangle, {0.0f, 1.0f}, attribute).value - uv0;
+namespace {
+
+/// Of a triangle of `mesh` that lies as it does in `shape`; `normal`: of the frame, in object space.
+std::optional<TangentFrame> frame_on(const Mesh& mesh, const Mesh& shape, uint32_t triangle, int attribute,
+                                     Vec3 normal) {
+  const Vec3 uv0 = interpolate_attribute(mesh, triangle, {0.0f, 0.0f}, attribute).value;
+  const Vec3 duv1 = interpolate_attribute(mesh, triangle, {1.0f, 0.0f}, attribute).value - uv0;
+  const Vec3 duv2 = interpolate_attribute(mesh, triangle, {0.0f, 1.0f}, attribute).value - uv0;
   const float determinant = duv1.x * duv2.y - duv2.x * duv1.y;
   if (determinant == 0.0f || !std::isfinite(determinant)) return std::nullopt;
 
-  const auto [p0, p1, p2] = mesh.triangle_positions(point.triangle);
+  const auto [p0, p1, p2] = shape.triangle_positions(triangle);
   const Vec3 edge_1 = p1 - p0, edge_2 = p2 - p0;
   const float sign = determinant < 0.0f ? -1.0f : 1.0f;  // lengths do not matter, signs do
   const Vec3 dp_du = sign * (duv2.y * edge_1 - duv1.y * edge_2);
   const Vec3 dp_dv = sign * (duv1.x * edge_2 - duv2.x * edge_1);
   TangentFrame frame;
-  const Vec3 outside = point.is_backface ? -point.ns : point.ns;
-  frame.normal = normalize_or(instance.object_to_world.transposed_vector(outside), {});
+  frame.normal = normal;
   frame.tangent = normalize_or(dp_du - dot(dp_du, frame.normal) * frame.normal, {});
   if (frame.normal == Vec3{} || frame.tangent == Vec3{}) return std::nullopt;
   const Vec3 across = cross(frame.normal, frame.tangent);
   frame.bitangent = dot(across, dp_dv) < 0.0f ? -across : across;
   return frame;
+}
+
+/// Shading normal on the outside of the object, in its space.
+Vec3 outer_normal(const Instance& instance, const SurfacePoint& point) {
+  const Vec3 outside = point.is_backface ? -point.ns : point.ns;
+  return normalize_or(instance.object_to_world.transposed_vector(outside), {});
+}
+
+}  // namespace
+
+std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute) {
+  if (attribute < 0) return std::nullopt;
+  const Instance& instance = scene.instances[point.instance];
+  const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
+  return frame_on(mesh, mesh, point.triangle, attribute, outer_normal(instance, point));
+}
+
+std::optional<TangentFrame> original_tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute) {
+  const Instance& instance = scene.instances[point.instance];
+  const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
+  if (attribute < 0 || !mesh.undisplaced) return tangent_frame(scene, point, attribute);
+  const Mesh& original = *mesh.undisplaced;
+  const bool is_flat = original.normals_domain == Domain::FACE;
+  const Vec3 normal = is_flat ? outer_normal(instance, point)
+                              : normalize_or(blend_normals(original, point.triangle, point.barycentric), {});
+  return frame_on(mesh, original, point.triangle, attribute, normal);
 }
 
 AttributeValue surface_attribute(const Scene& scene, const SurfacePoint& point, int index) {

@@ -72,6 +72,8 @@ struct TangentFrame {
 /// None where the map is missing (`attribute` < 0) or degenerate. What is made of the frame goes to world space by
 /// `transform_normal`, as in Cycles: normal maps baked on an object then also fit it when it is scaled.
 std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute);
+/// The same before displacement, but for the normal of flat faces: what normal maps are read in, as in Cycles.
+std::optional<TangentFrame> original_tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute);
 
 /// Interpolated attribute, `index` into Mesh::attributes. One component fills all three; otherwise missing ones are 0;
 /// alpha is 1 without a fourth.
