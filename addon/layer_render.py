@@ -120,6 +120,8 @@ class LayerRender:
             session = self.core.Session(self.core.Settings(**self.arguments))
             scene, *ends = (builder.snapshot() for builder in builders)
             self.warn_of_volume(scene.volume_name)
+            for warning in scene.warnings:
+                self.figures.warn_once(warning)
             session.start(scene, shutter=tuple(ends) or None)
             self.render_view(session, view, index / len(views), 1 / len(views))
 

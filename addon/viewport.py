@@ -40,7 +40,7 @@ class Viewport:
         self._job: Job | None = None
         self._hiding: tuple = ()
         self.warnings: list[str] = []
-        self._volume_warning: list[str] = []
+        self._scene_warnings: list[str] = []
         self.error: str | None = None
 
     def update(
@@ -79,7 +79,7 @@ class Viewport:
         if error is not None:
             return f"Error: {error}"
         progress = self._render.picture.status if self._render.picture is not None else "Building"
-        warnings = [*self._volume_warning, *self.warnings]
+        warnings = [*self._scene_warnings, *self.warnings]
         parts = [f"{progress} (paused)" if is_paused else progress, *warnings[:1]]
         if len(warnings) > 1:
             parts.append(f"{len(warnings) - 1} more warnings")
@@ -118,7 +118,7 @@ class Viewport:
         arguments = settings.viewport_settings(self._core, scene)
         arguments["passes"] = tuple(arguments["passes"])
         warning = volumes.warning(self._snapshot.volume_name, arguments)
-        self._volume_warning = [] if warning is None else [warning]
+        self._scene_warnings = [*self._snapshot.warnings, *([] if warning is None else [warning])]
         return Job(
             self._snapshot,
             self._view,

@@ -207,7 +207,8 @@ class SceneBuilder:
     def clear_lights(self) -> None: ...
     def mesh_statistics(self, handle: int) -> dict[str, int]:
         """triangles, dropped_triangles, memory_bytes"""
-    def snapshot(self) -> "Scene": ...
+    def snapshot(self) -> "Scene":
+        """With meshes as the displacement of their materials moves them."""
 
 class Scene:
     """An immutable snapshot."""
@@ -219,6 +220,9 @@ class Scene:
     @property
     def volume_name(self) -> str:
         """Of a material with participating media that is in use; empty without any."""
+    @property
+    def warnings(self) -> list[str]:
+        """Of vertices that displacement could not move."""
 
 class Settings:
     """All members can be given as keyword arguments; Error for a value out of range names the member."""

@@ -7,6 +7,7 @@
 #include "lights/lamp_bvh.h"
 #include "lights/lamp_shapes.h"
 #include "lights/linked_choice.h"
+#include "shading/displaced_normal.h"
 #include "shading/material.h"
 
 namespace cistern {
@@ -232,7 +233,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
     const Vec3 outside = is_mirrored ? -normal : normal;
     const Hit hit{distance, barycentric.x, barycentric.y, outside, t.instance, t.triangle};
     SurfacePoint point = make_surface_point(*scene, Ray{receiver, light.wi}, hit);
-    point.footprint = cone.at(distance);
+    set_footprint(point, cone.at(distance), *scene, arriving);
     light.radiance = evaluate_emission(*scene, point, arriving);
   }
   if (is_black(light.radiance) || !std::isfinite(light.pdf)) result.reset();

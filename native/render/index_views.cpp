@@ -1,5 +1,6 @@
 #include "render/index_views.h"
 
+#include "shading/displaced_normal.h"
 #include "shading/material.h"
 #include "transport/camera_ray.h"
 
@@ -24,7 +25,7 @@ std::optional<SurfacePoint> first_opaque(const PathContext& paths, Ray ray) {
     if (!hit || paths.scene.instances[hit->instance].is_holdout) return std::nullopt;
     state.ray_length += hit->t;
     SurfacePoint point = make_surface_point(paths.scene, ray, *hit);
-    point.footprint = paths.pixel.size + paths.pixel.angle * state.ray_length;
+    set_footprint(point, paths.pixel.size + paths.pixel.angle * state.ray_length, paths.scene, state);
     const Bsdf bsdf = evaluate_material(paths.scene, point, state);
     if (bsdf.holdout >= 1.0f) return std::nullopt;
     if (average(bsdf.transparency) <= kMostTransparency) return point;

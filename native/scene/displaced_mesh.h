@@ -12,7 +12,8 @@ struct DisplacedMesh {
   std::shared_ptr<const Mesh> source;
   std::vector<std::shared_ptr<const MaterialProgram>> programs;  // by slot of the material set; null: moves nothing
   std::vector<std::shared_ptr<const Image>> images;              // of the programs, one after the other
-  Instance placement;  // of the first instance that shows it: the displacement of all is that of this one (as in Cycles)
+  Instance
+      placement;  // of the first instance that shows it: the displacement of all is that of this one (as in Cycles)
   std::shared_ptr<const InstanceValues> values;
   Camera camera;
 };

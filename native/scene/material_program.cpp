@@ -153,9 +153,9 @@ void place_constants(MaterialProgram& p) {
   p.input_values.clear();
   for (const Operand operand : p.inputs)
     p.input_values.push_back(operand.is_constant() ? p.constants[static_cast<size_t>(operand.index())] : Vec3{});
-  for (std::vector<Instruction>* list : {&p.instructions, &p.emission_instructions, &p.transparency_instructions,
-                                         &p.aov_instructions, &p.volume_instructions,
-                                         &p.displacement_instructions, &p.displaced_bump_instructions}) {
+  for (std::vector<Instruction>* list :
+       {&p.instructions, &p.emission_instructions, &p.transparency_instructions, &p.aov_instructions,
+        &p.volume_instructions, &p.displacement_instructions, &p.displaced_bump_instructions}) {
     for (Instruction& instruction : *list) {
       const std::span<const Operand> in = operands_of(p, instruction);
       instruction.register_inputs = 0;
@@ -257,7 +257,7 @@ void finish_program(MaterialProgram& program, int image_count) {
   for (const Instruction& instruction : program.instructions) {
     const Op op = instruction.op;
     program.needs_tangent |= op == Op::TANGENT || (op == Op::NORMAL_MAP && instruction.parameters[0] == 0);
-    program.needs_footprint |= op == Op::BUMP || op == Op::DISPLACED_NORMAL;
+    program.needs_footprint |= op == Op::BUMP;
     program.reads_light_path |= op == Op::LIGHT_PATH;
     program.counts_bounces |= counts_bounces(instruction);
     program.depends_on_view |= reads_view(op);
@@ -271,6 +271,7 @@ void finish_program(MaterialProgram& program, int image_count) {
     if (!add_constant_emission(program, instruction, program.constant_emission)) program.emission_is_constant = false;
   }
   for (const Instruction& instruction : program.displaced_bump_instructions) {
+    program.needs_footprint = true;
     program.depends_on_view |= reads_view(instruction.op);
     program.lobes_depend_on_view |= reads_view(instruction.op);
     program.reads_camera |= depends_on_camera(instruction);

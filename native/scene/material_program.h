@@ -19,7 +19,7 @@ enum class Op : uint8_t {
   // point, beside it along dP/dx, along dP/dy. Filter width: distance in pixels, in steps of 1/1000.
   ATTRIBUTE, ATTRIBUTE_ALPHA, GENERATED, OBJECT_COORDINATE, NORMAL_COORDINATE, REFLECTION_COORDINATE,
   CAMERA_COORDINATE, WINDOW_COORDINATE,
-  POSITION, NORMAL, TRUE_NORMAL, DISPLACED_NORMAL, TANGENT, STRAND_TANGENT, INCOMING, BACKFACING, OBJECT_RANDOM, OBJECT_LOCATION,
+  POSITION, NORMAL, TRUE_NORMAL, TANGENT, STRAND_TANGENT, INCOMING, BACKFACING, OBJECT_RANDOM, OBJECT_LOCATION,
   INSTANCE_VALUE, INSTANCE_VALUE_ALPHA,
   // Path state.
   LIGHT_PATH,
@@ -47,7 +47,7 @@ enum class Op : uint8_t {
   CLOSURE_AOV,
   // Of the medium inside a surface, or of the world's.
   CLOSURE_VOLUME, CLOSURE_VOLUME_EMISSION,
-  // How far the vertices of meshes are moved, and the heights behind DISPLACED_NORMAL.
+  // How far the vertices of meshes are moved, and heights that bend the shading normal of the moved surface.
   CLOSURE_DISPLACEMENT, CLOSURE_DISPLACED_BUMP,
   COUNT
 };
@@ -98,14 +98,14 @@ struct MaterialProgram {
   /// The instructions that emission (transparency) depends on, in order; operands without influence are constant 0.
   std::vector<Instruction> emission_instructions, transparency_instructions;
   std::vector<Instruction> aov_instructions;  // that passes of its own depend on; `instructions` is then without them
-  std::vector<Instruction> volume_instructions;  // the same of media
+  std::vector<Instruction> volume_instructions;          // the same of media
   std::vector<Instruction> displacement_instructions;    // the same of moved vertices; its closure is the last
-  std::vector<Instruction> displaced_bump_instructions;  // the same of DISPLACED_NORMAL
-  float matte = 0.0f;                            // matte_id of the name
-  bool volume_varies = false;                    // from place to place inside
-  bool has_subsurface = false;                   // light may wander below the surface
-  bool has_volume = false;                       // light is absorbed, scattered or emitted inside
-  bool may_be_transparent = false;               // a shadow ray may pass: has transparent / alpha closures
+  std::vector<Instruction> displaced_bump_instructions;  // the same of that normal
+  float matte = 0.0f;                                    // matte_id of the name
+  bool volume_varies = false;                            // from place to place inside
+  bool has_subsurface = false;                           // light may wander below the surface
+  bool has_volume = false;                               // light is absorbed, scattered or emitted inside
+  bool may_be_transparent = false;                       // a shadow ray may pass: has transparent / alpha closures
   bool may_emit = false;
   bool emission_is_constant = false;  // no emission operand depends on the hit: `constant_emission` is exact
   Vec3 constant_emission;
@@ -122,7 +122,7 @@ struct MaterialProgram {
 
   /// Whether vertices of meshes are moved.
   bool displaces() const { return !displacement_instructions.empty(); }
-  /// Whether they are and normals stay what they were, because DISPLACED_NORMAL bends them.
+  /// Whether they are and normals stay what they were, because displacement bends them too.
   bool keeps_normals() const { return displaces() && displacement_instructions.back().parameters[0] != 0; }
 
   friend bool operator==(const MaterialProgram&, const MaterialProgram&) = default;

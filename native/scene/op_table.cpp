@@ -22,7 +22,6 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"POSITION", "", 'v', 1, false},               // [shift]: world space
     {"NORMAL", "", 'v', 0, false},                 // shading normal, world, facing wo
     {"TRUE_NORMAL", "", 'v', 0, false},            // geometric normal, world, facing wo
-    {"DISPLACED_NORMAL", "", 'v', 0, false},       // shading normal bent by CLOSURE_DISPLACED_BUMP, world, facing wo
     {"TANGENT", "", 'v', 1, false},                // [name index of the UV map]: world dP/du, by the transform of normals
     {"STRAND_TANGENT", "", 'v', 0, false},         // unit, along the strand; on meshes along an edge
     {"INCOMING", "", 'v', 0, false},               // wo

@@ -44,8 +44,8 @@ struct StrandInput {
 class SceneBuilder {
  public:
   SceneBuilder() = default;
-  /// Goes on from a snapshot: its handles are valid here, and what is not replaced is shared with it. Meshes are as they
-  /// were before displacement.
+  /// Goes on from a snapshot: its handles are valid here, and what is not replaced is shared with it. Meshes are as
+  /// they were before displacement.
   explicit SceneBuilder(const Scene& earlier);
 
   /// Splits polygons into triangles (a concave quad along the diagonal from its reflex corner), drops triangles that

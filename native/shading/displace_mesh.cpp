@@ -1,6 +1,7 @@
 #include "shading/displace_mesh.h"
 
 #include <cmath>
+#include <unordered_map>
 
 #include "base/parallel.h"
 #include "shading/material.h"
@@ -9,7 +10,7 @@
 namespace cistern {
 namespace {
 
-constexpr size_t kBlockSize = 1 << 10;     // vertices per task
+constexpr size_t kBlockSize = 1 << 10;  // vertices per task
 constexpr uint32_t kNoCorner = 0xffffffffu;
 
 Vec3 area_vector(const Mesh& mesh, size_t triangle) {
@@ -17,7 +18,7 @@ Vec3 area_vector(const Mesh& mesh, size_t triangle) {
   return cross(p1 - p0, p2 - p0);
 }
 
-/// Values at points, at the corners that take their place.
+/// Values at points, at the vertices that take their place.
 MeshAttribute gather(const MeshAttribute& attribute, const std::vector<uint32_t>& points) {
   const auto components = static_cast<size_t>(attribute.components);
   const std::shared_ptr<float[]> values = std::make_shared<float[]>(points.size() * components);
@@ -26,18 +27,30 @@ MeshAttribute gather(const MeshAttribute& attribute, const std::vector<uint32_t>
   return {attribute.name, attribute.domain, attribute.components, values, attribute.name_hash};
 }
 
-/// Every corner a vertex of its own.
-void split_at_corners(Mesh& mesh) {
-  std::vector<uint32_t> points(mesh.corner_count, 0);
-  for (size_t t = 0; t < mesh.triangle_count(); ++t)
-    for (size_t j = 0; j < 3; ++j) points[mesh.corners[t][j]] = mesh.vertices[t][j];
+/// Of a mesh with normals at corners one with normals at points: a vertex for each normal that a point has.
+void split_by_normals(Mesh& mesh) {
+  std::unordered_map<uint64_t, uint32_t> vertices;  // by point and normal
+  std::vector<uint32_t> points, normals;
+  for (size_t t = 0; t < mesh.triangle_count(); ++t) {
+    for (size_t j = 0; j < 3; ++j) {
+      const uint32_t point = mesh.vertices[t][j], normal = mesh.normals[mesh.corners[t][j]];
+      const auto [known, is_new] =
+          vertices.try_emplace(uint64_t{point} << 32 | normal, static_cast<uint32_t>(points.size()));
+      if (is_new) {
+        points.push_back(point);
+        normals.push_back(normal);
+      }
+      mesh.vertices[t][j] = known->second;
+    }
+  }
   std::vector<Vec3> positions;
   positions.reserve(points.size() + 1);  // see Mesh
   for (const uint32_t point : points) positions.push_back(mesh.positions[point]);
   for (MeshAttribute& attribute : mesh.attributes)
     if (attribute.domain == Domain::POINT) attribute = gather(attribute, points);
   mesh.positions = std::move(positions);
-  mesh.vertices = mesh.corners;
+  mesh.normals = std::move(normals);
+  mesh.normals_domain = Domain::POINT;
 }
 
 /// Of all vertices, each triangle weighed by its angle there, as Blender has them.
@@ -60,7 +73,7 @@ class Displacer {
   Displacer(DisplacedMesh& displaced, const Scene& scene, uint32_t instance)
       : displaced_(displaced), source_(*displaced.source), scene_(scene), index_(instance), mesh_(source_) {
     mesh_.undisplaced = displaced.source;
-    if (source_.normals_domain == Domain::CORNER) split_at_corners(mesh_);
+    if (source_.normals_domain == Domain::CORNER) split_by_normals(mesh_);
     if (source_.normals_domain == Domain::FACE) flat_normals_ = smooth_normals(source_);
   }
 
@@ -164,7 +177,8 @@ class Displacer {
       }
     }
     for (size_t v = 0; v < sums.size(); ++v)
-      if (is_renewed[v]) mesh_.normals[v] = encode_octahedral(normalize_or(sums[v], decode_octahedral(mesh_.normals[v])));
+      if (is_renewed[v])
+        mesh_.normals[v] = encode_octahedral(normalize_or(sums[v], decode_octahedral(mesh_.normals[v])));
   }
 
   void keep_normals_for_bump() {
@@ -178,7 +192,7 @@ class Displacer {
   const Scene& scene_;
   uint32_t index_;
   Mesh mesh_;
-  std::vector<Vec3> flat_normals_;    // of a flat mesh, at its points
+  std::vector<Vec3> flat_normals_;   // of a flat mesh, at its points
   std::vector<uint32_t> corner_of_;  // by vertex: three times the triangle that moves it, and its place there
 };
 

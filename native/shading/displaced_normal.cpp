@@ -29,17 +29,13 @@ Heights evaluate_heights(const NodeContext& context) {
   return heights;
 }
 
-}  // namespace
-
-Vec3 displaced_normal(const NodeContext& c) {
+Vec3 bent_normal(const NodeContext& c) {
   const SurfacePoint& point = c.point;
-  const bool has_heights = c.has_mesh() && !c.is_undisplaced && !c.program.displaced_bump_instructions.empty();
-  if (!has_heights || c.mesh().is_strands()) return point.ns;
   const Transform& object_to_world = c.instance().object_to_world;
   const Mesh& original = c.mesh().original();
   const auto [p0, p1, p2] = original.triangle_positions(point.triangle);
   const Vec3 edge_1 = p1 - p0, edge_2 = p2 - p0;
-  // The steps of the moved triangle, at the same weights of its vertices.
+  // The steps on the moved triangle, at the same weights of its vertices; positions go by those as they are.
   const auto step_before = [&](int number) {
     const Vec2 weights = shifted_barycentric(c.scene, point, {number, 1.0f}) - point.barycentric;
     return weights.x * edge_1 + weights.y * edge_2;
@@ -52,10 +48,8 @@ Vec3 displaced_normal(const NodeContext& c) {
   before.position = object_to_world.point(interpolate_position(original, point.triangle, point.barycentric));
   before.ns = normalize_or(transform_normal(object_to_world, normal), point.ns);
   if (point.footprint == 0.0f) return before.ns;
-  const float length_before = 0.5f * (length(object_to_world.vector(step_1)) + length(object_to_world.vector(step_2)));
   NodeContext context{c.scene, c.program, before, c.path};
   context.is_undisplaced = true;
-  context.step_scale = length_before / point.footprint;
   const Heights heights = evaluate_heights(context);
 
   // Bump in object space, of heights in world space: as in Cycles.
@@ -66,6 +60,17 @@ Vec3 displaced_normal(const NodeContext& c) {
       (heights.along_first - heights.at_point) * across_1 + (heights.along_second - heights.at_point) * across_2;
   const Vec3 bent = width * std::abs(determinant) * normal - std::copysign(1.0f, determinant) * gradient;
   return normalize_or(transform_normal(object_to_world, normalize_or(bent, normal)), before.ns);
+}
+
+}  // namespace
+
+void set_footprint(SurfacePoint& point, float footprint, const Scene& scene, const PathState& path) {
+  point.footprint = footprint;
+  const MaterialProgram* program =
+      point.material < 0 ? nullptr : scene.materials[static_cast<size_t>(point.material)].get();
+  if (program == nullptr || program->displaced_bump_instructions.empty()) return;
+  const NodeContext context{scene, *program, point, path};
+  if (!context.mesh().is_strands()) point.ns = bent_normal(context);
 }
 
 }  // namespace cistern

@@ -1,12 +1,13 @@
 #pragma once
 
-#include "shading/node_context.h"
+#include "scene/scene.h"
+#include "shading/surface_point.h"
 
 namespace cistern {
 
-/// Shading normal, unit, in world space and on the side of wo, bent by the displacement of a surface whose vertices were
-/// moved by it too: what vertices are too few to show. The heights and the normal they bend are those of the surface
-/// before it was moved. Without heights, and on strands, the normal of the point.
-Vec3 displaced_normal(const NodeContext& context);
+/// Sets the footprint of a point, which is new, and bends its shading normal where the material has moved vertices and
+/// shows by bump what they are too few for. The heights and the normal they bend are those of the surface before it was
+/// moved (as in Cycles); from then on the bent normal is the surface's own. `path` is that of the ray that arrived.
+void set_footprint(SurfacePoint& point, float footprint, const Scene& scene, const PathState& path);
 
 }  // namespace cistern

@@ -10,8 +10,8 @@ struct DisplacedScene {
   std::vector<std::string> warnings;
 };
 
-/// The builder's snapshot; the very one of SceneBuilder::snapshot where nothing is displaced. A mesh is displaced once for
-/// each set of materials it is shown with, and again only when what its displacement depends on has changed.
+/// The builder's snapshot; the very one of SceneBuilder::snapshot where nothing is displaced. A mesh is displaced once
+/// for each set of materials it is shown with, and again only when what its displacement depends on has changed.
 DisplacedScene displaced_snapshot(SceneBuilder& builder);
 
 }  // namespace cistern

@@ -15,7 +15,6 @@ struct NodeContext {
   const Instance* lamp = nullptr;  // the object of a lamp, of which `point` is a point: there is no mesh
   bool is_inside = false;          // `point` is in the medium inside the instance: on no triangle of its mesh
   bool is_undisplaced = false;     // positions are those before displacement
-  float step_scale = 1.0f;         // lengthens steps of bump shifts in space, not those inside the triangle
 
   bool has_mesh() const { return !is_environment && !is_inside && lamp == nullptr; }
   const Instance& instance() const { return lamp != nullptr ? *lamp : scene.instances[point.instance]; }

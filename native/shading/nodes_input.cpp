@@ -1,7 +1,6 @@
 #include "shading/nodes_input.h"
 
 #include "scene/strand_curve.h"
-#include "shading/displaced_normal.h"
 #include "shading/mesh_interpolation.h"
 
 namespace cistern {
@@ -23,12 +22,10 @@ Vec3 object_position(const NodeContext& c, BumpShift shift) {
   return interpolate_position(c.shape(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
 }
 
-Vec3 space_step(const NodeContext& c, BumpShift shift) { return c.step_scale * footprint_step(c.point, shift); }
-
 /// Moves with the position, unlike attributes, which `shifted_barycentric` reverses on back faces.
 Vec3 object_coordinate_node(const NodeContext& c, BumpShift shift) {
   const Vec3 p = object_position(c, {});
-  return shift.step == 0 ? p : p + inverse(c.instance().object_to_world).vector(space_step(c, shift));
+  return shift.step == 0 ? p : p + inverse(c.instance().object_to_world).vector(footprint_step(c.point, shift));
 }
 
 /// Before displacement, in object space; inside of a mesh there is no such place.
@@ -58,7 +55,7 @@ Vec3 normal_coordinate_node(const NodeContext& c, BumpShift shift) {
 }
 
 Vec3 shifted_position(const NodeContext& c, BumpShift shift) {
-  return c.point.position + space_step(c, shift);
+  return c.point.position + footprint_step(c.point, shift);
 }
 
 Vec3 camera_node(const NodeContext& c, BumpShift shift) {
@@ -180,8 +177,6 @@ Vec3 input_node(const Instruction& instruction, const NodeContext& c) {
       return c.point.ns;
     case Op::TRUE_NORMAL:
       return c.point.ng;
-    case Op::DISPLACED_NORMAL:
-      return displaced_normal(c);
     case Op::TANGENT:
       return tangent_node(c, parameters[0]);
     case Op::STRAND_TANGENT:

@@ -122,7 +122,8 @@ std::optional<TangentFrame> original_tangent_frame(const Scene& scene, const Sur
   if (attribute < 0 || !mesh.undisplaced) return tangent_frame(scene, point, attribute);
   const Mesh& original = *mesh.undisplaced;
   const bool is_flat = original.normals_domain == Domain::FACE;
-  const Vec3 normal = is_flat ? outer_normal(instance, point)
+  const Vec3 outside = point.is_backface ? -point.ng : point.ng;
+  const Vec3 normal = is_flat ? normalize_or(instance.object_to_world.transposed_vector(outside), {})
                               : normalize_or(blend_normals(original, point.triangle, point.barycentric), {});
   return frame_on(mesh, original, point.triangle, attribute, normal);
 }

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "base/warp.h"
+#include "shading/displaced_normal.h"
 #include "shading/material.h"
 #include "transport/camera_ray.h"
 #include "transport/guide_lesson.h"
@@ -67,7 +68,7 @@ class Walk {
     path_length_ += hit->t;
     state_.ray_length = travelled_ + hit->t;
     SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
-    point.footprint = context_.pixel.size + context_.pixel.angle * path_length_;
+    set_footprint(point, context_.pixel.size + context_.pixel.angle * path_length_, context_.scene, state_);
     if (sees_film_ && context_.scene.instances[hit->instance].is_holdout) {
       if (context_.record_seen) see_held_out(point);
       hold_out(1.0f);
@@ -333,7 +334,7 @@ class Walk {
     }
     if (is_black(throughput_.worth())) return false;
     SurfacePoint point = make_surface_point(context_.scene, exit->ray, exit->hit);
-    point.footprint = entry.footprint;
+    set_footprint(point, entry.footprint, context_.scene, state_);
     const Bsdf bsdf = evaluate_exit(context_.scene, point, state_);
     if (!bsdf.scatters()) return false;
     add_light_samples(point, bsdf, 1.0f);

@@ -194,7 +194,7 @@ inline void Walk<Kind>::record_surface_behind(std::optional<Hit> hit) {
     length += hit->t;
     state.ray_length = length;
     SurfacePoint point = make_surface_point(context_.scene, ray, *hit);
-    point.footprint = context_.pixel.size + context_.pixel.angle * length;
+    set_footprint(point, context_.pixel.size + context_.pixel.angle * length, context_.scene, state);
     const Bsdf bsdf = evaluate_material(context_.scene, point, state);
     if (average(bsdf.transparency) <= kMostTransparency) return record_first_hit(point, bsdf);
     ray.t_max -= hit->t;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "shading/displaced_normal.h"
 #include "shading/material.h"
 #include "shading/shadow_origin.h"
 #include "transport/uneven_media.h"
@@ -61,7 +62,7 @@ Passage transparency_along(const PathContext& context, float footprint, Ray ray,
     if (++passage.surfaces > most_surfaces) return {Rgb(0.0f), passage.surfaces};
     SurfacePoint point = make_surface_point(context.scene, ray, *hit);
     state.ray_length += hit->t;
-    point.footprint = cone.at(state.ray_length);
+    set_footprint(point, cone.at(state.ray_length), context.scene, state);
     passage.transmittance *= evaluate_transparency(context.scene, point, state);
     if (is_black(passage.transmittance)) return passage;
     ++state.transparent_depth;
@@ -115,7 +116,7 @@ Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone
       ++boundaries;
     } else {
       if (++surfaces > most_surfaces) return Rgb(0.0f);
-      point.footprint = cone.at(state.ray_length);
+      set_footprint(point, cone.at(state.ray_length), context.scene, state);
       result *= evaluate_transparency(context.scene, point, state);
       ++state.transparent_depth;
     }

@@ -140,7 +140,7 @@ class FakeSession:
         return np.broadcast_to(np.array(CONSTANTS[name], np.float32), (height, width, len(CONSTANTS[name])))
 
 
-SNAPSHOT = SimpleNamespace(volume_name="")
+SNAPSHOT = SimpleNamespace(volume_name="", warnings=[])
 
 
 class FakeExport:

@@ -46,7 +46,7 @@ class StillSync:
         self.cameras.append(camera)
 
     def snapshot(self):
-        return SimpleNamespace(volume_name=self.volume_name)
+        return SimpleNamespace(volume_name=self.volume_name, warnings=[])
 
     def close(self):
         self.changes.append("closed")

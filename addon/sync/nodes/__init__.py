@@ -66,7 +66,7 @@ def _compile_material(material: bpy.types.Material | None, context: Context) -> 
     def build(compiler: Compiler) -> None:
         compiler.pass_index = material.pass_index
         if surface is not None:
-            displacement.bump_by_displacement(compiler, surface, material.displacement_method)
+            displacement.displace(compiler, surface, material.displacement_method)
             _flatten_surface(compiler, surface)
             volumes.add_medium(compiler, _volume_port(surface))
             aovs.write_aovs(compiler, surface.scope)

@@ -115,6 +115,7 @@ class Compiler:
         self.normal: Value | None = None  # the shading normal, where displacement has bent it
         self.shift = 0  # where coordinates are read: Bump compiles its height at three places
         self.allow_bump = True
+        self.moves_vertices = False  # displacement is compiled as what moves vertices, not as heights of a bump
         self.in_volume = False  # shaders are those of a medium
         self.pass_index = 0  # of a material
         self._values: dict[tuple, Value] = {}

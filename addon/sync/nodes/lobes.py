@@ -10,7 +10,7 @@ MAX_LOBES = 64  # Bsdf::kMaxLobes of native/shading/bsdf.h
 
 _WITHOUT_LOBES = (
     *("CLOSURE_TRANSPARENT", "CLOSURE_EMISSION", "CLOSURE_HOLDOUT", "CLOSURE_NORMAL", "CLOSURE_AOV"),
-    *("CLOSURE_VOLUME", "CLOSURE_VOLUME_EMISSION"),
+    *("CLOSURE_VOLUME", "CLOSURE_VOLUME_EMISSION", "CLOSURE_DISPLACEMENT", "CLOSURE_DISPLACED_BUMP"),
 )
 # Operands by their place in native/scene/op_table.cpp.
 _ROUGHNESS_AND_NORMAL = {"CLOSURE_DIFFUSE": (2, 3), "CLOSURE_PRINCIPLED": (7, 6)}  # of diffuse reflection
