@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import SyncReport
+from . import SyncReport, versions
 from .changes import EVERYTHING, Changes, original_uid
 from .instance_values import item_values, may_follow_moves, object_values
 from .lamp_table import KeptLamps, LampTable, edited_lamps
@@ -289,6 +289,8 @@ class InstanceSync:
     def _warn_of_what_is_ignored(self, obj: bpy.types.Object) -> None:
         if obj.is_shadow_catcher and obj.type != "LIGHT":
             self._report.warn(f"Object '{obj.name}': shadow catchers are not supported, it is an ordinary surface")
+        if versions.subdivides_adaptively(obj):
+            self._report.warn(f"Object '{obj.name}': adaptive subdivision is not supported, its levels are used")
 
     def _lamp(self, obj: bpy.types.Object, visibility: int, key: PrototypeKey) -> Lamp | None:
         if is_portal(obj.data):

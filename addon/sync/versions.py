@@ -65,3 +65,12 @@ def bump_filter_width() -> float:
 def cycles_setting(data_block: bpy.types.ID, name: str, default: Any) -> Any:  # noqa: ANN401
     """A setting that lives with the Cycles add-on, or `default` where that add-on is disabled."""
     return getattr(getattr(data_block, "cycles", None), name, default)
+
+
+def subdivides_adaptively(obj: bpy.types.Object) -> bool:
+    """Whether Cycles would, by the last modifier; before 5.0 only where experimental features are on, which is not
+    asked here."""
+    last = obj.modifiers[-1] if len(obj.modifiers) else None
+    if last is None or last.type != "SUBSURF":
+        return False
+    return getattr(last, "use_adaptive_subdivision", cycles_setting(obj, "use_adaptive_subdivision", False))

@@ -62,6 +62,7 @@ bool is_same_mesh(const Mesh& a, const Mesh& b) {
                                 a.radii == b.radii && a.has_straight_segments == b.has_straight_segments &&
                                 a.dropped_triangles == b.dropped_triangles;
   return has_same_surface && a.normals_domain == b.normals_domain && a.normals == b.normals &&
+         a.sharp_polygons == b.sharp_polygons &&
          std::ranges::equal(a.attributes, b.attributes,
                             [&](const MeshAttribute& x, const MeshAttribute& y) { return is_same_attribute(a, x, y); });
 }
@@ -70,7 +71,8 @@ size_t memory_bytes(const Mesh& mesh) {
   size_t bytes = mesh.positions.capacity() * sizeof(Vec3) + mesh.vertices.capacity() * sizeof(TriangleIndices) +
                  mesh.corners.capacity() * sizeof(TriangleIndices) + mesh.polygons.capacity() * sizeof(uint32_t) +
                  mesh.material_slots.capacity() * sizeof(uint16_t) + mesh.normals.capacity() * sizeof(uint32_t) +
-                 mesh.radii.capacity() * sizeof(float) + mesh.undisplaced_normals.capacity() * sizeof(uint32_t);
+                 mesh.sharp_polygons.capacity() + mesh.radii.capacity() * sizeof(float) +
+                 mesh.undisplaced_normals.capacity() * sizeof(uint32_t);
   for (const MeshAttribute& attribute : mesh.attributes) {
     bytes += element_count(mesh, attribute) * static_cast<size_t>(attribute.components) * sizeof(float);
   }

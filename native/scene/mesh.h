@@ -44,6 +44,7 @@ struct Mesh {
   std::vector<uint16_t> material_slots;   // per triangle; empty = slot 0 everywhere
   Domain normals_domain = Domain::FACE;   // FACE: flat shading, no stored normals
   std::vector<uint32_t> normals;          // octahedral 2x16 bits per point or per corner
+  std::vector<uint8_t> sharp_polygons;    // 1: flat, though the domain of normals is CORNER; empty = none
   std::vector<MeshAttribute> attributes;  // UV maps first, in Blender's order
   std::vector<float> radii;               // of strands: per position, in object space, at least 0; empty: triangles
   bool has_straight_segments = false;     // of strands: between their keys they do not bend

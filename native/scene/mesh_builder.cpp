@@ -112,6 +112,8 @@ void set_normals(const MeshInput& input, Mesh& mesh) {
     mesh.normals_domain = Domain::CORNER;
     encode_normals_with_sharp_faces(input, mesh);
   }
+  if (mesh.normals_domain == Domain::CORNER && std::ranges::any_of(input.sharp_faces, is_sharp))
+    mesh.sharp_polygons.assign(input.sharp_faces.begin(), input.sharp_faces.end());
 }
 
 MeshAttribute expand_to_corners(const MeshInput& input, const MeshAttribute& attribute) {

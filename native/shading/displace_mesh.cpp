@@ -27,32 +27,6 @@ MeshAttribute gather(const MeshAttribute& attribute, const std::vector<uint32_t>
   return {attribute.name, attribute.domain, attribute.components, values, attribute.name_hash};
 }
 
-/// Of a mesh with normals at corners one with normals at points: a vertex for each normal that a point has.
-void split_by_normals(Mesh& mesh) {
-  std::unordered_map<uint64_t, uint32_t> vertices;  // by point and normal
-  std::vector<uint32_t> points, normals;
-  for (size_t t = 0; t < mesh.triangle_count(); ++t) {
-    for (size_t j = 0; j < 3; ++j) {
-      const uint32_t point = mesh.vertices[t][j], normal = mesh.normals[mesh.corners[t][j]];
-      const auto [known, is_new] =
-          vertices.try_emplace(uint64_t{point} << 32 | normal, static_cast<uint32_t>(points.size()));
-      if (is_new) {
-        points.push_back(point);
-        normals.push_back(normal);
-      }
-      mesh.vertices[t][j] = known->second;
-    }
-  }
-  std::vector<Vec3> positions;
-  positions.reserve(points.size() + 1);  // see Mesh
-  for (const uint32_t point : points) positions.push_back(mesh.positions[point]);
-  for (MeshAttribute& attribute : mesh.attributes)
-    if (attribute.domain == Domain::POINT) attribute = gather(attribute, points);
-  mesh.positions = std::move(positions);
-  mesh.normals = std::move(normals);
-  mesh.normals_domain = Domain::POINT;
-}
-
 /// Of all vertices, each triangle weighed by its angle there, as Blender has them.
 std::vector<Vec3> smooth_normals(const Mesh& mesh) {
   std::vector<Vec3> sums(mesh.positions.size());
@@ -68,12 +42,60 @@ std::vector<Vec3> smooth_normals(const Mesh& mesh) {
   return sums;
 }
 
+/// The vertices that take the place of points: one for each normal that a point has at its corners, but a single one of
+/// the smooth normal where a flat face is among them.
+class NormalSplit {
+ public:
+  explicit NormalSplit(Mesh& mesh) : mesh_(mesh) {}
+
+  void run() {
+    find_points_of_flat_faces();
+    for (size_t t = 0; t < mesh_.triangle_count(); ++t)
+      for (size_t j = 0; j < 3; ++j)
+        mesh_.vertices[t][j] = vertex(mesh_.vertices[t][j], mesh_.normals[mesh_.corners[t][j]]);
+    std::vector<Vec3> positions;
+    positions.reserve(points_.size() + 1);  // see Mesh
+    for (const uint32_t point : points_) positions.push_back(mesh_.positions[point]);
+    for (MeshAttribute& attribute : mesh_.attributes)
+      if (attribute.domain == Domain::POINT) attribute = gather(attribute, points_);
+    mesh_.positions = std::move(positions);
+    mesh_.normals = std::move(normals_);
+    mesh_.normals_domain = Domain::POINT;
+  }
+
+ private:
+  void find_points_of_flat_faces() {
+    if (mesh_.sharp_polygons.empty()) return;
+    const std::vector<Vec3> smooth = smooth_normals(mesh_);
+    for (size_t t = 0; t < mesh_.triangle_count(); ++t) {
+      if (mesh_.sharp_polygons[mesh_.polygons.empty() ? t : mesh_.polygons[t]] == 0) continue;
+      for (const uint32_t point : mesh_.vertices[t]) smooth_.try_emplace(point, encode_octahedral(smooth[point]));
+    }
+  }
+
+  uint32_t vertex(uint32_t point, uint32_t normal) {
+    if (const auto found = smooth_.find(point); found != smooth_.end()) normal = found->second;
+    const auto next = static_cast<uint32_t>(points_.size());
+    const auto [known, is_new] = vertices_.try_emplace(uint64_t{point} << 32 | normal, next);
+    if (is_new) {
+      points_.push_back(point);
+      normals_.push_back(normal);
+    }
+    return known->second;
+  }
+
+  Mesh& mesh_;
+  std::unordered_map<uint32_t, uint32_t> smooth_;    // normals, by point of a flat face
+  std::unordered_map<uint64_t, uint32_t> vertices_;  // by point and normal
+  std::vector<uint32_t> points_, normals_;           // by vertex
+};
+
 class Displacer {
  public:
   Displacer(DisplacedMesh& displaced, const Scene& scene, uint32_t instance)
       : displaced_(displaced), source_(*displaced.source), scene_(scene), index_(instance), mesh_(source_) {
     mesh_.undisplaced = displaced.source;
-    if (source_.normals_domain == Domain::CORNER) split_by_normals(mesh_);
+    if (source_.normals_domain == Domain::CORNER) NormalSplit(mesh_).run();
     if (source_.normals_domain == Domain::FACE) flat_normals_ = smooth_normals(source_);
   }
 

@@ -9,7 +9,11 @@ namespace {
 /// In object space, on the outside, interpolated over flat surfaces too (as in Cycles).
 Vec3 original_normal(const Mesh& mesh, const SurfacePoint& point) {
   const Mesh& original = mesh.original();
-  if (mesh.undisplaced_normals.empty()) return interpolate_normal(original, point.triangle, point.barycentric);
+  if (mesh.undisplaced_normals.empty()) {
+    // At corners the vertices have other normals than they had, which this bump has not touched.
+    const Mesh& kept = original.normals_domain == Domain::CORNER ? mesh : original;
+    return interpolate_normal(kept, point.triangle, point.barycentric);
+  }
   const TriangleIndices& v = original.vertices[point.triangle];
   const Vec2 b = point.barycentric;
   const auto normal = [&](size_t i) { return decode_octahedral(mesh.undisplaced_normals[v[i]]); };

@@ -24,14 +24,20 @@ def test_displacement_bends_the_normal_of_all_closures(empty_scene):
     assert not context.warnings
 
 
-@pytest.mark.parametrize("method", ["DISPLACEMENT", "BOTH"])
-def test_true_displacement_is_bump_with_a_warning(empty_scene, method):
+@pytest.mark.parametrize(
+    ("method", "ops"),
+    [("DISPLACEMENT", ["CLOSURE_DISPLACEMENT"]), ("BOTH", ["CLOSURE_DISPLACEMENT", "CLOSURE_DISPLACED_BUMP"])],
+)
+def test_true_displacement_moves_vertices(empty_scene, method, ops):
+    """The closures of the surface read the normal as it is: the core bends it where there is bump too."""
     tree = Tree()
     displaced(tree)
     tree.material.displacement_method = method
     context = Context()
-    assert [closure.op for closure in tree.compile(context).closures] == ["CLOSURE_NORMAL", "CLOSURE_DIFFUSE"]
-    assert context.warnings == ["Material 'Test': true displacement is not supported: it is shown as bump"]
+    *moving, diffuse = tree.compile(context).closures
+    assert [closure.op for closure in moving] == ops and moving[0].parameters == (int(method == "BOTH"),)
+    assert diffuse.op == "CLOSURE_DIFFUSE" and diffuse.inputs[3].op == "NORMAL"
+    assert not context.warnings
 
 
 def test_even_displacement_is_no_bump(empty_scene):
