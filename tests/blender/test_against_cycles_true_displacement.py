@@ -160,6 +160,7 @@ def test_several_materials(empty_scene: bpy.types.Scene) -> None:
     agrees(empty_scene)
 
 
+@needs_cycles_4_5
 @pytest.mark.skipif(bpy.app.version >= (5, 1, 0), reason="Later Cycles keeps such meshes together")
 @pytest.mark.parametrize("method", ["DISPLACEMENT", "BOTH"])
 def test_sharp_edges(empty_scene: bpy.types.Scene, method: str) -> None:

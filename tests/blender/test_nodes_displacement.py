@@ -35,7 +35,8 @@ def test_true_displacement_moves_vertices(empty_scene, method, ops):
     tree.material.displacement_method = method
     context = Context()
     *moving, diffuse = tree.compile(context).closures
-    assert [closure.op for closure in moving] == ops and moving[0].parameters == (int(method == "BOTH"),)
+    assert [closure.op for closure in moving] == ops
+    assert list(moving[0].parameters) == [int(method == "BOTH")]
     assert diffuse.op == "CLOSURE_DIFFUSE" and diffuse.inputs[3].op == "NORMAL"
     assert not context.warnings
 
