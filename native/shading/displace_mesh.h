@@ -11,8 +11,8 @@ namespace cistern {
 /// around it that moves anything, along the smooth normal even where faces are flat. Smooth normals are made anew of
 /// those triangles whose material does not keep them: the sum of the unit normals of the triangles around a vertex.
 /// Flat faces stay flat in a mesh of them; among smooth ones they become smooth. A mesh comes apart where the normals
-/// of a point differ from one smooth corner to another (Cycles up to 5.0). A vertex whose displacement is not finite or leads beyond kFarthestCoordinate stays where it is, and is
-/// warned of.
+/// of a point differ from one smooth corner to another (Cycles up to 5.0). A vertex whose displacement is not finite or
+/// leads beyond kFarthestCoordinate stays where it is, and is warned of.
 void displace_mesh(DisplacedMesh& displaced, const Scene& scene, uint32_t instance);
 
 inline constexpr float kFarthestCoordinate = 1e18f;  // in object space; rays reach a little further
