@@ -18,7 +18,7 @@ needs_cycles_4_5 = pytest.mark.skipif(
     bpy.app.version < (4, 5, 0), reason="Cycles 4.2 corrects perturbed normals in another way"
 )
 needs_undisplaced_normals = pytest.mark.skipif(
-    bpy.app.version < (5, 0, 0), reason="Cycles before 5.0 bends the normals of flat faces where bump is added"
+    bpy.app.version < (5, 0, 0), reason="Cycles before 5.0 does not go back to the normals before displacement"
 )
 
 Build = Callable[[Nodes], bpy.types.NodeSocket]
@@ -94,8 +94,10 @@ def displaced_material(name: str, displacement: Build, surface: Build, method: s
 
 
 def displaced_sphere(scene: bpy.types.Scene, case: str = "noise in object space") -> bpy.types.Object:
-    """Unevenly scaled and turned."""
-    sphere = build.stage(scene, displaced_material("moved", *CASES[case]), segments=32)
+    """Unevenly scaled and turned. The folds that a colour makes have terminators, the known difference on coarse
+    meshes: with 16 replicas 0.7 % of the mean in a block at 32 segments, none at 128."""
+    segments = 128 if case == "a colour" else 32
+    sphere = build.stage(scene, displaced_material("moved", *CASES[case]), segments=segments)
     sphere.rotation_euler, sphere.scale, sphere.location = (0.3, 0.2, 0.5), (1.0, 0.7, 1.1), (0.1, 0.0, 0.1)
     return sphere
 
@@ -130,15 +132,18 @@ def agrees(scene: bpy.types.Scene) -> None:
 @needs_cycles_4_5
 @pytest.mark.parametrize("case", CASES)
 def test_smooth_sphere(empty_scene: bpy.types.Scene, case: str) -> None:
+    if bpy.app.version < (5, 0, 0) and case in ("normal map", "both in object space", "both in world space"):
+        pytest.skip("Cycles before 5.0 goes by other normals and steps there")
     displaced_sphere(empty_scene, case)
     agrees(empty_scene)
 
 
-@needs_cycles_4_5
 @pytest.mark.parametrize("method", ["DISPLACEMENT", "BOTH"])
 @pytest.mark.parametrize("smooth", [True, False])
 def test_grid_by_tangents(empty_scene: bpy.types.Scene, smooth: bool, method: str) -> None:
     """Flat faces stay flat, unless bump bends the normals they would have if they were smooth."""
+    if bpy.app.version < (5, 0, 0) and method == "BOTH":
+        pytest.skip("Cycles before 5.0 goes by other normals and steps there")
     grid(empty_scene, displaced_material("moved", along_tangents, diffuse, method), smooth)
     agrees(empty_scene)
 
@@ -165,6 +170,8 @@ def test_several_materials(empty_scene: bpy.types.Scene) -> None:
 @pytest.mark.parametrize("method", ["DISPLACEMENT", "BOTH"])
 def test_sharp_edges(empty_scene: bpy.types.Scene, method: str) -> None:
     """A mesh comes apart there, as in Cycles 5.0. Within 0.5 % of the mean in the worst block."""
+    if bpy.app.version < (5, 0, 0) and method == "BOTH":
+        pytest.skip("Cycles before 5.0 goes by other normals and steps there")
     sphere = displaced_sphere(empty_scene)
     bpy.data.materials["moved"].displacement_method = method
     sharp = sphere.data.attributes.new("sharp_edge", "BOOLEAN", "EDGE")
