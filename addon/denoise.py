@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .open_image_denoise import NAME, Denoiser, DenoiserError, Picture, is_there
 from .view_modes import Reader
@@ -40,9 +41,11 @@ SEQUENCE = "PIXEL_SOBOL"
 # The network pads with black: pictures below this size in pixels come out too dark unless they are extended.
 SMALLEST_SIDE = 64
 
-# Emission is changed by at most so many of its standard errors. Without depth of field it has next to no noise, and a
-# filter makes it worse.
-STANDARD_ERRORS = 2.0
+# Emission in view is left as it is where the variance of its noise, over so many pixels to a side, is at most the first
+# share of its square, and filtered with direct light from the second on: sharp lamps have noise at their edges alone,
+# and lamps out of focus are nothing but noise.
+NOISE_SIDE = 7
+NOISE_SHARES = (0.1, 0.4)
 
 # Rounding, as a share of the picture, by which a layer may be below zero.
 ROUNDING = 1e-4
@@ -50,14 +53,11 @@ ROUNDING = 1e-4
 
 @dataclass(frozen=True)
 class Layers:
-    """Parts of a picture, each (height, width, 3), scene-linear radiance without upper limit; their sum is the picture.
+    """Parts of a picture, which is their sum: each (height, width, 3), scene-linear radiance without upper limit."""
 
-    `emission_noise` are standard errors of `emission`, each by itself rough; without them it is filtered freely."""
-
-    scattered: Picture  # the rest: direct light and the environment
+    scattered: Picture  # all that is in no other: direct light and the environment
     indirect: Picture | None = None
-    emission: Picture | None = None  # of what the camera sees itself
-    emission_noise: Picture | None = None
+    kept: Picture | None = None  # added as it is
 
 
 def denoise(
@@ -112,32 +112,15 @@ def filtered(
     (top, _), (left, _), _ = margins(layers.scattered)
     height, width, _ = layers.scattered.shape
     total = np.zeros(layers.scattered.shape, np.float32)
-    for layer in (layers.scattered, layers.indirect, layers.emission):
+    for layer in (layers.scattered, layers.indirect):
         if layer is None or not layer.any():
             continue
         inputs = {"color": prepared(layer)} | guides
         output = denoiser.filter(inputs, is_hdr=True, has_clean_guides=True, is_wanted=is_wanted)
         if output is None:
             return None
-        smooth = output[top : top + height, left : left + width]
-        total += bounded(smooth, layer, layers.emission_noise) if layer is layers.emission else smooth
-    return total
-
-
-def bounded(smooth: Picture, emission: Picture, noise: Picture | None) -> Picture:
-    """The filtered emission, as far as the noise of the unfiltered one admits it, and nowhere but where there is any: a
-    lamp's faintest glow is brighter than the night around it."""
-    emission = finite(emission)
-    if noise is not None:
-        margin = STANDARD_ERRORS * np.sqrt(mean_of_neighbours(finite(noise) ** 2))
-        smooth = np.clip(smooth, emission - margin, emission + margin)
-    return np.where(emission > 0.0, smooth, emission)
-
-
-def mean_of_neighbours(picture: Picture) -> Picture:
-    """Over 3 x 3 pixels; at the edges of the picture its outermost pixels count once more."""
-    padded = np.pad(picture, [(1, 1), (1, 1), (0, 0)], mode="edge")
-    return np.lib.stride_tricks.sliding_window_view(padded, (3, 3), axis=(0, 1)).mean(axis=(-2, -1))
+        total += output[top : top + height, left : left + width]
+    return total if layers.kept is None else total + finite(layers.kept)
 
 
 def finite(picture: Picture) -> Picture:
@@ -170,13 +153,34 @@ def with_needed_passes(core_passes: list[str]) -> list[str]:
     return list(dict.fromkeys([*core_passes, NOISY_PASS, *LAYER_PASSES, *GUIDE_PASSES]))
 
 
-def layers_of(picture: Picture, indirect: Picture, emission: Picture, emission_noise: Picture | None = None) -> Layers:
-    """Of a picture and two of its parts. The picture alone where a part of it is negative, by lamps of negative
-    strength: filters know no such light, and what one part lacks would not be taken from the others."""
+def layers_of(picture: Picture, indirect: Picture, emission: Picture, emission_noise: Picture) -> Layers:
+    """Of a picture, two of its parts, and standard errors of the latter, each by itself rough.
+
+    The picture alone where a part of it is negative, by lamps of negative strength: filters know no such light, and
+    what one part lacks would not be taken from the others."""
     scattered = picture - indirect - emission
     if any(np.any(part < -ROUNDING * np.abs(picture)) for part in (scattered, indirect, emission)):
         return Layers(picture)
-    return Layers(np.maximum(scattered, 0.0), indirect, emission, emission_noise)
+    noisy = noisy_share(emission, emission_noise) * emission
+    return Layers(np.maximum(scattered, 0.0) + noisy, indirect, emission - noisy)
+
+
+def noisy_share(emission: Picture, noise: Picture) -> Picture:
+    """(height, width, 1): the share of the emission that is filtered."""
+    squares, variances = (mean_of_neighbours((part**2).mean(axis=2)) for part in (emission, noise))
+    least, most = NOISE_SHARES
+    share = np.divide(variances, squares, out=np.zeros_like(squares), where=squares > 0.0)
+    return np.clip((share - least) / (most - least), 0.0, 1.0)[..., None].astype(np.float32)
+
+
+def mean_of_neighbours(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Over NOISE_SIDE x NOISE_SIDE pixels; the outermost ones go on beyond the edges."""
+    for axis in (0, 1):
+        margin = [(0, 0), (0, 0)]
+        margin[axis] = (NOISE_SIDE // 2, NOISE_SIDE // 2)
+        padded = np.pad(values, margin, mode="edge")
+        values = np.lib.stride_tricks.sliding_window_view(padded, NOISE_SIDE, axis=axis).mean(axis=-1)
+    return values
 
 
 def denoised_combined(read: Reader, threads: int, is_wanted: Callable[[], bool]) -> Picture | None:

@@ -147,7 +147,10 @@ std::vector<float> Film::resolve_emission_noise() const {
   std::vector<float> noise(sums.size());
   for (size_t i = 0; i < sums.size(); ++i) {
     const uint32_t samples = samples_[i / 3];
-    if (samples < 2) continue;
+    if (samples < 2) {
+      noise[i] = std::abs(sums[i]);
+      continue;
+    }
     const float count = static_cast<float>(samples);
     const float excess = samples % 2 == 1 ? half_sign(samples - 1) : 0.0f;  // of the first half's samples
     noise[i] = std::abs(differences[i] - excess / count * sums[i]) / count;

@@ -66,7 +66,8 @@ class Film {
   /// Mean of the samples, row 0 at the bottom, channels interleaved. Depth, Normal and Position are means over the
   /// samples that hit something (Depth 1e10 where none did). Combined is premultiplied RGBA. Emission Noise is half the
   /// difference between the means of two halves of the samples, of which each covers the pixel evenly: an estimate of
-  /// the standard error of Emission with one degree of freedom, to be averaged over neighbours. Throws Error for a pass
+  /// the standard error of Emission with one degree of freedom, to be averaged over neighbours; of one sample, Emission
+  /// itself. Throws Error for a pass
   /// that is not kept.
   std::vector<float> resolve(Pass pass) const;
   uint64_t non_finite_samples() const;

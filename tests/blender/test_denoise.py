@@ -32,7 +32,7 @@ def stand_in(monkeypatch):
     calls = []
 
     def play(layers, albedo, normal, threads=0, is_wanted=None):
-        parts = [part for part in (layers.scattered, layers.indirect, layers.emission) if part is not None]
+        parts = [part for part in vars(layers).values() if part is not None]
         calls.append((parts[0].shape, tuple(albedo[0, 0]), tuple(normal[0, 0]), threads))
         return 10.0 - sum(parts) if is_wanted() else None
 
@@ -181,23 +181,42 @@ def test_alpha_and_what_is_empty_stay(stand_in):
     assert np.array_equal(combined[~is_empty][:, :3], 10.0 - picture[~is_empty][:, :3])
 
 
+def flat(value):
+    return np.full((16, 16, 3), value, np.float32)
+
+
 def test_a_picture_is_taken_apart_and_the_parts_are_the_picture():
-    picture, indirect, emission = (np.full((2, 2, 3), value, np.float32) for value in (7.0, 2.0, 4.0))
-    layers = denoising.layers_of(picture, indirect, emission, emission)
-    assert np.all(layers.scattered == 1.0) and layers.indirect is indirect and layers.emission is emission
+    layers = denoising.layers_of(flat(7.0), indirect := flat(2.0), flat(4.0), flat(0.0))
+    assert np.all(layers.scattered == 1.0) and layers.indirect is indirect and np.all(layers.kept == 4.0)
+
+
+@pytest.mark.parametrize(("noise", "kept"), [(0.3, 4.0), (2.0, 2.0), (3.0, 0.0)])
+def test_noisy_emission_is_filtered(noise, kept):
+    """Variances of 0.6, 25 and 56 % of the square."""
+    layers = denoising.layers_of(flat(7.0), flat(2.0), flat(4.0), flat(noise))
+    np.testing.assert_allclose(layers.kept, kept, rtol=1e-5)
+    np.testing.assert_allclose(layers.scattered, 5.0 - kept, rtol=1e-5)
+
+
+def test_noise_of_emission_is_that_of_its_surroundings():
+    """One pixel's estimate has one degree of freedom: it may be 0 or large by chance."""
+    noise = flat(0.0)
+    noise[8, 8] = 10.0  # 100 of 49 x 16: 0.13
+    share = denoising.noisy_share(flat(4.0), noise)[..., 0]
+    assert np.count_nonzero(share) == 49 and share[5, 5] == pytest.approx((100 / (49 * 16) - 0.1) / 0.3, rel=1e-4)
 
 
 @pytest.mark.parametrize("parts", [(2.0, -1.0, 0.0), (2.0, 3.0, 0.0), (2.0, 0.0, -1.0)])
 def test_negative_light_is_not_taken_apart(parts):
     """Of lamps of negative strength: indirect, direct, emission. The sum is not negative, and filters keep it."""
-    picture, indirect, emission = (np.full((2, 2, 3), value, np.float32) for value in parts)
+    picture, indirect, emission = map(flat, parts)
     layers = denoising.layers_of(picture, indirect, emission, emission)
-    assert layers.scattered is picture and layers.indirect is None and layers.emission is None
+    assert layers.scattered is picture and layers.indirect is None and layers.kept is None
 
 
 def test_rounding_is_not_taken_for_negative_light():
     picture = np.full((2, 2, 3), 7.0, np.float32)
-    layers = denoising.layers_of(picture, np.nextafter(picture, np.float32(8.0)), 0.0 * picture, None)
+    layers = denoising.layers_of(picture, np.nextafter(picture, np.float32(8.0)), 0.0 * picture, 0.0 * picture)
     assert np.all(layers.scattered == 0.0) and layers.indirect is not None
 
 
@@ -301,15 +320,33 @@ def lamps_scene(samples):
 
 
 @has_library
-def test_lamps_in_view_are_kept_by_layers(tmp_path, monkeypatch):
-    """Planted: emission filtered without bounds, and the picture not taken apart."""
+def test_sharp_lamps_are_kept(tmp_path, monkeypatch):
+    """Planted: emission filtered whatever its noise is, and the picture not taken apart."""
     long = combined(lamps_scene(512), tmp_path, False)[..., :3]
     assert long.max() > 100.0
     layered = combined(lamps_scene(8), tmp_path, True)[..., :3]
-    monkeypatch.setattr(denoising, "STANDARD_ERRORS", 1e6)
-    unbounded = combined(lamps_scene(8), tmp_path, True)[..., :3]
+    monkeypatch.setattr(denoising, "noisy_share", lambda *_: 1.0)
+    filtered = combined(lamps_scene(8), tmp_path, True)[..., :3]
     monkeypatch.setattr(denoising, "layers_of", lambda picture, *parts: denoising.Layers(picture))
     whole = combined(lamps_scene(8), tmp_path, True)[..., :3]
-    assert error(layered, long) < 0.1 * error(whole, long)
+    assert error(layered, long) < 0.1 * min(error(filtered, long), error(whole, long))
     assert layered.mean() == pytest.approx(long.mean(), rel=0.04)
-    assert max(unbounded.mean(), whole.mean()) < 0.94 * long.mean()
+    assert max(filtered.mean(), whole.mean()) < 0.94 * long.mean()
+
+
+@has_library
+@pytest.mark.parametrize("samples", [1, 4, 16])
+def test_lamps_out_of_focus_are_filtered(tmp_path, monkeypatch, samples):
+    """Planted: emission left as it is."""
+
+    def blurred(samples):
+        scene = lamps_scene(samples)
+        scene.camera.data.dof.use_dof = True
+        scene.camera.data.dof.focus_distance, scene.camera.data.dof.aperture_fstop = 1.0, 0.1
+        return scene
+
+    long = combined(blurred(1024), tmp_path, False)[..., :3]
+    layered = combined(blurred(samples), tmp_path, True)[..., :3]
+    monkeypatch.setattr(denoising, "noisy_share", lambda *_: 0.0)
+    kept = combined(blurred(samples), tmp_path, True)[..., :3]
+    assert error(layered, long) < 0.5 * error(kept, long)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from addon import open_image_denoise
-from addon.denoise import DenoiserError, Layers, bounded, denoise, denoise_layers
+from addon.denoise import DenoiserError, Layers, denoise, denoise_layers
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -109,10 +109,8 @@ def test_layers_are_denoised_each_by_itself_and_added(board):
     guides = (board.albedo, board.normal)
     parts = (board.noisy, 0.5 * board.noisy[::-1].copy())
     assert np.array_equal(denoise_layers(Layers(*parts), *guides), sum(denoise(part, *guides) for part in parts))
-    emission = np.where(board.albedo > 0.5, board.noisy, 0.0).astype(np.float32)
-    both = denoise_layers(Layers(board.noisy, emission=emission), *guides)
-    alone = np.where(emission > 0.0, denoise(emission, *guides), 0.0)
-    assert np.array_equal(both, denoise(board.noisy, *guides) + alone)
+    kept = np.where(board.albedo > 0.5, board.noisy, 0.0).astype(np.float32)
+    assert np.array_equal(denoise_layers(Layers(board.noisy, kept=kept), *guides), denoise(board.noisy, *guides) + kept)
 
 
 @has_library
@@ -122,28 +120,8 @@ def test_layers_that_are_black_are_not_denoised(board, monkeypatch):
         open_image_denoise.Denoiser, "filter", lambda self, inputs, **_: runs.append(inputs) or inputs["color"]
     )
     black = np.zeros_like(board.noisy)
-    clean = denoise_layers(Layers(black, board.noisy, black), board.albedo, board.normal, has_clean_guides=True)
+    clean = denoise_layers(Layers(black, board.noisy), board.albedo, board.normal, has_clean_guides=True)
     assert len(runs) == 1 and np.array_equal(clean, board.noisy)
-
-
-def test_emission_changes_by_two_standard_errors_at_most_and_nowhere_but_where_it_is():
-    emission = np.zeros((8, 8, 3), np.float32)
-    emission[2:6, 2:6] = 100.0
-    smooth, noise = np.full_like(emission, 50.0), np.zeros_like(emission)
-    assert np.array_equal(bounded(smooth, emission, noise), emission)
-    noise[:] = 3.0
-    assert np.allclose(bounded(smooth, emission, noise), np.where(emission > 0.0, 94.0, 0.0))
-    noise[:] = 1000.0
-    assert np.array_equal(bounded(smooth, emission, noise), np.where(emission > 0.0, 50.0, 0.0))
-    assert np.array_equal(bounded(smooth, emission, None), np.where(emission > 0.0, 50.0, 0.0))
-
-
-def test_the_noise_of_emission_is_that_of_its_neighbours_too():
-    """One pixel's estimate has one degree of freedom and may be 0 by chance."""
-    emission, noise = np.full((8, 8, 3), 100.0, np.float32), np.zeros((8, 8, 3), np.float32)
-    noise[4, 4] = 9.0
-    changed = bounded(np.full_like(emission, 50.0), emission, noise) != emission
-    assert changed[3:6, 3:6].all() and changed.sum() == 27
 
 
 def test_pictures_of_different_sizes_are_refused(board):

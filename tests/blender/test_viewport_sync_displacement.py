@@ -1,4 +1,4 @@
-"""Edits of displaced meshes in viewports: each shows, and what the core then has is what an export from nothing gives."""
+"""Edits of displaced meshes in viewports: each shows, and the core then has what an export from nothing gives."""
 
 from collections.abc import Callable, Iterator
 
