@@ -345,7 +345,7 @@ def test_lamps_out_of_focus_are_filtered(tmp_path, monkeypatch, samples):
         scene.camera.data.dof.focus_distance, scene.camera.data.dof.aperture_fstop = 1.0, 0.1
         return scene
 
-    long = combined(blurred(1024), tmp_path, False)[..., :3]
+    long = combined(blurred(256), tmp_path, False)[..., :3]
     layered = combined(blurred(samples), tmp_path, True)[..., :3]
     monkeypatch.setattr(denoising, "noisy_share", lambda *_: 0.0)
     kept = combined(blurred(samples), tmp_path, True)[..., :3]
