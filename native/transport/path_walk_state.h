@@ -20,9 +20,11 @@ enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
 /// What a walk does. Each is compiled by itself, so that the reference estimator pays for nothing but its own.
 template <bool kCaptures, bool kLearns, bool kHasMedia = false>
 struct WalkKind {
+  // NOLINTBEGIN(readability-identifier-naming): traits
   static constexpr bool captures = kCaptures;  // leaves something to others
   static constexpr bool learns = kLearns;      // chooses lights or directions by what earlier frames learned
   static constexpr bool has_media = kHasMedia;
+  // NOLINTEND(readability-identifier-naming)
 };
 using ReferenceWalk = WalkKind<false, false>;
 using CapturingWalk = WalkKind<true, false>;
