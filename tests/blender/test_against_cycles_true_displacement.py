@@ -24,6 +24,11 @@ needs_undisplaced_normals = pytest.mark.skipif(
 Build = Callable[[Nodes], bpy.types.NodeSocket]
 
 
+def skip_before_5_0(goes_by_bump: bool) -> None:
+    if bpy.app.version < (5, 0, 0) and goes_by_bump:
+        pytest.skip("Cycles before 5.0 goes by other normals and steps there")
+
+
 def by_image(tree: Nodes) -> bpy.types.NodeSocket:
     image = tree.nodes.new("ShaderNodeTexImage")
     image.image = build.gradient_image()
@@ -132,8 +137,7 @@ def agrees(scene: bpy.types.Scene) -> None:
 @needs_cycles_4_5
 @pytest.mark.parametrize("case", CASES)
 def test_smooth_sphere(empty_scene: bpy.types.Scene, case: str) -> None:
-    if bpy.app.version < (5, 0, 0) and case in ("normal map", "both in object space", "both in world space"):
-        pytest.skip("Cycles before 5.0 goes by other normals and steps there")
+    skip_before_5_0(case in ("normal map", "both in object space", "both in world space"))
     displaced_sphere(empty_scene, case)
     agrees(empty_scene)
 
@@ -142,8 +146,7 @@ def test_smooth_sphere(empty_scene: bpy.types.Scene, case: str) -> None:
 @pytest.mark.parametrize("smooth", [True, False])
 def test_grid_by_tangents(empty_scene: bpy.types.Scene, smooth: bool, method: str) -> None:
     """Flat faces stay flat, unless bump bends the normals they would have if they were smooth."""
-    if bpy.app.version < (5, 0, 0) and method == "BOTH":
-        pytest.skip("Cycles before 5.0 goes by other normals and steps there")
+    skip_before_5_0(method == "BOTH")
     grid(empty_scene, displaced_material("moved", along_tangents, diffuse, method), smooth)
     agrees(empty_scene)
 
@@ -170,8 +173,7 @@ def test_several_materials(empty_scene: bpy.types.Scene) -> None:
 @pytest.mark.parametrize("method", ["DISPLACEMENT", "BOTH"])
 def test_sharp_edges(empty_scene: bpy.types.Scene, method: str) -> None:
     """A mesh comes apart there, as in Cycles 5.0. Within 0.5 % of the mean in the worst block."""
-    if bpy.app.version < (5, 0, 0) and method == "BOTH":
-        pytest.skip("Cycles before 5.0 goes by other normals and steps there")
+    skip_before_5_0(method == "BOTH")
     sphere = displaced_sphere(empty_scene)
     bpy.data.materials["moved"].displacement_method = method
     sharp = sphere.data.attributes.new("sharp_edge", "BOOLEAN", "EDGE")
