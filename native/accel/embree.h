@@ -72,13 +72,23 @@ inline void refuse_hits(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-}  // namespace embree_detail
-
-inline void embree_intersect(RTCScene scene, RTCRayHit& ray_hit, const InstanceFilter& filter) {
-  embree_detail::FilterContext context;
+inline FilterContext make_context(const InstanceFilter& filter) {
+  FilterContext context;
   context.filter = &filter;
 #if RTC_VERSION_MAJOR >= 4
   rtcInitRayQueryContext(&context.context);
+#else
+  rtcInitIntersectContext(&context.context);
+  context.context.filter = refuse_hits;
+#endif
+  return context;
+}
+
+}  // namespace embree_detail
+
+inline void embree_intersect(RTCScene scene, RTCRayHit& ray_hit, const InstanceFilter& filter) {
+  embree_detail::FilterContext context = embree_detail::make_context(filter);
+#if RTC_VERSION_MAJOR >= 4
   RTCIntersectArguments arguments;
   rtcInitIntersectArguments(&arguments);
   arguments.context = &context.context;
@@ -86,17 +96,13 @@ inline void embree_intersect(RTCScene scene, RTCRayHit& ray_hit, const InstanceF
   arguments.flags = static_cast<RTCRayQueryFlags>(arguments.flags | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
   rtcIntersect1(scene, &ray_hit, &arguments);
 #else
-  rtcInitIntersectContext(&context.context);
-  context.context.filter = embree_detail::refuse_hits;
   rtcIntersect1(scene, &context.context, &ray_hit);
 #endif
 }
 
 inline void embree_occluded(RTCScene scene, RTCRay& ray, const InstanceFilter& filter) {
-  embree_detail::FilterContext context;
-  context.filter = &filter;
+  embree_detail::FilterContext context = embree_detail::make_context(filter);
 #if RTC_VERSION_MAJOR >= 4
-  rtcInitRayQueryContext(&context.context);
   RTCOccludedArguments arguments;
   rtcInitOccludedArguments(&arguments);
   arguments.context = &context.context;
@@ -104,8 +110,6 @@ inline void embree_occluded(RTCScene scene, RTCRay& ray, const InstanceFilter& f
   arguments.flags = static_cast<RTCRayQueryFlags>(arguments.flags | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
   rtcOccluded1(scene, &ray, &arguments);
 #else
-  rtcInitIntersectContext(&context.context);
-  context.context.filter = embree_detail::refuse_hits;
   rtcOccluded1(scene, &context.context, &ray);
 #endif
 }
