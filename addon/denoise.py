@@ -183,6 +183,12 @@ def mean_of_neighbours(values: NDArray[np.float32]) -> NDArray[np.float32]:
     return values
 
 
+def guides(read: Reader) -> tuple[Picture, Picture]:
+    """Albedo and normal of a finished session."""
+    albedo, normal = map(read, GUIDE_PASSES)
+    return albedo, normal
+
+
 def denoised_combined(read: Reader, threads: int, is_wanted: Callable[[], bool]) -> Picture | None:
     """Combined (red, green, blue, alpha) of a finished session, denoised; None once it is not wanted.
 
@@ -190,7 +196,7 @@ def denoised_combined(read: Reader, threads: int, is_wanted: Callable[[], bool])
     pixel in which nothing was found: no glow may reach a transparent film. Raises DenoiserError."""
     noisy = read(NOISY_PASS)
     layers = layers_of(noisy[..., :3], *map(read, LAYER_PASSES))
-    color = denoise_layers(layers, *map(read, GUIDE_PASSES), threads=threads, is_wanted=is_wanted)
+    color = denoise_layers(layers, *guides(read), threads=threads, is_wanted=is_wanted)
     if color is None:
         return None
     return np.where(noisy.any(axis=2, keepdims=True), np.concatenate([color, noisy[..., 3:]], axis=2), noisy)

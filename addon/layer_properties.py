@@ -17,6 +17,14 @@ class CisternViewLayerSettings(bpy.types.PropertyGroup):
         description="Light that reaches the visible point by way of other surfaces, in scene-linear radiance",
         default=True,
     )
+    use_pass_shadow_catcher: BoolProperty(
+        name="Shadow Catcher",
+        description=(
+            "Share of light that other objects leave to shadow catchers, to multiply footage by; 1 where there is no "
+            "shadow. Combined then shows neither catchers nor shadows"
+        ),
+        default=False,
+    )
     use_pass_noisy: BoolProperty(
         name="Noisy",
         description=(

@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from . import cryptomatte, denoise, passes, report, settings, view_modes, volumes
-from .progress import stage_share, status_text
+from . import cryptomatte, denoise, passes, report, settings, shadow_catchers, view_modes, volumes
+from .progress import Span, stage_share, status_text
+from .shadow_catchers import ShadowPlan
+from .view_modes import with_passes
 from .views import place_view_camera, view_names
 
 if TYPE_CHECKING:
@@ -35,6 +39,23 @@ BYTES_PER_MB = 1e6
 
 class RenderFailedError(RuntimeError):
     """The core stopped a render; the text is the core's sentence."""
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Snapshots of a scene: as the frame shows it and, with motion blur, as the shutter opens and closes."""
+
+    scene: Any
+    ends: tuple[Any, ...]
+    cache: Any = None
+    """A core's RenderCache: what sessions with variants of the scene take over from each other."""
+
+    def shadow_catchers_alone(self) -> Moments:
+        alone, *ends = (scene.shadow_catchers_alone() for scene in (self.scene, *self.ends))
+        return Moments(alone, tuple(ends), self.cache)
+
+    def backdrop(self) -> Moments:
+        return Moments(self.scene.backdrop(), ())
 
 
 class LayerRender:
@@ -117,52 +138,98 @@ class LayerRender:
             if len(views) > 1:
                 for builder in builders:
                     place_view_camera(self.engine, self.depsgraph, builder)
-            session = self.core.Session(self.core.Settings(**self.arguments))
             scene, *ends = (builder.snapshot() for builder in builders)
             self.warn_of_volume(scene.volume_name)
             for warning in scene.warnings:
                 self.figures.warn_once(warning)
-            session.start(scene, shutter=tuple(ends) or None)
-            self.render_view(session, view, index / len(views), 1 / len(views))
+            self.render_view(Moments(scene, tuple(ends)), view, Span(index / len(views), 1 / len(views)))
 
-    def render_view(self, session: Any, view: str, done_before: float, share: float) -> None:  # noqa: ANN401
-        """Watch a running session to its end and hand over its pixels; `share` is the view's part of the progress."""
+    def render_view(self, moments: Moments, view: str, span: Span) -> None:
+        """Render a view and hand over its pixels."""
         result = self.engine.begin_result(0, 0, self.region.width, self.region.height, layer=self.layer_name, view=view)
         is_complete = False
         try:
-            self.watch(session, result, view, done_before, share)
-            self.write(self.finished_reader(session), result, view)
-            self.warn_of_black_picture(session)
+            plan = self.shadow_plan(moments)
+            if plan is None:
+                read = self.finished_reader(self.rendered(self.arguments, moments, span, result, view))
+                self.warn_of_black_picture(read)
+            else:
+                moments = replace(moments, cache=self.core.RenderCache())
+                read = self.rendered_with_shadows(plan, moments, span, result, view)
+            self.write(read, result, view)
             is_complete = True
         finally:
-            if not is_complete:
-                session.cancel()
             self.engine.end_result(result, cancel=not is_complete)
 
-    def watch(self, session: Any, result: bpy.types.RenderResult, view: str, done_before: float, share: float) -> None:  # noqa: ANN401
+    def shadow_plan(self, moments: Moments) -> ShadowPlan | None:
+        if self.engine.is_preview or self.view_mode != "COMBINED" or not moments.scene.has_shadow_catchers:
+            return None
+        return ShadowPlan(self.arguments, self.depsgraph.view_layer_eval.cistern.use_pass_shadow_catcher)
+
+    def rendered_with_shadows(
+        self, plan: ShadowPlan, moments: Moments, span: Span, result: bpy.types.RenderResult, view: str
+    ) -> view_modes.Reader:
+        """Reads the passes of a finished picture with shadows on its catchers."""
+        of_scene, of_shadows = span.split(shadow_catchers.SCENE_SHARE)
+        read = self.rendered(plan.scene_arguments(), moments, of_scene, result, view)
+        samples = self.figures.samples
+        if self.is_cancelled or samples == 0:
+            return read
+        alone = self.rendered(plan.alone_arguments(samples), moments.shadow_catchers_alone(), of_shadows)
+        shadow = self.denoised(shadow_catchers.shadow(read, alone), read)
+        matte = self.finished_reader(shadow_catchers.without_catchers(read))("Combined")
+        if not plan.is_apart:
+            backdrop = None
+            if plan.needs_backdrop:
+                read_world = self.rendered(plan.backdrop_arguments(), moments.backdrop(), of_shadows.split(1.0)[1])
+                backdrop = read_world("Environment")
+            matte = shadow_catchers.over_shadow(matte, shadow, backdrop)
+        self.figures.samples = samples
+        return with_passes(read, {"Combined": matte, shadow_catchers.SHADOW_PASS: shadow})
+
+    def rendered(
+        self,
+        arguments: dict[str, Any],
+        moments: Moments,
+        span: Span,
+        result: bpy.types.RenderResult | None = None,
+        view: str = "",
+    ) -> view_modes.Reader:
+        """Reads the passes of a session that was watched to its end; with a result, that shows unfinished pictures.
+        Raises RenderFailedError."""
+        session = self.core.Session(self.core.Settings(**arguments))
+        session.start(moments.scene, cache=moments.cache, shutter=moments.ends or None)
+        try:
+            self.watch(session, span, result, view)
+        except BaseException:
+            session.cancel()
+            raise
+        return shadow_catchers.unshadowed(session.read)
+
+    def watch(self, session: Any, span: Span, result: bpy.types.RenderResult | None, view: str) -> None:  # noqa: ANN401
         """Poll until the session stops. Raises RenderFailedError."""
         display = DisplayClock()
         seen = 0
         while True:
             progress = session.wait(POLL_SECONDS)
-            self.show(progress, done_before, share)
+            self.show(progress, span)
             if progress.status is not self.core.Status.RUNNING:
                 break
             if self.engine.is_stop_wanted():
                 self.is_cancelled = True
                 session.cancel()
-            elif progress.version != seen and display.is_due():
+            elif result is not None and progress.version != seen and display.is_due():
                 seen = progress.version
-                self.write(session.read, result, view)
+                self.write(shadow_catchers.unshadowed(session.read), result, view)
                 self.engine.update_result(result)
                 display.restart()
         self.account(progress)
 
-    def show(self, progress: Any, done_before: float, share: float) -> None:  # noqa: ANN401
+    def show(self, progress: Any, span: Span) -> None:  # noqa: ANN401
         engine = self.engine
         megabytes = progress.memory_bytes / BYTES_PER_MB
         self.figures.peak_memory_mb = max(self.figures.peak_memory_mb, megabytes)
-        engine.update_progress(done_before + share * stage_share(progress))
+        engine.update_progress(span.start + span.length * stage_share(progress))
         engine.update_memory_stats(memory_used=megabytes, memory_peak=self.figures.peak_memory_mb)
         engine.update_stats("", status_text(progress))
 
@@ -186,27 +253,35 @@ class LayerRender:
         if warning is not None:
             self.figures.warn_once(warning)
 
-    def warn_of_black_picture(self, session: Any) -> None:  # noqa: ANN401
-        if not self.is_cancelled and not session.read("Combined")[..., :3].any():
+    def warn_of_black_picture(self, read: view_modes.Reader) -> None:
+        if not self.is_cancelled and not read("Combined")[..., :3].any():
             scene = self.depsgraph.scene_eval.name
             self.figures.warnings.append(
                 f"Scene '{scene}': view layer '{self.layer_name}' is black, no light reaches the camera"
             )
 
-    def finished_reader(self, session: Any) -> view_modes.Reader:  # noqa: ANN401
+    def finished_reader(self, read: view_modes.Reader) -> view_modes.Reader:
         """Reads the passes of a finished session, Combined denoised where that is wanted and can be done."""
+        combined = self.denoised_by(lambda **options: denoise.denoised_combined(read, **options))
+        return read if combined is None else with_passes(read, {"Combined": combined})
+
+    def denoised(self, picture: view_modes.Picture, read: view_modes.Reader) -> view_modes.Picture:
+        """A picture of the session that `read` reads, denoised where that is wanted and can be done."""
+        clean = self.denoised_by(lambda **options: denoise.denoise(picture, *denoise.guides(read), **options))
+        return picture if clean is None else clean
+
+    def denoised_by(self, run: Callable[..., view_modes.Picture | None]) -> view_modes.Picture | None:
         scene = self.depsgraph.scene_eval
         if self.is_cancelled or not settings.is_denoised(scene, self.engine.is_preview):
-            return session.read
+            return None
         self.engine.update_stats("", "Denoising")
         try:
-            threads = settings.thread_count(scene)
-            combined = denoise.denoised_combined(session.read, threads, lambda: not self.engine.is_stop_wanted())
+            clean = run(threads=settings.thread_count(scene), is_wanted=lambda: not self.engine.is_stop_wanted())
         except denoise.DenoiserError as error:
             self.figures.warn_once(f"The picture is not denoised: {error}")
-            return session.read
-        self.is_cancelled = combined is None
-        return session.read if combined is None else lambda name: combined if name == "Combined" else session.read(name)
+            return None
+        self.is_cancelled = clean is None
+        return clean
 
     def write(self, read: view_modes.Reader, result: bpy.types.RenderResult, view: str) -> None:
         shown = view_modes.reader(self.view_mode, read)

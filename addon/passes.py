@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .shadow_catchers import SHADOW_PASS
 from .sync import MATTE_KINDS
 
 # Since 5.0 Blender spells these passes out.
@@ -60,6 +61,7 @@ PASSES = (
         "COLOR",
         lambda layer: layer.use_pass_environment,
     ),
+    RenderPass(SHADOW_PASS, SHADOW_PASS, "RGB", "COLOR", lambda layer: layer.cistern.use_pass_shadow_catcher),
     RenderPass("Noisy", "Noisy", "RGBA", "COLOR", lambda layer: layer.cistern.use_pass_noisy),
     RenderPass("Cells", "Cells", "RGB", "COLOR", lambda layer: layer.cistern.use_pass_cells),
     RenderPass("Cell Occupancy", "Cell Occupancy", "X", "VALUE", lambda layer: layer.cistern.use_pass_cell_occupancy),

@@ -1,8 +1,23 @@
 """The core's progress as text and as a share of the whole."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass
 from typing import Any
 
 CACHING_STAGE = "Caching light"  # of the core's Progress
+
+
+@dataclass(frozen=True)
+class Span:
+    """A part of the progress of a render."""
+
+    start: float
+    length: float
+
+    def split(self, share: float) -> tuple[Span, Span]:
+        middle = share * self.length
+        return Span(self.start, middle), Span(self.start + middle, self.length - middle)
 
 
 def clock_text(seconds: float) -> str:

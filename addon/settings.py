@@ -9,6 +9,7 @@ import numpy as np
 
 from . import denoise, properties, view_modes
 from .passes import CELL_PASSES, RenderPass
+from .shadow_catchers import SHADOW_PASS
 from .techniques import (
     CELL_PARAMETERS,
     REFERENCE,
@@ -120,7 +121,8 @@ def mist_settings(depsgraph: bpy.types.Depsgraph) -> dict[str, tuple[float, floa
 
 def pass_names(render_passes: list[RenderPass], view: str) -> list[str]:
     """The core's passes to ask for besides Combined: those of the layer, and what the view shows."""
-    names = [render_pass.core_name for render_pass in render_passes if render_pass.core_name != "Combined"]
+    ours = ("Combined", SHADOW_PASS)
+    names = [render_pass.core_name for render_pass in render_passes if render_pass.core_name not in ours]
     return list(dict.fromkeys(names + view_modes.core_passes(view)))
 
 

@@ -158,6 +158,7 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
         column.prop(view_layer.cistern, "use_pass_indirect")
         column.prop(view_layer, "use_pass_emit", text="Emission")
         column.prop(view_layer, "use_pass_environment")
+        column.prop(view_layer.cistern, "use_pass_shadow_catcher")
         column = layout.column(heading="Reuse")
         for name in ("cells", "cell_occupancy", "cell_level", "normal_bin"):
             column.prop(view_layer.cistern, f"use_pass_{name}")

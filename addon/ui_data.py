@@ -107,7 +107,9 @@ class CISTERN_OBJECT_PT_visibility(CisternPanel, Panel):
         column.prop(obj, "hide_viewport", text="Viewports", toggle=False, invert_checkbox=True)
         column.prop(obj, "hide_render", text="Renders", toggle=False, invert_checkbox=True)
         if obj.type in GEOMETRY_TYPES:
-            layout.prop(obj, "is_holdout")
+            column = layout.column(heading="Mask")
+            column.prop(obj, "is_holdout")
+            column.prop(obj, "is_shadow_catcher")
 
 
 class CISTERN_OBJECT_PT_ray_visibility(CisternPanel, Panel):

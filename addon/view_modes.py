@@ -52,6 +52,11 @@ VIEW_ITEMS = (
 )
 
 
+def with_passes(read: Reader, pictures: dict[str, Picture]) -> Reader:
+    """Reads these in place of the passes of the same names."""
+    return lambda name: pictures[name] if name in pictures else read(name)
+
+
 @dataclass(frozen=True)
 class LogScale:
     """Maps numbers to colours by their logarithm: `low` and below to the first colour, `high` and above to the last.

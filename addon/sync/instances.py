@@ -284,11 +284,20 @@ class InstanceSync:
         name = self._name_handle(obj)
         material_set = self._materials.set_handle(obj)
         values = object_values(self._value_names, obj, instancer)
-        return Surface(mesh.handle, material_set, name, visibility, holdout, random, mesh.flat_axis, key, values)
+        return Surface(
+            mesh.handle,
+            material_set,
+            name,
+            visibility,
+            holdout,
+            obj.is_shadow_catcher or (instancer is not None and instancer.is_shadow_catcher),
+            random,
+            mesh.flat_axis,
+            key,
+            values,
+        )
 
     def _warn_of_what_is_ignored(self, obj: bpy.types.Object) -> None:
-        if obj.is_shadow_catcher and obj.type != "LIGHT":
-            self._report.warn(f"Object '{obj.name}': shadow catchers are not supported, it is an ordinary surface")
         if versions.subdivides_adaptively(obj):
             self._report.warn(f"Object '{obj.name}': adaptive subdivision is not supported, its levels are used")
 

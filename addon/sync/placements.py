@@ -33,6 +33,7 @@ class Surface:
     object: int
     visibility: int
     holdout: bool
+    shadow_catcher: bool
     random: float
     """Object Info > Random; not a number where each instance has its own."""
     flat_axis: int = -1
@@ -121,12 +122,14 @@ def instance_arrays(
     def column(member: str, dtype: type) -> NDArray:
         return np.array([getattr(p, member, 0) for p in placements.prototypes], dtype)[prototype]
 
-    links = {}
+    extras = {}
     if any(isinstance(p, Surface) and p.links != _NO_LINKS for p in placements.prototypes):
-        links = {
+        extras = {
             "link_sets": np.stack([column("light_set", np.uint8), column("shadow_set", np.uint8)], 1),
             "links": np.stack([column("lit_sets", np.uint64), column("blocker_sets", np.uint64)], 1),
         }
+    if any(isinstance(p, Surface) and p.shadow_catcher for p in placements.prototypes):
+        extras["shadow_catcher"] = column("shadow_catcher", np.uint8)
     random = column("random", np.float32)
     columns = np.ascontiguousarray(matrices[items])
     restore_normal_axis(columns, column("flat_axis", np.int32))
@@ -141,7 +144,7 @@ def instance_arrays(
         "random": np.where(np.isnan(random), random_fraction(random_ids[items]), random),
         "values": placements.value_row_of(entries),
         "keys": instance_keys(column("identity", np.uint64), random_ids[items]),
-        **links,
+        **extras,
     }
 
 

@@ -5,6 +5,7 @@
 #include "binding/bind.h"
 #include "binding/scene_handle.h"
 #include "scene/scene_builder.h"
+#include "scene/shadow_catchers.h"
 #include "shading/displaced_scene.h"
 
 namespace cistern::binding {
@@ -160,7 +161,8 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
                   const Array<int32_t>& object, const Array<float>& object_to_world, const Array<uint8_t>& visibility,
                   const OptionalArray<uint8_t>& holdout, const OptionalArray<float>& random,
                   const OptionalArray<uint64_t>& keys, const OptionalArray<int32_t>& values,
-                  const OptionalArray<uint8_t>& link_sets, const OptionalArray<uint64_t>& links) {
+                  const OptionalArray<uint8_t>& link_sets, const OptionalArray<uint64_t>& links,
+                  const OptionalArray<uint8_t>& shadow_catcher) {
   const std::string owner = "instances";
   const auto count = static_cast<py::ssize_t>(checked_rows(mesh, 1, owner, "mesh"));
   const auto require_count = [&](const py::array& array, const char* what) {
@@ -171,6 +173,7 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
   require_count(object, "object");
   require_count(visibility, "visibility");
   if (holdout) require_count(*holdout, "holdout");
+  if (shadow_catcher) require_count(*shadow_catcher, "shadow_catcher");
   if (random) require_count(*random, "random");
   if (keys) require_count(*keys, "keys");
   if (values) require_count(*values, "values");
@@ -192,6 +195,7 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
     instance.object = object.at(i);
     instance.visibility = visibility.at(i);
     instance.is_holdout = holdout && holdout->at(i) != 0;
+    instance.is_shadow_catcher = shadow_catcher && shadow_catcher->at(i) != 0;
     instance.random = random ? random->at(i) : 0.0f;
     instance.key = keys ? keys->at(i) : 0;
     instance.values = values ? values->at(i) : -1;
@@ -334,7 +338,8 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
            py::arg("object").noconvert(), py::arg("object_to_world").noconvert(), py::arg("visibility").noconvert(),
            py::arg("holdout").noconvert() = none, py::arg("random").noconvert() = none,
            py::arg("keys").noconvert() = none, py::arg("values").noconvert() = none,
-           py::arg("link_sets").noconvert() = none, py::arg("links").noconvert() = none)
+           py::arg("link_sets").noconvert() = none, py::arg("links").noconvert() = none,
+           py::arg("shadow_catcher").noconvert() = none)
       .def("set_motion_step", &set_motion_step, py::arg("step"), py::arg("object_to_world").noconvert())
       .def("set_instance_values", &set_instance_values, py::arg("names"), py::arg("rows").noconvert())
       .def("take_mesh", &take_mesh, py::arg("scene"), py::arg("handle"))
@@ -370,6 +375,10 @@ void bind_scene_builder(py::module_& m) {
       .def_property_readonly("triangle_count", &SceneHandle::triangle_count)
       .def_property_readonly("instance_count", &SceneHandle::instance_count)
       .def_property_readonly("volume_name", &SceneHandle::volume_name)
+      .def_property_readonly("has_shadow_catchers",
+                             [](const SceneHandle& handle) { return has_shadow_catchers(*handle.scene); })
+      .def("shadow_catchers_alone", [](const SceneHandle& handle) { return handle.with(shadow_catchers_alone); })
+      .def("backdrop", [](const SceneHandle& handle) { return handle.with(backdrop); })
       .def_readonly("warnings", &SceneHandle::warnings);
   py::class_<SceneBuilder> builder(m, "SceneBuilder");
   builder

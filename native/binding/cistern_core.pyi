@@ -131,6 +131,7 @@ class SceneBuilder:
         values: NDArray[np.int32] | None = None,  # (n,) rows of set_instance_values; -1: its materials read 0
         link_sets: NDArray[np.uint8] | None = None,  # (n, 2) below 64: its set as a receiver of light and as a blocker
         links: NDArray[np.uint64] | None = None,  # (n, 2) bits: sets it lights, and those that block its light
+        shadow_catcher: NDArray[np.uint8] | None = None,
     ) -> int:
         """Handle of the first; the others follow. Flat (singular) instances are left out and counted."""
     def set_motion_step(self, step: int, object_to_world: NDArray[np.float32]) -> None:
@@ -223,6 +224,12 @@ class Scene:
     @property
     def warnings(self) -> list[str]:
         """Of vertices that displacement could not move."""
+    @property
+    def has_shadow_catchers(self) -> bool: ...
+    def shadow_catchers_alone(self) -> Scene:
+        """The scene in which light finds nothing else: what the camera sees of other surfaces is held out."""
+    def backdrop(self) -> Scene:
+        """The world alone."""
 
 class Settings:
     """All members can be given as keyword arguments; Error for a value out of range names the member."""

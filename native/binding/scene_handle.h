@@ -19,6 +19,8 @@ struct SceneHandle {
   }
   /// Name of a material with a volume, empty without any.
   std::string volume_name() const { return Media::find_name(*scene); }
+  /// What `change` makes of the snapshot; it brings no warnings of its own.
+  SceneHandle with(Scene (*change)(const Scene&)) const { return {std::make_shared<const Scene>(change(*scene)), {}}; }
   size_t instance_count() const {
     size_t count = 0;
     for (const Instance& instance : scene->instances) count += instance.mesh >= 0;

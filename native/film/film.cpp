@@ -18,6 +18,7 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Environment", 3},
     {"Emission Noise", 3},
     {"Noisy", 4},
+    {"Caught", 4},
     {"Depth", 1},
     {"Normal", 3},
     {"Position", 3},
@@ -96,7 +97,7 @@ void Film::add(uint32_t pixel, const PathRecord& record) {
     ++non_finite_[pixel];
     return;
   }
-  const Rgb combined = record.direct + record.indirect + record.emission + record.environment;
+  const Rgb combined = record.combined();
   add_color(Pass::COMBINED, pixel, combined);
   sum(Pass::COMBINED, pixel)[3] += record.alpha;
   add_color(Pass::NOISY, pixel, combined - record.shared);
@@ -106,6 +107,10 @@ void Film::add(uint32_t pixel, const PathRecord& record) {
   add_color(Pass::EMISSION, pixel, record.emission);
   add_color(Pass::EMISSION_NOISE, pixel, half_sign(sample) * record.emission);
   add_color(Pass::ENVIRONMENT, pixel, record.environment);
+  if (has(Pass::CAUGHT) && record.caught > 0.0f) {
+    add_color(Pass::CAUGHT, pixel, combined - record.light_before_catcher);
+    sum(Pass::CAUGHT, pixel)[3] += record.caught - (record.alpha_before_catcher - record.alpha);
+  }
   add_color(Pass::DENOISING_ALBEDO, pixel, record.albedo);
   add_color(Pass::DENOISING_NORMAL, pixel, to_rgb(record.denoising_normal));
   if (record.hit) add_first_hit(pixel, record);

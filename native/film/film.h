@@ -18,6 +18,7 @@ enum class Pass : uint8_t {
   ENVIRONMENT,
   EMISSION_NOISE,  // how far Emission may be off
   NOISY,           // Combined without what pixels share, for denoisers: their noise is independent
+  CAUGHT,          // what of Combined is seen on shadow catchers
   DEPTH,
   NORMAL,
   POSITION,

@@ -68,6 +68,7 @@ EmissiveTriangles::EmissiveTriangles(const Scene& scene) {
 
 EmissiveTriangles::Selection EmissiveTriangles::select(const Scene& scene, const Instance& instance) {
   Selection selection;
+  if ((instance.visibility & kVisibleToScattered) == 0) return selection;
   const std::vector<int>& materials = scene.material_sets[static_cast<size_t>(instance.material_set)];
   if (scene.meshes[static_cast<size_t>(instance.mesh)]->is_strands()) return selection;  // found by scattered rays
   const bool any = std::any_of(materials.begin(), materials.end(), [&](int m) { return is_emitter(scene, m); });

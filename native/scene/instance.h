@@ -16,6 +16,7 @@ enum RayVisibility : uint8_t {
   kVisibleToShadow = 16,
   kVisibleToVolume = 32,  // rays that a medium scattered
   kVisibleToAll = 63,
+  kVisibleToScattered = kVisibleToDiffuse | kVisibleToGlossy | kVisibleToTransmission | kVisibleToVolume,
 };
 
 /// A mesh placed in the world. Plain values only: scenes hold hundreds of thousands.
@@ -24,7 +25,7 @@ struct Instance {
   int material_set = -1;  // index into Scene::material_sets
   int object = -1;        // index into Scene::object_names
   uint8_t visibility = kVisibleToAll;
-  bool is_holdout = false;
+  bool is_holdout = false, is_shadow_catcher = false;
   uint8_t light_set = 0, shadow_set = 0;  // as a receiver and as a blocker of light: below kLightSets
   float random = 0.0f;                    // Object Info > Random, in [0, 1)
   int values = -1;                        // row of Scene::instance_values; -1: reads 0

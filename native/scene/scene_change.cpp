@@ -58,7 +58,8 @@ bool has_same_surface(const Scene& earlier, const Instance& a, const Scene& late
   if (is_there(a) != is_there(b)) return false;
   if (!is_there(a)) return true;
   return a.object_to_world == b.object_to_world && a.visibility == b.visibility && a.is_holdout == b.is_holdout &&
-         a.random == b.random && has_same_links(a, b) && at(earlier.meshes, a.mesh) == at(later.meshes, b.mesh);
+         a.is_shadow_catcher == b.is_shadow_catcher && a.random == b.random && has_same_links(a, b) &&
+         at(earlier.meshes, a.mesh) == at(later.meshes, b.mesh);
 }
 
 void compare_instances(const Scene& earlier, const Scene& later, SceneChange& change) {

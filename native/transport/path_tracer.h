@@ -15,7 +15,12 @@ inline constexpr float kNoHitDepth = 1e10f;
 /// One camera path's estimate. Combined = direct + indirect + emission + environment.
 struct PathRecord {
   Rgb direct, indirect, emission, environment;
+  Rgb combined() const { return direct + indirect + emission + environment; }
   float alpha = 1.0f;
+  // Where the path met a surface that catches shadows in the film: its throughput, and what it had gathered before.
+  float caught = 0.0f;
+  Rgb light_before_catcher;
+  float alpha_before_catcher = 1.0f;
   Rgb shared;  // what `indirect` has from other pixels' paths, less what it lacks of its own
 
   // First surface the camera ray met, through those that are more transparent than not.

@@ -69,16 +69,16 @@ class Walk {
     state_.ray_length = travelled_ + hit->t;
     SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
     set_footprint(point, context_.pixel.size + context_.pixel.angle * path_length_, context_.scene, state_);
-    if (sees_film_ && context_.scene.instances[hit->instance].is_holdout) {
-      if (context_.record_seen) see_held_out(point);
-      hold_out(1.0f);
-      return false;
-    }
     NestedCellKey cell = kNoNestedCell;
     if constexpr (Kind::learns) cell = guide_cell(context_, point);
     Bsdf bsdf = evaluate_material(context_.scene, point, state_);
     if constexpr (Kind::captures) {
       if (can_be_visible_point(bsdf)) bsdf.rough_sampling = capture_.out->rough_sampling;
+    }
+    if (sees_film_) {
+      const Instance& instance = context_.scene.instances[hit->instance];
+      if (instance.is_holdout) return pass_held_out(point, bsdf);
+      if (instance.is_shadow_catcher && record_.caught == 0.0f) catch_shadows();
     }
     if (context_.record_surfaces) record_surface(point, bsdf);
     if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
@@ -112,6 +112,20 @@ class Walk {
 
   void hold_out(float fraction) {
     if (sees_film_) record_.alpha -= fraction * average(throughput_.total());
+  }
+
+  /// What is opaque of an object that is held out leaves a hole in the film; what lies behind shows through the rest.
+  bool pass_held_out(const SurfacePoint& point, Bsdf& bsdf) {
+    if (context_.record_seen) see_held_out(point);
+    if (is_mere_boundary(point)) bsdf.transparency = {};
+    record_.alpha -= average(throughput_.total() * max(Rgb(0.0f), Rgb(1.0f) - bsdf.transparency));
+    return !is_black(bsdf.transparency) && pass_through(point, bsdf, 1.0f);
+  }
+
+  void catch_shadows() {
+    record_.caught = average(throughput_.total());
+    record_.light_before_catcher = record_.combined();
+    record_.alpha_before_catcher = record_.alpha;
   }
 
   void record_surface(const SurfacePoint& point, const Bsdf& bsdf) {

@@ -98,8 +98,8 @@ class FakeSession:
         self.status = Status.RUNNING
         core.settings.append(settings)
 
-    def start(self, scene, shutter):
-        assert (scene, shutter) == (SNAPSHOT, None)
+    def start(self, scene, cache, shutter):
+        assert (scene, cache, shutter) == (SNAPSHOT, None, None)
 
     def wait(self, seconds):
         assert 0.05 <= seconds <= 0.2
@@ -140,7 +140,7 @@ class FakeSession:
         return np.broadcast_to(np.array(CONSTANTS[name], np.float32), (height, width, len(CONSTANTS[name])))
 
 
-SNAPSHOT = SimpleNamespace(volume_name="", warnings=[])
+SNAPSHOT = SimpleNamespace(volume_name="", warnings=[], has_shadow_catchers=False)
 
 
 class FakeExport:

@@ -184,7 +184,10 @@ class SceneBuilder:
         values=None,
         link_sets=None,
         links=None,
+        shadow_catcher=None,
     ) -> None:
+        if shadow_catcher is not None:
+            check_array(shadow_catcher, np.uint8, len(mesh))
         assert (link_sets is None) == (links is None)
         if links is not None:
             check_array(link_sets, np.uint8, len(mesh), 2)

@@ -96,7 +96,7 @@ class ReplayBuilder(fake_core.SceneBuilder):
             int(instance["visibility"]),
             int(instance["holdout"]),
             float(instance["random"]),
-            [instance[name].tolist() for name in ("link_sets", "links") if name in instance],
+            [instance[name].tolist() for name in ("link_sets", "links", "shadow_catcher") if name in instance],
             {name: self.value_rows[instance["values"], k].tolist() for k, name in enumerate(self.value_names)},
         )
 

@@ -68,6 +68,19 @@ def test_holdout_of_instances_is_that_of_cycles(camera_scene, recorded_sync, tmp
     assert instances(builder)["holdout"].tolist() == [is_held_out]
 
 
+def test_shadow_catchers_of_objects_and_instancers(camera_scene, recorded_sync) -> None:
+    link("Plain", triangle())
+    builder, _ = recorded_sync()
+    assert "shadow_catcher" not in instances(builder)
+    link("Catcher", triangle()).is_shadow_catcher = True
+    collection = bpy.data.collections.new("Set")
+    link("Of the set", triangle(), collection)
+    empty = link("Empty", None)
+    empty.instance_type, empty.instance_collection, empty.is_shadow_catcher = "COLLECTION", collection, True
+    builder, _ = recorded_sync()
+    assert instances(builder)["shadow_catcher"].tolist() == [0, 1, 1]
+
+
 def test_indirect_only_collections_are_hidden_from_the_camera(camera_scene, recorded_sync) -> None:
     collection = bpy.data.collections.new("Set")
     camera_scene.collection.children.link(collection)

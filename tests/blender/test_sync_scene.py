@@ -1,7 +1,7 @@
 """The sync of a whole scene: lamps, the world, and what is said of things that are left out."""
 
 import bpy
-from small_objects import grid_with_cubes, link, triangle
+from small_objects import grid_with_cubes, link
 
 from addon.sync.instances import RAY_BITS
 
@@ -44,12 +44,6 @@ def test_objects_without_surface_are_silent_and_unsupported_ones_named(camera_sc
     builder, report = recorded_sync()
     assert builder.of("add_instances") == []
     assert [w for w in report.warnings if "Fog" in w] and len(report.warnings) == 1
-
-
-def test_what_is_ignored_is_said_once_for_each_object(camera_scene, recorded_sync) -> None:
-    link("Caught", triangle("Caught")).is_shadow_catcher = True
-    _, report = recorded_sync()
-    assert ["'Caught': shadow catchers" in warning for warning in report.warnings] == [True]
 
 
 def test_a_scene_can_be_synced_again(camera_scene, recorded_sync) -> None:

@@ -221,7 +221,7 @@ def test_material_world_and_object_panels_draw():
     cube = scene.objects["Cube"]
     assert draw(ui_data.CISTERN_MATERIAL_PT_surface, material=cube.active_material) == ["socket Surface"]
     assert draw(ui_data.CISTERN_WORLD_PT_surface, world=scene.world) == ["socket Surface"]
-    assert "is_holdout" in draw(ui_data.CISTERN_OBJECT_PT_visibility, object=cube)
+    assert {"is_holdout", "is_shadow_catcher"} <= set(draw(ui_data.CISTERN_OBJECT_PT_visibility, object=cube))
     drawn = draw(ui_data.CISTERN_OBJECT_PT_ray_visibility, object=cube)
     assert {"visible_shadow", "visible_volume_scatter"} <= set(drawn)
 

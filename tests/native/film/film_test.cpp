@@ -49,6 +49,19 @@ TEST(Film, ResolvesMeans) {
   EXPECT_EQ(film.resolve(Pass::COMBINED)[0], 0.0f) << "the other pixel has no sample yet";
 }
 
+TEST(Film, KeepsApartWhatIsSeenOnShadowCatchers) {
+  Film film(1, 1, {Pass::CAUGHT});
+  PathRecord caught = make_record(1.0f);
+  caught.alpha = 0.75f;  // a tenth of the sky is seen before the catcher, and more through it
+  caught.caught = 0.9f, caught.alpha_before_catcher = 0.9f, caught.light_before_catcher = Rgb(0.5f);
+  film.add(0, caught);
+  film.add(0, make_record(5.0f));
+  const std::vector<float> pixel = film.resolve(Pass::CAUGHT);
+  EXPECT_FLOAT_EQ(pixel[0], 0.5f * (1.5f - 0.5f));
+  EXPECT_FLOAT_EQ(pixel[1], 0.5f * (3.5f - 0.5f));
+  EXPECT_FLOAT_EQ(pixel[3], 0.5f * (0.9f - 0.15f));
+}
+
 TEST(Film, GeometryIsAMeanOverHitsOnly) {
   Film film(1, 1, kAllPasses);
   PathRecord miss;

@@ -172,6 +172,37 @@ TEST(PathTracer, HoldoutsCutHolesIntoAlpha) {
   EXPECT_FLOAT_EQ(Tracer(half).trace(kEye, kDown).last.alpha, 0.75f);
 }
 
+TEST(PathTracer, WhatIsTransparentOfHoldoutsShowsWhatLiesBehind) {
+  PathScene scene;
+  scene.floor(0.0f, 10.0f, scene.emission({1, 1, 1}));
+  Instance panel = scene.quad({0, 0, 0.5f}, {10, 0, 0}, {0, 10, 0}, scene.transparent({1.0f, 0.5f, 0.0f}, 0.5f, 0.5f));
+  panel.is_holdout = true;
+  scene.replace_last(panel);
+  const PathRecord record = Tracer(scene).trace(kEye, kDown).last;
+  EXPECT_FLOAT_EQ(record.alpha, 0.25f);
+  EXPECT_FLOAT_EQ(record.emission.r, 0.5f);
+  EXPECT_FLOAT_EQ(record.emission.g, 0.25f);
+  EXPECT_EQ(record.emission.b, 0.0f);
+  EXPECT_TRUE(is_black(record.direct)) << "the panel itself";
+}
+
+TEST(PathTracer, WhatIsSeenOnShadowCatchersIsToldFromTheRest) {
+  PathScene scene;
+  Instance floor = scene.floor(0.0f, 10.0f, scene.emission({1, 1, 1}));
+  floor.is_shadow_catcher = true;
+  scene.replace_last(floor);
+  const PathRecord plain = Tracer(scene).trace(kEye, kDown).last;
+  EXPECT_EQ(plain.caught, 1.0f);
+  EXPECT_TRUE(is_black(plain.light_before_catcher));
+
+  scene.quad({0, 0, 0.5f}, {10, 0, 0}, {0, 10, 0}, scene.transparent({1.0f, 0.5f, 0.0f}));
+  const PathRecord tinted = Tracer(scene).trace(kEye, kDown).last;
+  EXPECT_FLOAT_EQ(tinted.caught, 0.5f);
+
+  scene.quad({0, 0, 0.7f}, {10, 0, 0}, {0, 10, 0}, scene.emission({3, 3, 3}));
+  EXPECT_EQ(Tracer(scene).trace(kEye, kDown).last.caught, 0.0f);
+}
+
 TEST(PathTracer, HoldoutsAreSeenInMirrors) {
   PathScene scene;
   scene.floor(0.0f, 10.0f, scene.glossy(0.0f));

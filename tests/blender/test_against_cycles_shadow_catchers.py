@@ -1,0 +1,126 @@
+"""Shadow catchers and holdouts against Cycles."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from addon.shadow_catchers import over_shadow
+from tests.support import blender_scenes as build
+from tests.support import engines
+from tests.support.engines import compare_with_cycles, prepare, render
+from tests.support.pass_scenes import compare_layers, prepare_layers
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+SIZE, SAMPLES = (48, 32), 64
+
+
+def footage(scene: bpy.types.Scene, alpha: float = 1.0, glow: float = 0.0) -> bpy.types.Scene:
+    """A red and a grey ball, which may shine, on a brown floor that catches their shadows, under sun and sky; behind
+    them the film is transparent."""
+    floor = build.add_floor(scene, build.principled("floor", Base_Color=(0.6, 0.5, 0.4, 1.0)), half=4.0)
+    floor.name, floor.is_shadow_catcher = "Floor", True
+    red = {"Base_Color": (0.8, 0.1, 0.1, 1.0), "Alpha": alpha}
+    grey = {"Emission_Color": (1.0, 0.5, 0.2, 1.0), "Emission_Strength": glow}
+    for name, inputs, x in (("Red", red, -0.8), ("Grey", grey, 0.9)):
+        ball = build.add_sphere(scene, build.principled(name, **inputs), radius=0.6)
+        ball.name, ball.location = name, (x, 0.0, 0.0)
+    build.add_light(scene, "SUN", energy=2.0, angle=0.2, rotation=(0.7, 0.3, 0.0))
+    build.set_world(scene, (0.3, 0.4, 0.6))
+    build.add_camera(scene, (0.0, -8.0, 4.0), (1.15, 0.0, 0.0))
+    scene.render.film_transparent = True
+    return scene
+
+
+def without_roulette(monkeypatch) -> None:
+    """Cycles' alpha over catchers that are seen through something counts its paths as if none had ended at random:
+    0.73 in place of 0.64."""
+    monkeypatch.setitem(engines.CYCLES, "min_transparent_bounces", engines.BOUNCES)
+
+
+def test_shadows_darken_what_lies_below(empty_scene):
+    assert compare_with_cycles(footage(empty_scene), SIZE, SAMPLES).agrees
+
+
+def test_where_paths_are_shared(empty_scene):
+    assert compare_with_cycles(footage(empty_scene), SIZE, SAMPLES, preset="FINAL").agrees
+
+
+def test_what_shines_is_no_light_of_catchers_alone(empty_scene):
+    assert compare_with_cycles(footage(empty_scene, glow=2.0), SIZE, SAMPLES).agrees
+
+
+def test_catchers_behind_what_is_half_transparent(empty_scene, monkeypatch):
+    without_roulette(monkeypatch)
+    assert compare_with_cycles(footage(empty_scene, alpha=0.4), SIZE, SAMPLES).agrees
+
+
+def test_an_ordinary_floor_is_seen(empty_scene):
+    """Planted: Cycles has one."""
+
+    def release(scene: bpy.types.Scene) -> None:
+        scene.objects["Floor"].is_shadow_catcher = False
+
+    assert not compare_with_cycles(footage(empty_scene), SIZE, SAMPLES, plant=release).agrees
+
+
+def test_half_transparent_holdouts(empty_scene):
+    scene = footage(empty_scene, alpha=0.4)
+    scene.objects["Floor"].is_shadow_catcher = False
+    scene.objects["Red"].is_holdout = True
+    assert compare_with_cycles(scene, SIZE, SAMPLES).agrees
+
+
+def with_shadow_pass(scene: bpy.types.Scene, preset: str = "PATH_TRACING") -> bpy.types.Scene:
+    for settings in (scene.view_layers[0].cycles, scene.view_layers[0].cistern):
+        settings.use_pass_shadow_catcher = True
+    prepare_layers(scene, preset)
+    return scene
+
+
+@pytest.mark.parametrize("is_transparent", [True, False])
+def test_shadows_in_a_pass_of_their_own(empty_scene, monkeypatch, is_transparent):
+    without_roulette(monkeypatch)
+    scene = with_shadow_pass(footage(empty_scene, alpha=0.4))
+    scene.render.film_transparent = is_transparent
+    names = [f"Shadow Catcher.{channel}" for channel in "RGB"] + [f"Combined.{channel}" for channel in "RGBA"]
+    assert compare_layers(scene, names).agrees
+
+
+def test_shadows_by_reservoirs(empty_scene):
+    """In the pass: Combined cuts off noise above 1, of which paths that are the same with and without shadows have
+    none."""
+    scene = with_shadow_pass(footage(empty_scene), "RESTIR_DI")
+    assert compare_layers(scene, [f"Shadow Catcher.{channel}" for channel in "RGB"]).agrees
+
+
+def test_shadows_of_one_ball_more_are_seen(empty_scene):
+    """Planted: in the pass of Cycles alone."""
+    scene = with_shadow_pass(footage(empty_scene))
+    add = lambda scene: build.add_sphere(scene, build.principled("more"), radius=0.15)  # noqa: E731
+    assert not compare_layers(scene, [f"Shadow Catcher.{channel}" for channel in "RGB"], plant=add).agrees
+
+
+def test_without_anything_on_them_catchers_show_the_world(empty_scene):
+    """Beyond their edges, too: the picture of the world alone has the same rays."""
+    scene = footage(empty_scene)
+    for name in ("Red", "Grey"):
+        bpy.data.objects.remove(scene.objects[name])
+    scene.render.film_transparent = False
+    prepare(scene, *SIZE)
+    shown = render(scene, "CISTERN", 16, seed=1)
+    np.testing.assert_allclose(shown[..., :3], np.broadcast_to((0.15, 0.2, 0.3), shown[..., :3].shape), rtol=1e-5)
+    assert (shown[..., 3] == 1.0).all()
+
+
+def test_layers_over_each_other():
+    matte = np.array([[[0.2, 0.1, 0.0, 0.5]]], np.float32)
+    shadow = np.array([[[0.5, 0.25, 0.0]]], np.float32)  # leaves a quarter
+    alone = over_shadow(matte, shadow, None)
+    np.testing.assert_allclose(alone, [[[0.2, 0.1, 0.0, 0.875]]], rtol=1e-6)
+    over_world = over_shadow(matte, shadow, np.full((1, 1, 3), 0.8, np.float32))
+    np.testing.assert_allclose(over_world, [[[0.3, 0.2, 0.1, 1.0]]], rtol=1e-6)
+    lit = over_shadow(matte, 2.0 * np.ones_like(shadow), None)
+    np.testing.assert_array_equal(lit, matte)
