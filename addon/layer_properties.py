@@ -25,6 +25,16 @@ class CisternViewLayerSettings(bpy.types.PropertyGroup):
         ),
         default=False,
     )
+    use_pass_volume_direct: BoolProperty(
+        name="Volume Direct",
+        description="Light that a volume scattered and nothing else, in scene-linear radiance",
+        default=False,
+    )
+    use_pass_volume_indirect: BoolProperty(
+        name="Volume Indirect",
+        description="Light that a volume scattered last, after something else had, in scene-linear radiance",
+        default=False,
+    )
     use_pass_noisy: BoolProperty(
         name="Noisy",
         description=(

@@ -1,7 +1,7 @@
 """The render passes: one table of Blender's name, channels and switch, and the core's name for the same picture."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -110,6 +110,34 @@ PASSES = (
 )
 
 
+def kind_pass(kind: str, part: str) -> RenderPass:
+    """Light by the kind of its first scattering, as Cycles has it; switches of volumes are each engine's own."""
+    short_kinds = {"Diffuse": "Diff", "Glossy": "Gloss", "Transmission": "Trans", "Volume": "Volume"}
+    short_parts = {"Direct": "Dir", "Indirect": "Ind", "Color": "Col"}
+    switch = f"use_pass_{kind.lower()}_{part.lower()}"
+    return RenderPass(
+        f"{kind} {part}" if HAS_LONG_NAMES else short_kinds[kind] + short_parts[part],
+        f"{kind} {part}",
+        "RGB",
+        "COLOR",
+        lambda layer: getattr(layer.cistern if kind == "Volume" else layer, switch),
+    )
+
+
+# Light / Color of kinds of surfaces, and light of volumes; with Emission and Environment they add up to Combined.
+KIND_PASSES = (
+    *(
+        kind_pass(kind, part)
+        for kind in ("Diffuse", "Glossy", "Transmission")
+        for part in ("Direct", "Indirect", "Color")
+    ),
+    kind_pass("Volume", "Direct"),
+    kind_pass("Volume", "Indirect"),
+)
+# What Emission and Environment hold beside these, by the core's names: what is seen straight alone, for in mirrors it is
+# glossy light.
+BESIDE_KINDS = {"Emission": "Unscattered Emission", "Environment": "Unscattered Environment"}
+
 # Those that show cells, by the core's names.
 CELL_PASSES = frozenset({"Cells", "Cell Occupancy", "Cell Level", "Normal Bin"})
 
@@ -117,7 +145,10 @@ CELL_PASSES = frozenset({"Cells", "Cell Occupancy", "Cell Level", "Normal Bin"})
 def enabled_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
     """The passes that this view layer asks for, Combined first."""
     fixed = [render_pass for render_pass in PASSES if render_pass.is_enabled(view_layer)]
-    return fixed + matte_passes(view_layer) + aov_passes(view_layer)
+    kinds = [render_pass for render_pass in KIND_PASSES if render_pass.is_enabled(view_layer)]
+    if kinds:
+        fixed = [replace(p, core_name=BESIDE_KINDS.get(p.core_name, p.core_name)) for p in fixed]
+    return fixed + kinds + matte_passes(view_layer) + aov_passes(view_layer)
 
 
 def matte_kinds(view_layer: bpy.types.ViewLayer) -> list[str]:

@@ -153,12 +153,6 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
         column = layout.column(heading="Indexes")
         column.prop(view_layer, "use_pass_object_index")
         column.prop(view_layer, "use_pass_material_index")
-        column = layout.column(heading="Light")
-        column.prop(view_layer.cistern, "use_pass_direct")
-        column.prop(view_layer.cistern, "use_pass_indirect")
-        column.prop(view_layer, "use_pass_emit", text="Emission")
-        column.prop(view_layer, "use_pass_environment")
-        column.prop(view_layer.cistern, "use_pass_shadow_catcher")
         column = layout.column(heading="Reuse")
         for name in ("cells", "cell_occupancy", "cell_level", "normal_bin"):
             column.prop(view_layer.cistern, f"use_pass_{name}")
@@ -167,6 +161,30 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
         column = layout.column(heading="Learned")
         for name in ("light_choice_entropy", "light_choice_samples", "guided"):
             column.prop(view_layer.cistern, f"use_pass_{name}")
+
+
+class CISTERN_VIEWLAYER_PT_passes_light(CisternPanel, Panel):
+    bl_label = "Light"
+    bl_context = "view_layer"
+    bl_parent_id = "CISTERN_VIEWLAYER_PT_passes"
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        view_layer = context.view_layer
+        column = layout.column(heading="All", align=True)
+        column.prop(view_layer.cistern, "use_pass_direct")
+        column.prop(view_layer.cistern, "use_pass_indirect")
+        for kind in ("Diffuse", "Glossy", "Transmission"):
+            column = layout.column(heading=kind, align=True)
+            for part in ("Direct", "Indirect", "Color"):
+                column.prop(view_layer, f"use_pass_{kind.lower()}_{part.lower()}", text=part)
+        column = layout.column(heading="Volume", align=True)
+        column.prop(view_layer.cistern, "use_pass_volume_direct", text="Direct")
+        column.prop(view_layer.cistern, "use_pass_volume_indirect", text="Indirect")
+        column = layout.column(heading="Other", align=True)
+        column.prop(view_layer, "use_pass_emit", text="Emission")
+        column.prop(view_layer, "use_pass_environment")
+        column.prop(view_layer.cistern, "use_pass_shadow_catcher")
 
 
 def blenders_panel(name: str) -> type:
@@ -208,6 +226,7 @@ CLASSES = (
     CISTERN_RENDER_PT_simplify,
     CISTERN_RENDER_PT_performance,
     CISTERN_VIEWLAYER_PT_passes,
+    CISTERN_VIEWLAYER_PT_passes_light,
     CISTERN_VIEWLAYER_PT_passes_cryptomatte,
     CISTERN_VIEWLAYER_PT_passes_aov,
     *ui_data.CLASSES,

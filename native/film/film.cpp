@@ -1,5 +1,6 @@
 #include "film/film.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -19,6 +20,19 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Emission Noise", 3},
     {"Noisy", 4},
     {"Caught", 4},
+    {"Diffuse Direct", 3},
+    {"Diffuse Indirect", 3},
+    {"Diffuse Color", 3},
+    {"Glossy Direct", 3},
+    {"Glossy Indirect", 3},
+    {"Glossy Color", 3},
+    {"Transmission Direct", 3},
+    {"Transmission Indirect", 3},
+    {"Transmission Color", 3},
+    {"Volume Direct", 3},
+    {"Volume Indirect", 3},
+    {"Unscattered Emission", 3},
+    {"Unscattered Environment", 3},
     {"Depth", 1},
     {"Normal", 3},
     {"Position", 3},
@@ -58,6 +72,33 @@ bool fits(const PathRecord& r) {
          fits(r.alpha);
 }
 
+bool fits(const LightByKind& light) {
+  const auto all_fit = [](const auto& colors) { return std::ranges::all_of(colors, [](Rgb c) { return fits(c); }); };
+  return all_fit(light.direct) && all_fit(light.indirect) && all_fit(light.color) && fits(light.emission) &&
+         fits(light.environment);
+}
+
+/// Direct, indirect and colour of a kind of surface scattering.
+struct KindPasses {
+  Pass direct, indirect, color;
+};
+constexpr std::array<KindPasses, kScatterKinds> kKindPasses{{
+    {Pass::DIFFUSE_DIRECT, Pass::DIFFUSE_INDIRECT, Pass::DIFFUSE_COLOR},
+    {Pass::GLOSSY_DIRECT, Pass::GLOSSY_INDIRECT, Pass::GLOSSY_COLOR},
+    {Pass::TRANSMISSION_DIRECT, Pass::TRANSMISSION_INDIRECT, Pass::TRANSMISSION_COLOR},
+}};
+
+/// Light over colour. [Cycles, safe_divide_even_color]
+Rgb divide_evenly(Rgb light, Rgb color) {
+  const std::array<float, 3> l{light.r, light.g, light.b}, c{color.r, color.g, color.b};
+  float known = 0.0f, sum = 0.0f;
+  for (size_t i = 0; i < c.size(); ++i)
+    if (c[i] != 0.0f) known += 1.0f, sum += l[i] / c[i];
+  const float even = known > 0.0f ? sum / known : 0.0f;
+  const auto quotient = [&](size_t i) { return c[i] != 0.0f ? l[i] / c[i] : even; };
+  return {quotient(0), quotient(1), quotient(2)};
+}
+
 }  // namespace
 
 const PassDescription& describe(Pass pass) { return kPasses[static_cast<size_t>(pass)]; }
@@ -76,6 +117,8 @@ Film::Film(int width, int height, const std::vector<Pass>& passes) : width_(widt
   keep(Pass::COMBINED);
   for (Pass pass : passes) keep(pass);
   if (has(Pass::EMISSION_NOISE)) keep(Pass::EMISSION);
+  for (const KindPasses& kind : kKindPasses)
+    if (has(kind.direct) || has(kind.indirect)) keep(kind.color);
   samples_.assign(pixels, 0);
   hits_.assign(pixels, 0);
   non_finite_.assign(pixels, 0);
@@ -91,7 +134,7 @@ void Film::add_color(Pass pass, uint32_t pixel, Rgb value) {
   target[0] += value.r, target[1] += value.g, target[2] += value.b;
 }
 
-void Film::add(uint32_t pixel, const PathRecord& record) {
+void Film::add(uint32_t pixel, const PathRecord& record, const LightByKind* by_kind) {
   const uint32_t sample = samples_[pixel]++;
   if (!fits(record)) {
     ++non_finite_[pixel];
@@ -114,6 +157,24 @@ void Film::add(uint32_t pixel, const PathRecord& record) {
   add_color(Pass::DENOISING_ALBEDO, pixel, record.albedo);
   add_color(Pass::DENOISING_NORMAL, pixel, to_rgb(record.denoising_normal));
   if (record.hit) add_first_hit(pixel, record);
+  if (by_kind) add_by_kind(pixel, *by_kind);
+}
+
+/// Combined is the same whether it is split or not: parts that do not fit are but missing from their passes.
+void Film::add_by_kind(uint32_t pixel, const LightByKind& light) {
+  if (!fits(light)) {
+    ++non_finite_[pixel];
+    return;
+  }
+  for (size_t kind = 0; kind < kKindPasses.size(); ++kind) {
+    add_color(kKindPasses[kind].direct, pixel, light.direct[kind]);
+    add_color(kKindPasses[kind].indirect, pixel, light.indirect[kind]);
+    add_color(kKindPasses[kind].color, pixel, light.color[kind]);
+  }
+  add_color(Pass::VOLUME_DIRECT, pixel, light.direct[kVolumeLight]);
+  add_color(Pass::VOLUME_INDIRECT, pixel, light.indirect[kVolumeLight]);
+  add_color(Pass::UNSCATTERED_EMISSION, pixel, light.emission);
+  add_color(Pass::UNSCATTERED_ENVIRONMENT, pixel, light.environment);
 }
 
 void Film::add_first_hit(uint32_t pixel, const PathRecord& record) {
@@ -143,7 +204,18 @@ std::vector<float> Film::resolve(Pass pass) const {
     for (size_t c = 0; c < channels; ++c) mean[pixel * channels + c] = sums[pixel * channels + c] * scale;
     if (pass == Pass::DEPTH && counts[pixel] == 0) mean[pixel] = kNoHitDepth;
   }
+  for (const KindPasses& kind : kKindPasses)
+    if (pass == kind.direct || pass == kind.indirect) divide_by_color(mean, kind.color);
   return mean;
+}
+
+void Film::divide_by_color(std::vector<float>& light, Pass color) const {
+  const std::vector<float> colors = resolve(color);
+  for (size_t i = 0; i < light.size(); i += 3) {
+    const Rgb quotient =
+        divide_evenly({light[i], light[i + 1], light[i + 2]}, {colors[i], colors[i + 1], colors[i + 2]});
+    light[i] = quotient.r, light[i + 1] = quotient.g, light[i + 2] = quotient.b;
+  }
 }
 
 std::vector<float> Film::resolve_emission_noise() const {

@@ -19,6 +19,19 @@ enum class Pass : uint8_t {
   EMISSION_NOISE,  // how far Emission may be off
   NOISY,           // Combined without what pixels share, for denoisers: their noise is independent
   CAUGHT,          // what of Combined is seen on shadow catchers
+  DIFFUSE_DIRECT,  // by the kind of the first scattering, see LightByKind
+  DIFFUSE_INDIRECT,
+  DIFFUSE_COLOR,
+  GLOSSY_DIRECT,
+  GLOSSY_INDIRECT,
+  GLOSSY_COLOR,
+  TRANSMISSION_DIRECT,
+  TRANSMISSION_INDIRECT,
+  TRANSMISSION_COLOR,
+  VOLUME_DIRECT,
+  VOLUME_INDIRECT,
+  UNSCATTERED_EMISSION,
+  UNSCATTERED_ENVIRONMENT,
   DEPTH,
   NORMAL,
   POSITION,
@@ -44,6 +57,10 @@ struct PassDescription {
   int channels;
 };
 const PassDescription& describe(Pass pass);
+/// Whether it is one that Film::add needs a LightByKind for.
+constexpr bool splits_kinds(Pass pass) {
+  return pass >= Pass::DIFFUSE_DIRECT && pass <= Pass::UNSCATTERED_ENVIRONMENT;
+}
 /// The pass called `name`; throws Error naming it if there is none.
 Pass find_pass(const std::string& name);
 
@@ -52,7 +69,7 @@ Pass find_pass(const std::string& name);
 /// the calls.
 class Film {
  public:
-  /// Combined is always there, and Emission with its noise. Bytes per pixel: 4 (count) + 4 per channel of the passes.
+  /// Combined is always there, Emission with its noise, and a kind's colour with its light. Bytes per pixel: 4 (count) + 4 per channel of the passes.
   Film(int width, int height, const std::vector<Pass>& passes);
 
   int width() const { return width_; }
@@ -61,15 +78,17 @@ class Film {
 
   /// A record with a value that is not finite, or beyond 1e30, is counted instead of added; its pixel still counts the
   /// sample (as black).
-  void add(uint32_t pixel, const PathRecord& record);
+  void add(uint32_t pixel, const PathRecord& record, const LightByKind* by_kind = nullptr);
   /// Sets a pixel of a pass that shows one frame; nothing if that pass is not kept.
   void show(Pass pass, uint32_t pixel, Rgb value);
   /// Mean of the samples, row 0 at the bottom, channels interleaved. Depth, Normal and Position are means over the
   /// samples that hit something (Depth 1e10 where none did). Combined is premultiplied RGBA. Emission Noise is half the
   /// difference between the means of two halves of the samples, of which each covers the pixel evenly: an estimate of
   /// the standard error of Emission with one degree of freedom, to be averaged over neighbours; of one sample, Emission
-  /// itself. Throws Error for a pass
-  /// that is not kept.
+  /// itself. Light by kinds of
+  /// surface scattering is the mean divided by the mean colour of the kind, so that their product is what Combined has
+  /// of it; where a channel of the colour is 0, and so the light, the quotient is the mean of the others. Throws Error
+  /// for a pass that is not kept.
   std::vector<float> resolve(Pass pass) const;
   uint64_t non_finite_samples() const;
   size_t memory_bytes() const;
@@ -77,6 +96,8 @@ class Film {
  private:
   float* sum(Pass pass, uint32_t pixel);
   void add_color(Pass pass, uint32_t pixel, Rgb value);
+  void add_by_kind(uint32_t pixel, const LightByKind& light);
+  void divide_by_color(std::vector<float>& light, Pass color) const;
   void add_first_hit(uint32_t pixel, const PathRecord& record);
   std::vector<float> resolve_emission_noise() const;
 

@@ -49,7 +49,13 @@ void BandedFrame::add_band(int first_row, size_t pixels, uint32_t frame, Film& f
     for (size_t i = begin; i < end; ++i) {
       const auto pixel = static_cast<uint32_t>(i);
       const int x = static_cast<int>(i) % film.width(), y = first_row + static_cast<int>(i) / film.width();
-      add_to_film(context_, x, y, frame, band_.record(pixel), film);
+      if (band_.splits_kinds()) {
+        LightByKind by_kind;
+        const PathRecord record = band_.record(pixel, by_kind);
+        add_to_film(context_, x, y, frame, record, film, &by_kind);
+      } else {
+        add_to_film(context_, x, y, frame, band_.record(pixel), film);
+      }
       const Rgb others(static_cast<float>(band_.reuse_count(pixel)));
       film.show(Pass::REUSE_COUNT, static_cast<uint32_t>(y * film.width() + x), others);
     }

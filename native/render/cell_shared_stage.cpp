@@ -32,6 +32,10 @@ void CellSharedStage::set_region(const Region& region) {
   for (auto& links : links_) links.resize(pixels);
   reflected_.resize(pixels);
   reuse_counts_.resize(pixels);
+  if (splits_at(VISIBLE)) {
+    link_shares_.resize(pixels);
+    reflected_by_kind_.resize(pixels);
+  }
   if (keeps_history()) current_.temporal.resize(pixels);
   keys_.resize(pixels);
   classes_.resize(pixels);
@@ -69,6 +73,7 @@ void CellSharedStage::start_pixel(const PathCapture& capture, uint32_t pixel) {
     link.even_response = capture.links[i].even_response;
   }
   reuse_counts_[pixel] = 0;
+  if (splits_at(VISIBLE)) link_shares_[pixel] = capture.link_shares;
 }
 
 std::array<PathSample*, kMaxPathLinks> CellSharedStage::samples(uint32_t pixel) {
@@ -129,6 +134,7 @@ bool CellSharedStage::divide_samples(Vertex vertex, const StopCondition& stop) {
     for (size_t pixel = begin; pixel < end; ++pixel) {
       const ReflectedPaths deep = vertex == VISIBLE ? reflected_[pixel] : ReflectedPaths();
       reflected_[pixel] = {};
+      if (splits_at(vertex)) reflected_by_kind_[pixel] = {};
       PathLink& link = links_[vertex][pixel];
       if (!link.from.exists || !(link.W > 0.0f)) continue;
       if (is_shared) {
@@ -137,6 +143,7 @@ bool CellSharedStage::divide_samples(Vertex vertex, const StopCondition& stop) {
       } else {
         CellSharedPaths::keep(link, deep, reflected_[pixel]);
       }
+      if (splits_at(vertex)) reflected_by_kind_[pixel] = link_shares_[pixel] * reflected_[pixel].sum;
     }
   });
 }
@@ -195,10 +202,12 @@ void CellSharedStage::share_group(Vertex vertex, std::span<const uint32_t> pixel
   group.links.clear();
   group.confidences.clear();
   group.reflected.clear();
+  group.reflected_by_kind.clear();
   for (const uint32_t pixel : pixels) {
     group.links.push_back(&links_[vertex][pixel]);
     group.confidences.push_back(is_resampled(vertex) ? current_.temporal[pixel].c : 1.0f);
     group.reflected.push_back(&reflected_[pixel]);
+    if (splits_at(vertex)) group.reflected_by_kind.push_back(&reflected_by_kind_[pixel]);
     reuse_counts_[pixel] += static_cast<uint32_t>(pixels.size()) - 1;
   }
   paths_.share(group, scratch);
@@ -206,6 +215,10 @@ void CellSharedStage::share_group(Vertex vertex, std::span<const uint32_t> pixel
 
 Rgb CellSharedStage::shade(const VisiblePoint& visible, uint32_t pixel) const {
   return visible.throughput * reflected_[pixel].sum;
+}
+
+KindColors CellSharedStage::shade_by_kind(const VisiblePoint& visible, uint32_t pixel, Rgb) const {
+  return reflected_by_kind_[pixel] * visible.throughput;
 }
 
 std::optional<Rgb> CellSharedStage::shade_alone(const VisiblePoint& visible, uint32_t pixel) const {
@@ -217,6 +230,7 @@ size_t CellSharedStage::memory_bytes() const {
   return reservoirs * sizeof(PathReservoir) +
          (links_[VISIBLE].capacity() + links_[DEEP].capacity()) * sizeof(PathLink) +
          reflected_.capacity() * sizeof(ReflectedPaths) + keys_.capacity() * sizeof(CellKey) +
+         (link_shares_.capacity() + reflected_by_kind_.capacity()) * sizeof(KindColors) +
          (classes_.capacity() + reuse_counts_.capacity()) * sizeof(uint32_t) + groups_.memory_bytes();
 }
 

@@ -18,6 +18,7 @@ class CellSharedStage final : public PathStage {
   bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
              std::span<const VisiblePoint> previous) override;
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override;
+  KindColors shade_by_kind(const VisiblePoint& visible, uint32_t pixel, Rgb shaded) const override;
   std::optional<Rgb> shade_alone(const VisiblePoint& visible, uint32_t pixel) const override;
   uint32_t reuse_count(uint32_t pixel) const override { return reuse_counts_[pixel]; }
   void keep_history() override;
@@ -43,6 +44,7 @@ class CellSharedStage final : public PathStage {
   bool shares_at(Vertex vertex) const {
     return vertex == DEEP || is_resampled(vertex) || cells(vertex).groups.size > 1;
   }
+  bool splits_at(Vertex vertex) const { return vertex == VISIBLE && context_.paths.splits_kinds; }
   bool divide_samples(Vertex vertex, const StopCondition& stop);
   bool share_at(Vertex vertex, uint32_t frame, const StopCondition& stop);
   bool make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop);
@@ -60,6 +62,8 @@ class CellSharedStage final : public PathStage {
   std::array<LazyVector<PathLink>, kMaxPathLinks> links_;  // by vertex and pixel; `to` means nothing where W is 0
   LazyVector<ReflectedPaths> reflected_;                   // by pixel, of the last vertex shared at
   LazyVector<uint32_t> reuse_counts_;                      // by pixel
+  // By pixel, where paths split kinds: PathCapture::link_shares, and what the visible point reflects of paths by kinds.
+  LazyVector<KindColors> link_shares_, reflected_by_kind_;
   PathFrame current_, previous_;                           // temporal reservoirs, with history alone
   bool is_history_void_ = false;                           // light has changed since
   LazyVector<CellKey> keys_;

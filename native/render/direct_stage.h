@@ -24,6 +24,10 @@ class DirectStage {
   bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible, std::span<const VisiblePoint> previous);
   /// Radiance at the camera.
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const { return direct_.shade(visible, reservoirs_[pixel]); }
+  /// Shares that kinds of scattering have in it; asked for where it is not black.
+  KindColors shares(const VisiblePoint& visible, uint32_t pixel) const {
+    return direct_.shares(visible, reservoirs_[pixel]);
+  }
   const LightReservoir& reservoir(uint32_t pixel) const { return reservoirs_[pixel]; }
   /// Of other points, merged into that one.
   uint32_t reuse_count(uint32_t pixel) const { return reuse_counts_[pixel]; }

@@ -63,17 +63,20 @@ void collect_records(const FrameContext& context, const PathScratch& scratch) {
   if (context.guiding) context.guiding->add(scratch.guide_records);
 }
 
-void add_to_film(const FrameContext& context, int x, int y, uint32_t frame, const PathRecord& record, Film& film) {
-  film.add(static_cast<uint32_t>(y * film.width() + x), record);
+void add_to_film(const FrameContext& context, int x, int y, uint32_t frame, const PathRecord& record, Film& film,
+                 const LightByKind* by_kind) {
+  film.add(static_cast<uint32_t>(y * film.width() + x), record, by_kind);
   if (!context.guiding || !context.guiding->observes(frame)) return;
   context.guiding->observe(x, y, luminance(record.direct + record.indirect + record.emission + record.environment));
 }
 
 bool render_frames(const FrameContext& context, uint32_t first_frame, uint32_t count, Film& film,
                    const StopCondition& stop) {
+  const bool splits_kinds = context.paths.splits_kinds;
   const auto render_pixel = [&](int x, int y, PathScratch& scratch) {
     for (uint32_t frame = first_frame; frame < first_frame + count; ++frame) {
-      add_to_film(context, x, y, frame, trace_pixel(context, x, y, frame, scratch), film);
+      const PathRecord record = trace_pixel(context, x, y, frame, scratch);
+      add_to_film(context, x, y, frame, record, film, splits_kinds ? &scratch.light_by_kind : nullptr);
       keep_seen(context, x, y, scratch);
     }
   };

@@ -83,6 +83,9 @@ class ScreenPathStage final : public PathStage {
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override {
     return paths_.shade(visible, current_.spatial[pixel]);
   }
+  KindColors shade_by_kind(const VisiblePoint& visible, uint32_t pixel, Rgb shaded) const override {
+    return is_black(shaded) ? KindColors() : paths_.shares(visible, current_.spatial[pixel]) * shaded;
+  }
   uint32_t reuse_count(uint32_t pixel) const override { return reuse_counts_[pixel]; }
 
   void keep_history() override {
@@ -236,6 +239,9 @@ class WorldPathStage final : public PathStage {
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override {
     return paths_.shade(visible, spatial_[pixel]);
   }
+  KindColors shade_by_kind(const VisiblePoint& visible, uint32_t pixel, Rgb shaded) const override {
+    return is_black(shaded) ? KindColors() : paths_.shares(visible, spatial_[pixel]) * shaded;
+  }
   uint32_t reuse_count(uint32_t pixel) const override { return reuse_counts_[pixel]; }
 
   void keep_history() override {
@@ -283,9 +289,14 @@ class WorldPathStage final : public PathStage {
 
 }  // namespace
 
-void PathStage::add_to(const VisiblePoint& visible, uint32_t pixel, float clamp_indirect, PathRecord& record) const {
-  const Rgb reflected = clamp_contribution(shade(visible, pixel), clamp_indirect);
+void PathStage::add_to(const VisiblePoint& visible, uint32_t pixel, float clamp_indirect, PathRecord& record,
+                       PixelLight* by_kind) const {
+  const Rgb shaded = shade(visible, pixel), reflected = clamp_contribution(shaded, clamp_indirect);
   record.indirect += reflected;
+  if (by_kind)
+    by_kind->light.add_indirect(is_first_vertex(visible) ? shade_by_kind(visible, pixel, shaded) *
+                                                               Rgb(clamp_factor(shaded, clamp_indirect))
+                                                         : by_kind->seen_shares * reflected);
   if (const std::optional<Rgb> alone = shade_alone(visible, pixel))
     record.shared = reflected - clamp_contribution(*alone, clamp_indirect);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "render/frame_run.h"
+#include "render/pixel_kinds.h"
 #include "render/render_history.h"
 #include "restir/screen_space_paths.h"
 #include "restir/world_space_paths.h"
@@ -25,6 +26,8 @@ class PathStage {
                      std::span<const VisiblePoint> previous) = 0;
   /// Radiance at the camera.
   virtual Rgb shade(const VisiblePoint& visible, uint32_t pixel) const = 0;
+  /// The same, `shaded`, by kinds of scattering at a visible point that is the first vertex.
+  virtual KindColors shade_by_kind(const VisiblePoint& visible, uint32_t pixel, Rgb shaded) const = 0;
   /// The same without what other pixels found, where that is known too.
   virtual std::optional<Rgb> shade_alone(const VisiblePoint&, uint32_t) const { return std::nullopt; }
   /// Samples of other paths that the pixel was handed in the last frame.
@@ -39,8 +42,9 @@ class PathStage {
   virtual void set_source(const HistorySource&) {}
   virtual size_t memory_bytes() const = 0;
 
-  /// Adds `shade` to a record.
-  void add_to(const VisiblePoint& visible, uint32_t pixel, float clamp_indirect, PathRecord& record) const;
+  /// Adds `shade` to a record, and where it is not null to light by kinds.
+  void add_to(const VisiblePoint& visible, uint32_t pixel, float clamp_indirect, PathRecord& record,
+              PixelLight* by_kind) const;
 
   /// Null for PATH.
   static std::unique_ptr<PathStage> make(const FrameContext& context);

@@ -12,6 +12,10 @@ bool records_surfaces(const Settings& settings) {
   return settings.surface_passes.any() || std::ranges::any_of(settings.passes, shows_surfaces);
 }
 
+bool wants_kinds(const Settings& settings) {
+  return std::ranges::any_of(settings.passes, [](Pass pass) { return splits_kinds(pass); });
+}
+
 /// With one or two emitters, there is little to choose between.
 int light_samples(const Settings& settings, const LightSet& lights) {
   constexpr size_t kFew = 2;
@@ -59,7 +63,8 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             guiding ? guiding->use() : nullptr,
             surfaces != nullptr,
             media.get(),
-            scene->has_shadow_links()},
+            scene->has_shadow_links(),
+            wants_kinds(settings)},
       sequences(std::move(the_sequences)),
       context{settings, paths, filter, *sequences, learning.get(), guiding.get(), surfaces.get()} {}
 

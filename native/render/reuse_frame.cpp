@@ -18,6 +18,7 @@ ReuseFrame::ReuseFrame(std::shared_ptr<const RenderWorld> world, std::shared_ptr
   if (uses_reservoirs(s.secondary)) secondary_.emplace(context_);
   const size_t pixels = static_cast<size_t>(s.region.width) * static_cast<size_t>(s.region.height);
   records_.resize(pixels);
+  kinds_.resize(context_.paths, pixels);
   visible_points_.resize(pixels);
 }
 
@@ -93,9 +94,10 @@ bool ReuseFrame::trace_paths(const FrameRun& run) {
     if (paths_) paths_->ask(capture, full_frame_pixel(s, x, y), run.frame);
     records_[pixel] = trace_pixel(context_, x, y, run.frame, scratch.path, &capture);
     keep_seen(context_, x, y, scratch.path);
+    kinds_.start_pixel(pixel, scratch.path, capture);
     visible_points_[pixel] = capture.visible;
     if (direct_) direct_->start_pixel(capture.visible, pixel, run.frame, scratch.non_finite);
-    if (secondary_) scratch.batch.add(pixel, capture.vertices);
+    if (secondary_) scratch.batch.add(pixel, capture);
     if (paths_) paths_->start_pixel(capture, pixel);
   };
   return for_each_pixel<Scratch>(s.region.width, s.region.height, run.stop, trace, [&](Scratch& scratch) {
@@ -112,7 +114,7 @@ bool ReuseFrame::reuse_secondary_light(const FrameRun& run) {
     std::array<PathSample*, kMaxPathLinks> samples{};
     if (paths_) samples = paths_->samples(pixel);
     const auto count = static_cast<size_t>(paths_ ? paths_->link_count() : 0);
-    secondary_->shade(pixel, records_[pixel], std::span(samples.data(), count));
+    secondary_->shade(pixel, records_[pixel], std::span(samples.data(), count), kinds_.of(pixel));
   });
 }
 
@@ -121,14 +123,27 @@ bool ReuseFrame::shade(const FrameRun& run, Film& film) {
   return run.for_pixels([&](uint32_t pixel, uint64_t&) {
     PathRecord& record = records_[pixel];
     const VisiblePoint& visible = visible_points_[pixel];
-    if (visible.exists && direct_)
-      record.direct += clamp_contribution(direct_->shade(visible, pixel), limits.clamp_direct);
-    if (visible.exists && paths_) paths_->add_to(visible, pixel, limits.clamp_indirect, record);
+    PixelLight* by_kind = kinds_.of(pixel);
+    if (visible.exists && direct_) add_direct_light(visible, pixel, record, by_kind);
+    if (visible.exists && paths_) paths_->add_to(visible, pixel, limits.clamp_indirect, record, by_kind);
     const auto width = static_cast<uint32_t>(film.width());
-    add_to_film(context_, static_cast<int>(pixel % width), static_cast<int>(pixel / width), run.frame, record, film);
+    add_to_film(context_, static_cast<int>(pixel % width), static_cast<int>(pixel / width), run.frame, record, film,
+                by_kind ? &by_kind->light : nullptr);
     if (direct_) show_reservoir(film, pixel, direct_->reservoir(pixel));
     film.show(Pass::REUSE_COUNT, pixel, Rgb(reuse_count(pixel)));
   });
+}
+
+void ReuseFrame::add_direct_light(const VisiblePoint& visible, uint32_t pixel, PathRecord& record,
+                                  PixelLight* by_kind) const {
+  const Rgb light = clamp_contribution(direct_->shade(visible, pixel), context_.paths.limits.clamp_direct);
+  record.direct += light;
+  if (!by_kind || is_black(light)) return;
+  if (is_first_vertex(visible)) {
+    by_kind->light.add_direct(direct_->shares(visible, pixel) * light);
+  } else {
+    by_kind->light.add_indirect(by_kind->seen_shares * light);
+  }
 }
 
 float ReuseFrame::reuse_count(uint32_t pixel) const {
@@ -156,7 +171,7 @@ size_t ReuseFrame::memory_bytes() const {
   const size_t points = visible_points_.capacity() + previous_visible_points_.capacity();
   return records_.capacity() * sizeof(PathRecord) + points * sizeof(VisiblePoint) +
          (direct_ ? direct_->memory_bytes() : 0) + (secondary_ ? secondary_->memory_bytes() : 0) +
-         (paths_ ? paths_->memory_bytes() : 0);
+         (paths_ ? paths_->memory_bytes() : 0) + kinds_.memory_bytes();
 }
 
 }  // namespace cistern

@@ -31,9 +31,10 @@ void SecondaryStage::take_over(SecondaryStage&& earlier, const HistorySource& so
   previous_.world = source.earlier();
 }
 
-void SecondaryStage::Batch::add(uint32_t pixel, std::span<const LightVertex> of_pixel) {
-  counts.emplace_back(pixel, static_cast<uint32_t>(of_pixel.size()));
-  vertices.insert(vertices.end(), of_pixel.begin(), of_pixel.end());
+void SecondaryStage::Batch::add(uint32_t pixel, const PathCapture& capture) {
+  counts.emplace_back(pixel, static_cast<uint32_t>(capture.vertices.size()));
+  vertices.insert(vertices.end(), capture.vertices.begin(), capture.vertices.end());
+  kinds.insert(kinds.end(), capture.vertex_kinds.begin(), capture.vertex_kinds.end());
 }
 
 void SecondaryStage::begin_frame() { batches_.clear(); }
@@ -51,6 +52,7 @@ bool SecondaryStage::join_batches(const FrameRun& run) {
   for (const Batch& batch : batches_) first.push_back(first.back() + batch.vertices.size());
   const size_t count = first.back();
   vertices_.resize(count);
+  if (context_.paths.splits_kinds) kinds_.resize(count);
   pixels_.resize(count);
   reuse_counts_.resize(count);
   cells_.points.resize(count);
@@ -66,6 +68,7 @@ bool SecondaryStage::join_batches(const FrameRun& run) {
       vertex += vertex_count;
     }
     std::ranges::copy(batch.vertices, vertices_.begin() + static_cast<std::ptrdiff_t>(first[i]));
+    std::ranges::copy(batch.kinds, kinds_.begin() + static_cast<std::ptrdiff_t>(kinds_.empty() ? 0 : first[i]));
     batch = {};
   });
   batches_.clear();
@@ -133,7 +136,8 @@ bool SecondaryStage::merge_with_cells(const FrameRun& run, const VertexCells& ce
   return done;
 }
 
-void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSample* const> samples) const {
+void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSample* const> samples,
+                           PixelLight* by_kind) const {
   const PathLimits& limits = context_.paths.limits;
   for (uint32_t i = first_vertex_[pixel]; i < first_vertex_[pixel] + counts_[pixel]; ++i) {
     const LightVertex& vertex = vertices_[i];
@@ -142,6 +146,7 @@ void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSam
     const Rgb reflected = light->f_cos * light->radiance;
     record.direct += clamp_contribution(vertex.to_direct * reflected, limits.clamp_direct);
     record.indirect += clamp_contribution(vertex.to_indirect * reflected, limits.clamp_indirect);
+    if (by_kind) add_by_kind(i, *light, by_kind->light);
     for (size_t link = 0; link < samples.size(); ++link) {
       if (static_cast<int>(link) == vertex.sample_point_of) {
         samples[link]->light = {light->wi, light->radiance, light->f_cos, light->even_cos};
@@ -151,6 +156,21 @@ void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSam
       }
     }
   }
+}
+
+/// Vertices behind a visible point that lets light through may be first vertices as well.
+void SecondaryStage::add_by_kind(uint32_t i, const ArrivingLight& light, LightByKind& by_kind) const {
+  const PathLimits& limits = context_.paths.limits;
+  const LightVertex& vertex = vertices_[i];
+  const Rgb reflected = light.f_cos * light.radiance;
+  const Rgb direct = reflected * clamp_factor(vertex.to_direct * reflected, limits.clamp_direct);
+  if (is_first_vertex(vertex.point)) {
+    const KindColors shares = rough_shares(context_.paths.scene, vertex.point, light.wi, light.visibility);
+    return by_kind.add_direct(shares * (vertex.to_direct * direct));
+  }
+  const Rgb indirect = reflected * clamp_factor(vertex.to_indirect * reflected, limits.clamp_indirect);
+  by_kind.add_indirect(kinds_[i].to_direct * direct);
+  by_kind.add_indirect(kinds_[i].to_indirect * indirect);
 }
 
 uint32_t SecondaryStage::reuse_count(uint32_t pixel) const {
@@ -171,7 +191,7 @@ size_t SecondaryStage::memory_bytes() const {
            cells.grid.memory_bytes();
   };
   return bytes(cells_) + bytes(previous_) + vertices_.capacity() * sizeof(LightVertex) +
-         scratch_.capacity() * sizeof(LightReservoir) + keys_.capacity() * sizeof(CellKey) +
+         kinds_.capacity() * sizeof(LightVertexKinds) + scratch_.capacity() * sizeof(LightReservoir) + keys_.capacity() * sizeof(CellKey) +
          (pixels_.capacity() + reuse_counts_.capacity() + first_vertex_.capacity() + counts_.capacity()) *
              sizeof(uint32_t);
 }

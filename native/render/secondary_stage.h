@@ -3,6 +3,7 @@
 #include <mutex>
 
 #include "render/frame_run.h"
+#include "render/pixel_kinds.h"
 #include "render/render_history.h"
 #include "restir/secondary_light_reservoirs.h"
 
@@ -18,22 +19,24 @@ class SecondaryStage {
   /// The vertices of some pixels of a frame that were traced together, in the order of their paths.
   struct Batch {
     std::vector<LightVertex> vertices;
+    std::vector<LightVertexKinds> kinds;                // beside `vertices`, where paths split kinds
     std::vector<std::pair<uint32_t, uint32_t>> counts;  // pixel and how many of the vertices are its
-    void add(uint32_t pixel, std::span<const LightVertex> of_pixel);
+    void add(uint32_t pixel, const PathCapture& capture);
   };
   void begin_frame();
   /// From any thread.
   void add_batch(Batch&& batch);
   /// All reuse, after the last batch. False if stopped.
   bool reuse(const FrameRun& run);
-  /// Adds the light of a pixel's vertices to its record and to the samples of its links.
-  void shade(uint32_t pixel, PathRecord& record, std::span<PathSample* const> samples) const;
+  /// Adds the light of a pixel's vertices to its record, to the samples of its links and, if not null, to light by kinds.
+  void shade(uint32_t pixel, PathRecord& record, std::span<PathSample* const> samples, PixelLight* by_kind) const;
   /// Of other vertices, merged into those of a pixel's vertices.
   uint32_t reuse_count(uint32_t pixel) const;
   void keep_history();
   size_t memory_bytes() const;
 
  private:
+  void add_by_kind(uint32_t vertex, const ArrivingLight& light, LightByKind& by_kind) const;
   bool join_batches(const FrameRun& run);
   Rng random_numbers(uint32_t vertex, uint32_t frame, uint32_t pass) const;
   template <class Body>
@@ -46,6 +49,7 @@ class SecondaryStage {
   std::mutex mutex_;  // guards batches_
   std::vector<Batch> batches_;
   LazyVector<LightVertex> vertices_;            // those of a pixel side by side
+  LazyVector<LightVertexKinds> kinds_;          // beside them, where paths split kinds
   LazyVector<uint32_t> pixels_, reuse_counts_;  // by vertex
   LazyVector<uint32_t> first_vertex_, counts_;  // by pixel
   VertexCells cells_, previous_;

@@ -11,6 +11,7 @@ bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopC
   const PixelBlocks::Pixel first = pixels.places.front();
   sharing_.set_region({all.x + first.x, all.y + first.y, pixels.width(), pixels.height()});
   records_.resize(pixels.size());
+  kinds_.resize(context_.paths, pixels.size());
   const auto trace = [&](int x, int y, Scratch& scratch) {
     const auto pixel = static_cast<uint32_t>(y * pixels.width() + x);
     const PixelBlocks::Pixel place = pixels.place(x, y);
@@ -18,23 +19,31 @@ bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopC
     records_[pixel] = trace_pixel(context_, place.x, place.y, frame, scratch.path, &scratch.capture);
     keep_seen(context_, place.x, place.y, scratch.path);
     sharing_.start_pixel(scratch.capture, pixel);
+    kinds_.start_pixel(pixel, scratch.path, scratch.capture);
   };
   const auto finish_tile = [&](const Scratch& scratch) { collect_records(context_, scratch.path); };
   return for_each_pixel<Scratch>(pixels.width(), pixels.height(), stop, trace, finish_tile) &&
          sharing_.share(frame, stop);
 }
 
-PathRecord SharedPixels::record(uint32_t pixel) const {
+PathRecord SharedPixels::record(uint32_t pixel, PixelLight* by_kind) const {
   PathRecord record = records_[pixel];
   const VisiblePoint& visible = sharing_.visible_point(pixel);
-  if (visible.exists) sharing_.add_to(visible, pixel, context_.paths.limits.clamp_indirect, record);
+  if (visible.exists) sharing_.add_to(visible, pixel, context_.paths.limits.clamp_indirect, record, by_kind);
   return record;
+}
+
+PathRecord SharedPixels::record(uint32_t pixel, LightByKind& by_kind) const {
+  PixelLight light = *kinds_.of(pixel);
+  const PathRecord result = record(pixel, &light);
+  by_kind = light.light;
+  return result;
 }
 
 uint32_t SharedPixels::reuse_count(uint32_t pixel) const {
   return sharing_.visible_point(pixel).exists ? sharing_.reuse_count(pixel) : 0;
 }
 
-size_t SharedPixels::memory_bytes() const { return sharing_.memory_bytes() + records_.capacity() * sizeof(PathRecord); }
+size_t SharedPixels::memory_bytes() const { return sharing_.memory_bytes() + records_.capacity() * sizeof(PathRecord) + kinds_.memory_bytes(); }
 
 }  // namespace cistern

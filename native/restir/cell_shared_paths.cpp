@@ -118,6 +118,13 @@ CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const Group& group,
   return {*way, f.f_cos, f.even_cos, density, {}};
 }
 
+/// Of kinds of scattering in what a vertex makes of a direction.
+KindColors CellSharedPaths::pair_shares(size_t receiver, const Scratch& scratch, FoundKind kind) const {
+  const Bsdf& bsdf = scratch.bsdfs[receiver];
+  if (!bsdf.scatters()) return all_of(ScatterKind::DIFFUSE);
+  return shares_of(evaluate_kinds(bsdf, scratch.pairs[receiver].way.wi, lobes_of_kind(context_, kind)).rough);
+}
+
 void CellSharedPaths::trace_pairs(const Group& group, size_t finder, Scratch& scratch) const {
   scratch.rays.clear();
   scratch.ray_owners.clear();
@@ -176,6 +183,8 @@ void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch
     const Rgb radiance = sent_evenly(found.to, pair.way) * pair.transmittance * pair.way.geometry;
     ReflectedPaths& reflected = *group.reflected[k];
     reflected.sum += pair.f_cos * radiance * weight;
+    if (!group.reflected_by_kind.empty())
+      *group.reflected_by_kind[k] += pair_shares(k, scratch, found.to.kind) * (pair.f_cos * radiance * weight);
     reflected.even += pair.even_cos * radiance * weight;
     if (k == finder) reflected.own += pair.f_cos * radiance * found.W;
   }

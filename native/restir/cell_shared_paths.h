@@ -75,6 +75,7 @@ class CellSharedPaths {
     std::vector<const PathLink*> links;
     std::vector<float> confidences;
     std::vector<ReflectedPaths*> reflected;
+    std::vector<KindColors*> reflected_by_kind;  // of `sum`; empty where nobody asks
 
     size_t size() const { return links.size(); }
   };
@@ -113,6 +114,7 @@ class CellSharedPaths {
   void prepare_vertices(const Group& group, Scratch& scratch) const;
   void share_sample(Group& group, size_t finder, Scratch& scratch) const;
   Scratch::Pair connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf, const PathSample& sample) const;
+  KindColors pair_shares(size_t receiver, const Scratch& scratch, FoundKind kind) const;
   void trace_pairs(const Group& group, size_t finder, Scratch& scratch) const;
   static float finder_weight(PairWeights weights, size_t finder, const Scratch& scratch);
 

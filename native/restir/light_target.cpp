@@ -58,4 +58,9 @@ Rgb reflected_light(const PathContext& context, float candidates, const VisibleP
   return light ? visible.throughput * light->f_cos * light->radiance : Rgb();
 }
 
+KindColors reflected_shares(const PathContext& context, const VisiblePoint& visible, const LightSample& sample) {
+  const auto light = evaluate_light(context, visible, sample);
+  return light ? rough_shares(context.scene, visible, light->wi, light->visibility) : KindColors();
+}
+
 }  // namespace cistern

@@ -38,4 +38,7 @@ std::optional<ArrivingLight> arriving_light(const PathContext& context, float ca
 Rgb reflected_light(const PathContext& context, float candidates, const VisiblePoint& visible,
                     const LightSample& sample);
 
+/// Shares that kinds of scattering have in it.
+KindColors reflected_shares(const PathContext& context, const VisiblePoint& visible, const LightSample& sample);
+
 }  // namespace cistern

@@ -60,7 +60,7 @@ float kind_share(const BsdfEvaluation& evaluation, FoundKind kind) {
 
 BsdfEvaluation evaluate_kind(const PathContext& context, const Bsdf& bsdf, const Vec3& wi, FoundKind kind) {
   const bool is_divided = kind != 0 && context.divides_kinds;
-  BsdfEvaluation evaluation = evaluate_bsdf(bsdf, wi, is_divided ? kind : uint8_t{kVisibleToAll});
+  BsdfEvaluation evaluation = evaluate_bsdf(bsdf, wi, lobes_of_kind(context, kind));
   const float share = kind_share(evaluation, kind);
   evaluation.pdf *= share;
   if (!is_divided) evaluation.rough_cos *= share;
@@ -143,6 +143,11 @@ Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, cons
       reflection == Reflection::AS_FOUND ? sample.radiance_as_found() : sent_radiance(context, sample, *way);
   const Rgb reflected = visible.throughput * f.rough_cos * sent * way->geometry;
   return is_black(reflected) ? reflected : reflected * path_transmittance(context, visible, sample);
+}
+
+KindColors reflected_shares(const PathContext& context, const VisiblePoint& visible, const PathSample& sample) {
+  const std::optional<PathConnection> way = connect(visible, sample);
+  return way ? rough_shares(context.scene, visible, way->wi, lobes_of_kind(context, sample.kind)) : KindColors();
 }
 
 }  // namespace cistern

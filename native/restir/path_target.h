@@ -55,4 +55,12 @@ bool reaches_as_found(const PathContext& context, const VisiblePoint& visible, c
 Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, const PathSample& sample,
                    Reflection reflection);
 
+/// Shares that kinds of scattering have in it.
+KindColors reflected_shares(const PathContext& context, const VisiblePoint& visible, const PathSample& sample);
+
+/// The lobes that `evaluate_kind` knows, as RayVisibility bits.
+inline uint8_t lobes_of_kind(const PathContext& context, FoundKind kind) {
+  return kind != 0 && context.divides_kinds ? kind : uint8_t{kVisibleToAll};
+}
+
 }  // namespace cistern

@@ -71,6 +71,10 @@ class ReservoirDirectLight {
 
   /// Alg. 5 l.21: radiance at the camera; traces the shadow ray.
   Rgb shade(const VisiblePoint& visible, const LightReservoir& reservoir) const;
+  /// Shares that kinds of scattering have in it.
+  KindColors shares(const VisiblePoint& visible, const LightReservoir& reservoir) const {
+    return reflected_shares(context_, visible, reservoir.sample);
+  }
 
  private:
   float candidate_count() const { return static_cast<float>(reuse_.light_candidates); }

@@ -76,6 +76,10 @@ class ScreenSpacePaths {
 
   /// Eq. 6: radiance at the camera; traces the ray to the sample point.
   Rgb shade(const VisiblePoint& visible, const PathReservoir& reservoir) const;
+  /// Shares that kinds of scattering have in it, where it is not black.
+  KindColors shares(const VisiblePoint& visible, const PathReservoir& reservoir) const {
+    return reflected_shares(context_, visible, reservoir.sample);
+  }
 
  private:
   std::optional<uint32_t> previous_pixel(const VisiblePoint& visible, const PathFrame& previous, uint32_t pixel) const;

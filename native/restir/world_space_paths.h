@@ -77,6 +77,10 @@ class WorldSpacePaths {
 
   /// Radiance at the camera; traces the ray to the sample point.
   Rgb shade(const VisiblePoint& visible, const PathReference& reservoir) const;
+  /// Shares that kinds of scattering have in it, where it is not black.
+  KindColors shares(const VisiblePoint& visible, const PathReference& reservoir) const {
+    return reflected_shares(context_, visible, *reservoir.sample);
+  }
 
  private:
   const PathContext& context_;

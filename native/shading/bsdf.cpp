@@ -23,6 +23,13 @@ ScatterKind kind_of(const Lobe& lobe, bool is_transmission) {
   return as_microfacet(lobe) || as_hair(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
 }
 
+/// See KindColors.
+ScatterKind pass_kind(const Lobe& lobe, bool is_below) {
+  const MicrofacetLobe* microfacet = as_microfacet(lobe);
+  if (!microfacet) return as_hair(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
+  return is_below ? ScatterKind::TRANSMISSION : ScatterKind::GLOSSY;
+}
+
 bool is_clear(const Lobe& lobe, ScatterKind kind) {
   constexpr float kAlphaProduct = kClearRoughness * kClearRoughness * kClearRoughness * kClearRoughness;
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
@@ -312,6 +319,56 @@ bool transmits(const Lobe& lobe) {
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
   if (microfacet) return microfacet->transmits;
   return std::holds_alternative<TranslucentLobe>(lobe.model) || as_hair(lobe);
+}
+
+BsdfKinds evaluate_kinds(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility) {
+  BsdfKinds kinds;
+  const bool is_above = dot(hemisphere_normal(bsdf), wi) > 0.0f;
+  const bool can_leave = (dot(bsdf.ng, wi) > 0.0f) == is_above;
+  for (int i = 0; i < bsdf.count; ++i) {
+    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, is_above, can_leave);
+    if (!(evaluation.pdf > 0.0f) || (visibility & ray_kind(kind_of(lobe, !is_above))) == 0) continue;
+    KindColors& part = is_smooth(lobe) ? kinds.smooth : kinds.rough;
+    part[static_cast<size_t>(pass_kind(lobe, !is_above))] += lobe.weight * evaluation.f_cos;
+  }
+  return kinds;
+}
+
+KindColors albedo_by_kind(const Bsdf& bsdf) {
+  KindColors colors;
+  const auto of = [&](ScatterKind kind) -> Rgb& { return colors[static_cast<size_t>(kind)]; };
+  for (int i = 0; i < bsdf.count; ++i) {
+    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    if (const HairLobe* hair = as_hair(lobe)) {
+      of(ScatterKind::GLOSSY) += lobe.weight * hair_albedo(*hair, bsdf.wo);
+    } else if (const MicrofacetLobe* microfacet = as_microfacet(lobe)) {
+      const SidedAlbedo albedo = microfacet_albedo_by_side(*microfacet, bsdf.wo);
+      of(ScatterKind::GLOSSY) += lobe.weight * albedo.reflected;
+      of(ScatterKind::TRANSMISSION) += lobe.weight * albedo.transmitted;
+    } else {
+      of(ScatterKind::DIFFUSE) += lobe.weight;
+    }
+  }
+  for (const Subsurface& subsurface : subsurfaces_of(bsdf))
+    of(ScatterKind::DIFFUSE) += subsurface.weight * subsurface.albedo;
+  return colors;
+}
+
+KindColors shares_of(const KindColors& colors) {
+  Rgb sum;
+  for (const Rgb& color : colors) sum += color;
+  const auto share = [](float part, float whole) { return whole != 0.0f ? part / whole : 0.0f; };
+  KindColors shares;
+  for (size_t i = 0; i < colors.size(); ++i)
+    shares[i] = {share(colors[i].r, sum.r), share(colors[i].g, sum.g), share(colors[i].b, sum.b)};
+  return shares;
+}
+
+KindColors all_of(ScatterKind kind) {
+  KindColors shares;
+  shares[static_cast<size_t>(kind)] = Rgb(1.0f);
+  return shares;
 }
 
 uint8_t scattered_kinds(const Bsdf& bsdf) {

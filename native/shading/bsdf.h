@@ -219,6 +219,22 @@ struct BsdfSample {
 /// and one for the lobe. Transparency is not sampled here.
 std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction);
 
+/// What render passes call diffuse, glossy and transmission, indexed by ScatterKind. Unlike kinds of rays these are kinds
+/// of lobes, as in Cycles: all light of diffuse lobes is diffuse, the translucent ones included, and all of hair glossy;
+/// of glass, what goes through is transmission.
+using KindColors = std::array<Rgb, kScatterKinds>;
+/// The parts of BsdfEvaluation::rough_cos and smooth_cos.
+struct BsdfKinds {
+  KindColors rough{}, smooth{};
+};
+BsdfKinds evaluate_kinds(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility = kVisibleToAll);
+/// For the colour passes: estimates of the directional albedo, in part those of `bsdf_albedo`.
+KindColors albedo_by_kind(const Bsdf& bsdf);
+/// Each over the sum of all, by channel; 0 where that is 0.
+KindColors shares_of(const KindColors& colors);
+/// All of one kind.
+KindColors all_of(ScatterKind kind);
+
 /// Whether the lobe is below kReconnectRoughness.
 bool is_smooth(const Lobe& lobe);
 /// Whether the lobe is narrow; smooth ones are.

@@ -31,6 +31,12 @@ std::optional<DeltaSample> sample_delta_lobe(const MicrofacetLobe& lobe, Vec3 wo
 /// [tables: albedo_tables.h]
 Rgb microfacet_albedo(const MicrofacetLobe& lobe, const Vec3& wo);
 
+/// The same by sides, together at most 1 but for tints: what rough glass reflects on the mean it does not transmit.
+struct SidedAlbedo {
+  Rgb reflected, transmitted;
+};
+SidedAlbedo microfacet_albedo_by_side(const MicrofacetLobe& lobe, const Vec3& wo);
+
 /// Sets `energy_scale` so that a lobe without Fresnel reflects everything, and returns by how much the lobe's weight
 /// must be multiplied for the light that was absorbed on further bounces, given the mean reflectance of one bounce.
 /// [Kulla and Conty 2017, appendix; Turquin 2019, Practical multiple scattering compensation for microfacet models]

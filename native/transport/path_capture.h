@@ -70,6 +70,11 @@ struct LightVertex {
   int sample_point_of = -1;  // index of a link
 };
 
+/// The same two by the kind of the path's first scattering. Not of vertices that are the first themselves.
+struct LightVertexKinds {
+  KindColors to_direct, to_indirect;
+};
+
 /// What a path leaves to be estimated by others; see trace_path.
 struct PathCapture {
   // Asked for.
@@ -88,6 +93,13 @@ struct PathCapture {
   std::array<PathLink, kMaxPathLinks> links;
   std::vector<LightVertex> vertices;
 
+  // Captured with PathContext::splits_kinds.
+  /// Of the way to the visible point, where that is not the first vertex: which share of what is seen there is of which
+  /// kind.
+  KindColors seen_shares;
+  KindColors link_shares;  // the same of the first link's `response`, at visible points that are the first vertex
+  std::vector<LightVertexKinds> vertex_kinds;  // beside `vertices`
+
   void clear() {
     visible.exists = false;
     for (PathLink& link : links) {
@@ -95,6 +107,7 @@ struct PathCapture {
       link.from.exists = false;
     }
     vertices.clear();
+    vertex_kinds.clear();
   }
 };
 

@@ -68,6 +68,8 @@ struct PathContext {
   const Media* media = nullptr;
   /// Scene::has_shadow_links.
   bool has_shadow_links = false;
+  /// Whether light is also wanted by kinds of scattering: LightByKind, and what PathCapture has of that.
+  bool splits_kinds = false;
 };
 
 /// Whether what a scattered ray meets, or how far its path goes on, depends on the kind of its scattering: by ray

@@ -18,6 +18,12 @@ struct Throughput {
     direct = smooth * rough_weight;
     smooth = smooth * smooth_weight;
   }
+  /// The same at the sample point of the first link, whose rough lobes are left to others.
+  void scatter_captured(Rgb rough_weight, Rgb smooth_weight) {
+    indirect = (direct + indirect) * smooth_weight;
+    direct = smooth * rough_weight;
+    smooth = smooth * smooth_weight;
+  }
 };
 
 /// The same where light is left to others: what rough lobes of a captured sample point reflect is left out of the sums

@@ -5,8 +5,13 @@
 
 namespace cistern {
 
-Rgb clamp_contribution(Rgb contribution, float limit) {
+float clamp_factor(Rgb contribution, float limit) {
   const float mean = std::abs(average(contribution));  // what is left of a shared sample may be less than nothing
+  return limit > 0.0f && mean > limit ? limit / mean : 1.0f;
+}
+
+Rgb clamp_contribution(Rgb contribution, float limit) {
+  const float mean = std::abs(average(contribution));
   return limit > 0.0f && mean > limit ? contribution * (limit / mean) : contribution;
 }
 
@@ -28,11 +33,12 @@ PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& s
     if (capture) capture->clear();
     PathRecord nothing;
     if (context.limits.film_transparent) nothing.alpha = 0.0f;
+    scratch.light_by_kind = {};
     return nothing;
   }
+  if (context.splits_kinds) return trace_split_path(context, ray, sampler, scratch, capture);
   if (context.media && !capture) return trace_media_path(context, ray, sampler, scratch);
-  const bool is_guided = context.guiding && (context.guiding->is_on || scratch.trains_guide);
-  if (context.learned || is_guided) return trace_learned_path(context, ray, sampler, scratch, capture);
+  if (learns(context, scratch)) return trace_learned_path(context, ray, sampler, scratch, capture);
   if (capture) return Walk<CapturingWalk>(context, ray, sampler, scratch, capture).run();
   return Walk<ReferenceWalk>(context, ray, sampler, scratch, nullptr).run();
 }

@@ -2,6 +2,7 @@
 
 #include "lights/light_record.h"
 #include "transport/guide_table.h"
+#include "transport/light_by_kind.h"
 #include "transport/path_capture.h"
 #include "transport/path_sampler.h"
 #include "transport/seen_surface.h"
@@ -49,6 +50,7 @@ struct PathScratch {
   std::vector<GuideRecord> guide_records;
   std::vector<TaughtVertex> taught_vertices;  // of the path under way
   std::vector<SeenSurface> seen_surfaces;     // of the last path, where PathContext::record_seen asks for them
+  LightByKind light_by_kind;                  // the same, where PathContext::splits_kinds
 };
 
 /// The reference estimator: unidirectional path tracing with next-event estimation at every vertex and multiple
@@ -71,6 +73,9 @@ float light_sample_share(const PathContext& context, float candidates, uint32_t 
 
 /// A contribution scaled down to a mean over channels of at most `limit`, or least -`limit`; 0 means no limit.
 Rgb clamp_contribution(Rgb contribution, float limit);
+
+/// What that multiplies it by.
+float clamp_factor(Rgb contribution, float limit);
 
 /// Probability that a path scatters instead of passing straight through.
 float scatter_probability(const Bsdf& bsdf);

@@ -27,6 +27,15 @@ PathRecord trace_learned_path(const PathContext& context, const Ray& ray, PathSa
 /// trace_path for a context with media.
 PathRecord trace_media_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch);
 
+/// trace_path for a context that splits_kinds.
+PathRecord trace_split_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
+                            PathCapture* capture);
+
+/// Whether a path is one of learned lights or guided bounces, or leaves records for these.
+inline bool learns(const PathContext& context, const PathScratch& scratch) {
+  return context.learned || (context.guiding && (context.guiding->is_on || scratch.trains_guide));
+}
+
 /// One path on its way. The steps of `trace_path` in the order they happen. `capture` is null unless the kind captures.
 template <class Kind>
 class Walk {
@@ -39,6 +48,7 @@ class Walk {
       capture_.out = capture;
       capture->clear();
     }
+    if constexpr (Kind::splits) scratch.light_by_kind = {};
     if constexpr (Kind::has_media)
       media_.stack = context.media->around(context.accel, ray.origin + ray.t_min * ray.direction);
   }
@@ -84,6 +94,7 @@ class Walk {
     if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
     record_features(bsdf);
+    if constexpr (Kind::splits) add_color(bsdf);
     if constexpr (Kind::captures) capture_.vertex = {};
     const bool is_vertex = !last_segment_ && bsdf.scatters();
     if constexpr (Kind::learns) {
@@ -102,7 +113,10 @@ class Walk {
     }
     if (is_vertex) {
       if constexpr (Kind::captures) {
-        if (std::exchange(capture_.only_deep_link_next, false)) throughput_.keep_only_link(1);
+        if (std::exchange(capture_.only_deep_link_next, false)) {
+          throughput_.keep_only_link(1);
+          if constexpr (Kind::splits) kinds_ = {};
+        }
         capture_vertex(point, bsdf);
       }
       if (bsdf.count > 0) add_light_samples(point, bsdf, p_of_mis);
@@ -183,6 +197,26 @@ class Walk {
   /// Light reflected at the current vertex, or other that is met, as the continuations of the captured sample points.
   void add_to_continuations(Rgb by_rough_lobes, Rgb other);
 
+  // --- by the kind of the first scattering: path_walk_kinds.h ------------------------------------------------------
+
+  LightByKind& light_by_kind() const { return scratch_.light_by_kind; }
+  bool is_unscattered() const { return state_.depth == 0; }
+  /// What is seen of a surface.
+  void add_color(const Bsdf& bsdf);
+  /// Light that the ray meets, as `add` has it.
+  void split_met_light(Rgb radiance, SourceKind source);
+  /// Light that the current vertex reflects, as add_reflected_light has it; `f` of its direction.
+  void split_reflected_light(const BsdfKinds& f, Rgb rough_cos, Rgb smooth_cos, Rgb radiance);
+  /// The same of a medium.
+  void split_scattered_light(Rgb phase_cos, Rgb radiance);
+  void split_later_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance);
+  /// Before the path's throughput is scattered with these weights in the direction of the sample, or below a surface.
+  void scatter_kinds(const Bsdf& bsdf, const BsdfSample& sample, Rgb rough_weight, Rgb smooth_weight);
+  void scatter_kinds(Rgb rough_weight, Rgb smooth_weight);
+  void scatter_kinds_in_medium();
+  KindColors kind_shares_of_seen() const;
+  LightVertexKinds kinds_of_vertex() const;
+
   // --- light found by the path itself: path_walk_light.h -----------------------------------------------------------
 
   /// Weight of this path against light samples of an emitter that has `pdf` (per solid angle, given the emitter).
@@ -260,6 +294,8 @@ class Walk {
   /// After an event that the path took with `probability`.
   void scale_by_chance(Rgb weight, float probability) {
     throughput_.scale(weight * (1.0f / probability));
+    if constexpr (Kind::splits)
+      for (Throughput& part : kinds_.throughput) part.scale(weight * (1.0f / probability));
     if constexpr (Kind::captures) {
       capture_.link_probability *= probability;
       capture_.response *= weight * (1.0f / probability);
@@ -294,6 +330,7 @@ class Walk {
     }
     const Rgb rough_weight = sample->rough_weight * (1.0f / p_scatter);
     const Rgb smooth_weight = sample->smooth_weight * (1.0f / p_scatter);
+    if constexpr (Kind::splits) scatter_kinds(bsdf, *sample, rough_weight, smooth_weight);
     if constexpr (Kind::captures) {
       throughput_.scatter(rough_weight, smooth_weight, capture_.vertex.sample_point_of == 0, is_left_deep());
     } else {
@@ -337,6 +374,7 @@ class Walk {
         walk_below(context_.accel, entry, *sample.subsurface, state_.depth, sampler_);
     if (!exit) return false;
     const Rgb weight = sample.smooth_weight * exit->weight * (1.0f / p_scatter);
+    if constexpr (Kind::splits) scatter_kinds({}, weight);
     if constexpr (Kind::captures) {
       throughput_.scatter({}, weight, capture_.vertex.sample_point_of == 0, is_left_deep());
       if (capture_.vertex.starts) throughput_.forget_color();
@@ -432,6 +470,7 @@ class Walk {
   [[no_unique_address]] std::conditional_t<Kind::captures, CaptureState, std::monostate> capture_;
   [[no_unique_address]] std::conditional_t<Kind::learns, LearningState, std::monostate> learning_;
   [[no_unique_address]] std::conditional_t<Kind::has_media, MediaState, NoMedia> media_;
+  [[no_unique_address]] std::conditional_t<Kind::splits, KindState, NoKinds> kinds_;
   PathState state_;
   PathRecord record_;
   std::conditional_t<Kind::captures, CapturedThroughput, Throughput> throughput_;
@@ -449,5 +488,6 @@ class Walk {
 }  // namespace cistern
 
 #include "transport/path_walk_capture.h"
+#include "transport/path_walk_kinds.h"
 #include "transport/path_walk_light.h"
 #include "transport/path_walk_media.h"

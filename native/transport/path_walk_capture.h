@@ -42,6 +42,7 @@ inline void Walk<Kind>::capture_vertex(const SurfacePoint& point, const Bsdf& bs
   const VisiblePoint captured = captured_point(point, bsdf);
   if (is_visible_point) {
     capture_.out->visible = captured;
+    if constexpr (Kind::splits) capture_.out->seen_shares = kind_shares_of_seen();
     capture_.vertex.light_candidates = capture_.out->direct_candidates;
     if (capture_.out->link_count > 0) start_link(0, captured);
   }
@@ -88,6 +89,7 @@ inline void Walk<Kind>::capture_light_vertex(const VisiblePoint& captured) {
   if (capture_.vertex.sample_point_of != 0) vertex.to_indirect = throughput_.direct + throughput_.indirect;
   if (is_left_deep()) vertex.to_continuation[0] = Rgb();
   capture_.out->vertices.push_back(vertex);
+  if constexpr (Kind::splits) capture_.out->vertex_kinds.push_back(kinds_of_vertex());
 }
 
 template <class Kind>

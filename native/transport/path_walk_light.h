@@ -34,6 +34,7 @@ inline void Walk<Kind>::add(Rgb radiance, SourceKind source) {
   seen += state_.depth == 0 ? seen_light : clamp_contribution(seen_light, limits.clamp_direct);
   record_.direct += clamp_contribution(throughput_.direct * radiance, limits.clamp_direct);
   record_.indirect += clamp_contribution(throughput_.indirect * radiance, limits.clamp_indirect);
+  if constexpr (Kind::splits) split_met_light(radiance, source);
   add_to_continuations({}, radiance);
   if constexpr (Kind::learns) gather(radiance);
 }
@@ -207,6 +208,9 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
     if (keeps_light) keep_incident_light(*light, radiance, f);
   }
   if constexpr (Kind::learns) gather(f.total_cos() * radiance);
+  if constexpr (Kind::splits)
+    split_reflected_light(evaluate_kinds(bsdf, light->wi, light->visibility), leaves_rough ? Rgb() : f.rough_cos,
+                          f.smooth_cos, radiance);
   const bool is_environment = choice->sample.emitter == context_.lights.environment_emitter();
   add_reflected_light(leaves_rough ? Rgb() : f.rough_cos, f.smooth_cos, radiance,
                       is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
@@ -271,6 +275,9 @@ inline void Walk<Kind>::add_learned_light(const SurfacePoint& point, const Bsdf&
     if (vertex.keeps_light) keep_incident_light(sample->light, radiance, sample->f);
   }
   gather(sample->f.total_cos() * radiance);
+  if constexpr (Kind::splits)
+    split_reflected_light(evaluate_kinds(bsdf, sample->light.wi, sample->light.visibility), sample->f.rough_cos,
+                          sample->f.smooth_cos, radiance);
   const bool is_environment = sample->emitter == context_.lights.environment_emitter();
   add_reflected_light(sample->f.rough_cos, sample->f.smooth_cos, radiance,
                       is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);

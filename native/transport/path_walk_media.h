@@ -149,6 +149,7 @@ inline void Walk<Kind>::add_light_in_medium() {
   if (is_black(radiance)) return;
   const Rgb passed =
       varies ? estimate_transmittance(uneven_ray(), distance, sampler_) : medium_transmittance(typical, distance);
+  if constexpr (Kind::splits) split_scattered_light(passed * medium.scattering * phase, radiance);
   const bool is_environment = light_sample.emitter == context_.lights.environment_emitter();
   add_reflected_light(passed * medium.scattering * phase, {}, radiance,
                       is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
@@ -163,6 +164,7 @@ inline bool Walk<Kind>::scatter_in_medium(const Medium& medium, float distance) 
     features_done_ = true;
     record_.albedo = min(throughput_.smooth, Rgb(1.0f));
   }
+  if constexpr (Kind::splits) scatter_kinds_in_medium();
   throughput_.scatter(Rgb(1.0f), {});
   const Vec3 position = ray_.origin + (media_.begin + distance) * ray_.direction;
   path_length_ += media_.begin + distance;

@@ -3,9 +3,11 @@
 #include <optional>
 
 #include "lights/learned_lights.h"
+#include "transport/light_by_kind.h"
 #include "transport/media.h"
 #include "transport/path_capture.h"
 #include "transport/path_context.h"
+#include "transport/path_throughput.h"
 
 namespace cistern {
 
@@ -18,12 +20,13 @@ inline constexpr int kMostEmittersAhead = 1024;
 enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
 
 /// What a walk does. Each is compiled by itself, so that the reference estimator pays for nothing but its own.
-template <bool kCaptures, bool kLearns, bool kHasMedia = false>
+template <bool kCaptures, bool kLearns, bool kHasMedia = false, bool kSplits = false>
 struct WalkKind {
   // NOLINTBEGIN(readability-identifier-naming): traits
   static constexpr bool captures = kCaptures;  // leaves something to others
   static constexpr bool learns = kLearns;      // chooses lights or directions by what earlier frames learned
   static constexpr bool has_media = kHasMedia;
+  static constexpr bool splits = kSplits;  // light by kinds of scattering as well
   // NOLINTEND(readability-identifier-naming)
 };
 using ReferenceWalk = WalkKind<false, false>;
@@ -31,6 +34,8 @@ using CapturingWalk = WalkKind<true, false>;
 using LearnedWalk = WalkKind<false, true>;
 using LearnedCapturingWalk = WalkKind<true, true>;
 using MediaWalk = WalkKind<false, false, true>;
+template <class Kind>
+using SplitWalk = WalkKind<Kind::captures, Kind::learns, Kind::has_media, true>;
 
 /// The last vertex that next-event estimation could have lit.
 struct MisReceiver {
@@ -75,6 +80,13 @@ struct MediaState {
   bool has_flown = false;             // a free flight was sampled
 };
 struct NoMedia {};
+
+/// The throughput of a walk by the kind of its first scattering, black before that.
+struct KindState {
+  std::array<Throughput, kLightKinds> throughput;
+  KindState() { throughput.fill({Rgb(), Rgb(), Rgb()}); }
+};
+struct NoKinds {};
 
 inline bool has_rough_lobe(const Bsdf& bsdf) {
   for (int i = 0; i < bsdf.count; ++i)

@@ -136,4 +136,8 @@ Bsdf evaluate_material(const Scene& scene, const VisiblePoint& visible) {
   return bsdf;
 }
 
+KindColors rough_shares(const Scene& scene, const VisiblePoint& visible, Vec3 wi, uint8_t visibility) {
+  return shares_of(evaluate_kinds(evaluate_material(scene, visible), wi, visibility).rough);
+}
+
 }  // namespace cistern

@@ -42,4 +42,9 @@ SurfacePoint surface_point(const VisiblePoint& visible);
 /// Its BSDF, evaluated again.
 Bsdf evaluate_material(const Scene& scene, const VisiblePoint& visible);
 
+/// Whether nothing has scattered the path before.
+inline bool is_first_vertex(const VisiblePoint& visible) { return visible.state.depth == 0; }
+/// By kinds, shares of what its rough lobes scatter of light from `wi`; `visibility` as evaluate_bsdf has it.
+KindColors rough_shares(const Scene& scene, const VisiblePoint& visible, Vec3 wi, uint8_t visibility);
+
 }  // namespace cistern
