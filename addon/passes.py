@@ -134,7 +134,7 @@ KIND_PASSES = (
     kind_pass("Volume", "Direct"),
     kind_pass("Volume", "Indirect"),
 )
-# What Emission and Environment hold beside these, by the core's names: what is seen straight alone, for in mirrors it is
+# What Emission and Environment hold beside these, by the core's names: what is seen straight alone. In mirrors it is
 # glossy light.
 BESIDE_KINDS = {"Emission": "Unscattered Emission", "Environment": "Unscattered Environment"}
 

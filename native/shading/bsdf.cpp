@@ -341,7 +341,7 @@ KindColors albedo_by_kind(const Bsdf& bsdf) {
   for (int i = 0; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
     if (const HairLobe* hair = as_hair(lobe)) {
-      of(ScatterKind::GLOSSY) += lobe.weight * hair_albedo(*hair, bsdf.wo);
+      of(ScatterKind::GLOSSY) += lobe.weight * hair_color(*hair, bsdf.wo);
     } else if (const MicrofacetLobe* microfacet = as_microfacet(lobe)) {
       const SidedAlbedo albedo = microfacet_albedo_by_side(*microfacet, bsdf.wo);
       of(ScatterKind::GLOSSY) += lobe.weight * albedo.reflected;

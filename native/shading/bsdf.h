@@ -228,7 +228,7 @@ struct BsdfKinds {
   KindColors rough{}, smooth{};
 };
 BsdfKinds evaluate_kinds(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility = kVisibleToAll);
-/// For the colour passes: estimates of the directional albedo, in part those of `bsdf_albedo`.
+/// For the colour passes: estimates of the directional albedo, those of `bsdf_albedo` but for hair.
 KindColors albedo_by_kind(const Bsdf& bsdf);
 /// Each over the sum of all, by channel; 0 where that is 0.
 KindColors shares_of(const KindColors& colors);

@@ -129,6 +129,11 @@ struct Strand {
   }
 };
 
+/// Of a mass of hair. [Chiang et al. 2016, eq. 9]
+float color_fit(float b) {
+  return 5.969f + b * (-0.215f + b * (2.532f + b * (-10.73f + b * (5.574f + b * 0.245f))));
+}
+
 }  // namespace
 
 HairLobe make_hair(const HairAppearance& hair, Vec3 tangent, Vec3 ng, Vec3 wo) {
@@ -186,10 +191,17 @@ Rgb hair_albedo(const HairLobe& lobe, const Vec3& wo) {
   return sum;
 }
 
+Rgb hair_color(const HairLobe& lobe, const Vec3& wo) {
+  const float cos_theta = cosine_of(dot(wo, lobe.tangent)), cos_gamma = cosine_of(lobe.h);
+  const float fit = color_fit(lobe.variance);  // so in Cycles, where [Chiang et al. 2016] has the radial roughness
+  const auto root = [](float x) { return std::sqrt(x); };
+  const Rgb& a = lobe.absorption;
+  return exp(Rgb(root(a.r), root(a.g), root(a.b)) * -fit) + Rgb(fresnel_dielectric(cos_theta * cos_gamma, lobe.ior));
+}
+
 Rgb hair_absorption(Rgb color, float radial_roughness) {
   constexpr float kDarkest = 1e-5f;
-  const float b = radial_roughness;
-  const float fit = 5.969f + b * (-0.215f + b * (2.532f + b * (-10.73f + b * (5.574f + b * 0.245f))));
+  const float fit = color_fit(radial_roughness);
   const auto absorption = [&](float c) { return sqr(std::log(std::clamp(c, kDarkest, 1.0f)) / fit); };
   return {absorption(color.r), absorption(color.g), absorption(color.b)};
 }

@@ -25,6 +25,9 @@ std::optional<Vec3> sample_lobe(const HairLobe& lobe, const Vec3& wo, float u_br
 /// What leaves the strand for light from everywhere; lobe weight not included.
 Rgb hair_albedo(const HairLobe& lobe, const Vec3& wo);
 
+/// Colour of a mass of it, for the colour pass of glossy light: the estimate of Cycles, with what is reflected at once.
+Rgb hair_color(const HairLobe& lobe, const Vec3& wo);
+
 /// Absorption by which a mass of hair has that colour; fit of [Chiang et al. 2016, eq. 9].
 Rgb hair_absorption(Rgb color, float radial_roughness);
 /// Absorption by melanin, `amount` in [0, 1] and of that the share `redness` pheomelanin. [d'Eon et al. 2011, §6.1]

@@ -163,21 +163,16 @@ std::optional<DeltaSample> sample_delta_lobe(const MicrofacetLobe& lobe, Vec3 wo
   return DeltaSample{normalize(branch->wi), branch->f * lobe.energy_scale, branch->probability};
 }
 
-Rgb microfacet_albedo(const MicrofacetLobe& lobe, const Vec3& wo) {
-  const float mu = clamp01(dot(lobe.n, wo));
-  if (!lobe.transmits) return mean_over_normals(lobe, mu);
-  const FresnelTerms terms = facet_fresnel(lobe, mu);
-  return terms.transmittance + (is_black(terms.reflectance) ? Rgb(0.0f) : mean_over_normals(lobe, mu));
-}
-
 SidedAlbedo microfacet_albedo_by_side(const MicrofacetLobe& lobe, const Vec3& wo) {
   const float mu = clamp01(dot(lobe.n, wo));
   if (!lobe.transmits) return {mean_over_normals(lobe, mu), {}};
-  if (!lobe.reflects) return {{}, facet_fresnel(lobe, mu).transmittance};
-  MicrofacetLobe untinted = lobe;
-  untinted.reflection_tint = Rgb(1.0f);
-  const Rgb reflectance = mean_over_normals(untinted, mu);
-  return {reflectance * lobe.reflection_tint, (Rgb(1.0f) - reflectance) * lobe.transmission_tint};
+  const FresnelTerms terms = facet_fresnel(lobe, mu);
+  return {is_black(terms.reflectance) ? Rgb(0.0f) : mean_over_normals(lobe, mu), terms.transmittance};
+}
+
+Rgb microfacet_albedo(const MicrofacetLobe& lobe, const Vec3& wo) {
+  const SidedAlbedo albedo = microfacet_albedo_by_side(lobe, wo);
+  return albedo.transmitted + albedo.reflected;
 }
 
 Rgb compensate_energy(MicrofacetLobe& lobe, const Vec3& wo, const Rgb& mean_reflectance) {

@@ -31,7 +31,7 @@ std::optional<DeltaSample> sample_delta_lobe(const MicrofacetLobe& lobe, Vec3 wo
 /// [tables: albedo_tables.h]
 Rgb microfacet_albedo(const MicrofacetLobe& lobe, const Vec3& wo);
 
-/// The same by sides, together at most 1 but for tints: what rough glass reflects on the mean it does not transmit.
+/// The same by sides.
 struct SidedAlbedo {
   Rgb reflected, transmitted;
 };

@@ -15,7 +15,18 @@ def core(monkeypatch):
     return install(monkeypatch)
 
 
+# Not there, or others, once light is asked for by kinds of scattering; or read by denoising alone.
+WITHOUT_KINDS = {"Emission", "Environment", "Emission Noise"}
+
+
+def enable_kinds(view_layer):
+    for kind in ("diffuse", "glossy", "transmission"):
+        for part in ("direct", "indirect", "color"):
+            setattr(view_layer, f"use_pass_{kind}_{part}", True)
+
+
 def enable_all(view_layer):
+    enable_kinds(view_layer)
     for name in (
         "z",
         "mist",
@@ -35,7 +46,7 @@ def enable_all(view_layer):
 
 
 def blender_names():
-    return {render_pass.core_name: render_pass.name for render_pass in passes.PASSES}
+    return {render_pass.core_name: render_pass.name for render_pass in passes.PASSES + passes.KIND_PASSES}
 
 
 def test_names_are_those_of_this_blender():
@@ -43,6 +54,24 @@ def test_names_are_those_of_this_blender():
     long_names = bpy.app.version >= (5, 0, 0)
     assert names["Emission"] == ("Emission" if long_names else "Emit")
     assert names["Environment"] == ("Environment" if long_names else "Env")
+    assert names["Diffuse Direct"] == ("Diffuse Direct" if long_names else "DiffDir")
+    assert names["Glossy Indirect"] == ("Glossy Indirect" if long_names else "GlossInd")
+    assert names["Transmission Color"] == ("Transmission Color" if long_names else "TransCol")
+    assert names["Volume Direct"] == ("Volume Direct" if long_names else "VolumeDir")
+
+
+@pytest.mark.parametrize("switch", ["use_pass_diffuse_direct", "use_pass_transmission_color", "use_pass_volume_direct"])
+def test_emission_beside_kinds_is_what_nothing_scattered(core, tmp_path, switch):
+    scene = fresh_scene()
+    layer = scene.view_layers[0]
+    layer.use_pass_emit = layer.use_pass_environment = True
+    render(scene, tmp_path)
+    assert {"Emission", "Environment"} <= set(core.settings[-1].passes)
+    setattr(layer.cistern if "volume" in switch else layer, switch, True)
+    channels, _ = render(scene, tmp_path)
+    asked = set(core.settings[-1].passes)
+    assert {"Unscattered Emission", "Unscattered Environment"} <= asked and not asked & WITHOUT_KINDS
+    np.testing.assert_array_equal(channels[f"ViewLayer.{blender_names()['Emission']}.G"], np.float32(2.5))
 
 
 def test_direct_and_indirect_are_there_unless_switched_off(core, tmp_path):
@@ -59,9 +88,10 @@ def test_all_passes_arrive_in_the_file_with_their_values(core, tmp_path):
     scene = fresh_scene()
     enable_all(scene.view_layers[0])
     channels, _ = render(scene, tmp_path)
-    by_core_name = {render_pass.core_name: render_pass for render_pass in passes.PASSES}
-    assert {name.split(".")[1] for name in channels} == {render_pass.name for render_pass in passes.PASSES}
-    for core_name in CONSTANTS.keys() - {"Emission Noise"}:  # which denoising alone reads
+    enabled = passes.enabled_passes(scene.view_layers[0])
+    by_core_name = {render_pass.core_name: render_pass for render_pass in enabled}
+    assert {name.split(".")[1] for name in channels} == set(blender_names().values())
+    for core_name in CONSTANTS.keys() - WITHOUT_KINDS:
         render_pass, values = by_core_name[core_name], CONSTANTS[core_name]
         ids = render_pass.channel_ids
         if len(ids) == 1:
@@ -99,7 +129,7 @@ def composite(core_name, folder):
     return read_channels(folder / "composite.exr")
 
 
-@pytest.mark.parametrize("core_name", ["Direct", "Emission", "Denoising Albedo", "Cells"])
+@pytest.mark.parametrize("core_name", ["Direct", "Denoising Albedo", "Cells", "Glossy Direct", "Volume Indirect"])
 def test_pass_goes_through_the_compositor(core, tmp_path, core_name):
     channels = composite(core_name, tmp_path)
     for channel, value in zip("RGB", CONSTANTS[core_name], strict=True):

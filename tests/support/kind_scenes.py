@@ -64,7 +64,9 @@ def thin(name: str, kind: str, alpha: float, **inputs: object) -> bpy.types.Mate
     def make(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
         mix = tree.nodes.new("ShaderNodeMixShader")
         mix.inputs[0].default_value = alpha
-        tree.links.new(build.shader(tree, "ShaderNodeBsdfTransparent", Color=(0.9, 1, 0.8, 1)).outputs[0], mix.inputs[1])
+        tree.links.new(
+            build.shader(tree, "ShaderNodeBsdfTransparent", Color=(0.9, 1, 0.8, 1)).outputs[0], mix.inputs[1]
+        )
         tree.links.new(build.shader(tree, kind, **inputs).outputs[0], mix.inputs[2])
         return mix.outputs[0]
 

@@ -77,6 +77,47 @@ TEST(Film, GeometryIsAMeanOverHitsOnly) {
   EXPECT_FLOAT_EQ(film.resolve(Pass::ENVIRONMENT)[0], 3.5f / 4.0f);
 }
 
+/// Light of all kinds, proportional to k.
+LightByKind make_light(float k) {
+  LightByKind light;
+  for (size_t kind = 0; kind < kLightKinds; ++kind) {
+    light.direct[kind] = Rgb(k * static_cast<float>(kind + 1));
+    light.indirect[kind] = Rgb(0.0f, k, 0.0f);
+  }
+  light.color = {Rgb(0.5f, 0.0f, 0.25f), Rgb(0.25f), Rgb()};
+  light.emission = Rgb(7.0f * k), light.environment = Rgb(9.0f * k);
+  return light;
+}
+
+TEST(Film, LightOfKindsIsDividedByTheMeanOfTheirColours) {
+  Film film(1, 1, {Pass::DIFFUSE_DIRECT, Pass::GLOSSY_INDIRECT, Pass::TRANSMISSION_DIRECT, Pass::VOLUME_DIRECT,
+                   Pass::UNSCATTERED_EMISSION});
+  for (const float k : {1.0f, 3.0f}) {  // mean: k = 2
+    const LightByKind light = make_light(k);
+    film.add(0, make_record(k), &light);
+  }
+  const auto at = [&](Pass pass, size_t channel) { return film.resolve(pass)[channel]; };
+  EXPECT_TRUE(film.has(Pass::DIFFUSE_COLOR) && film.has(Pass::GLOSSY_COLOR));
+  EXPECT_FLOAT_EQ(at(Pass::DIFFUSE_COLOR, 0), 0.5f);
+  EXPECT_FLOAT_EQ(at(Pass::DIFFUSE_DIRECT, 0), 4.0f);
+  EXPECT_FLOAT_EQ(at(Pass::DIFFUSE_DIRECT, 2), 8.0f);
+  EXPECT_FLOAT_EQ(at(Pass::DIFFUSE_DIRECT, 1), 6.0f) << "the mean of the others, where there is no colour";
+  EXPECT_FLOAT_EQ(at(Pass::GLOSSY_INDIRECT, 1), 8.0f);
+  EXPECT_EQ(at(Pass::TRANSMISSION_DIRECT, 0), 0.0f);
+  EXPECT_FLOAT_EQ(at(Pass::VOLUME_DIRECT, 0), 8.0f);
+  EXPECT_FLOAT_EQ(at(Pass::UNSCATTERED_EMISSION, 0), 14.0f);
+}
+
+TEST(Film, CombinedIsTheSameWhetherKindsFitOrNot) {
+  Film film(1, 1, {Pass::VOLUME_DIRECT});
+  LightByKind light = make_light(1.0f);
+  light.direct[0] = Rgb(INFINITY);
+  film.add(0, make_record(1.0f), &light);
+  EXPECT_FLOAT_EQ(film.resolve(Pass::COMBINED)[0], 1.5f);
+  EXPECT_EQ(film.resolve(Pass::VOLUME_DIRECT)[0], 0.0f);
+  EXPECT_EQ(film.non_finite_samples(), 1u);
+}
+
 /// Emission Noise of one pixel whose k-th sample sees `emission(k)`.
 template <typename Emission>
 float emission_noise(uint32_t samples, const Emission& emission) {

@@ -205,6 +205,35 @@ TEST(Bsdf, LightsCanBeHiddenFromAKindOfScattering) {
   EXPECT_EQ(all.pdf, diffuse.pdf);
 }
 
+TEST(Bsdf, KindsOfPassesAddUpAndAreThoseOfLobes) {
+  const Vec3 wo = at_angle(kFrame, 0.6f);
+  Bsdf bsdf = mixture(wo);
+  add_lobe(bsdf, glass(0.1f), Rgb(0.2f), 0.2f);
+  for (const Vec3 wi : {reflect(wo, kTestNormal), -wo}) {
+    const float cosine = dot(wi, kTestNormal);
+    const BsdfKinds kinds = evaluate_kinds(bsdf, wi);
+    const BsdfEvaluation f = evaluate_bsdf(bsdf, wi);
+    EXPECT_FLOAT_EQ((kinds.rough[0] + kinds.rough[1] + kinds.rough[2]).g, f.rough_cos.g);
+    EXPECT_FLOAT_EQ((kinds.smooth[0] + kinds.smooth[1] + kinds.smooth[2]).g, f.smooth_cos.g);
+    const bool is_above = cosine > 0.0f;
+    const Rgb diffuse = is_above ? Rgb(0.4f, 0.2f, 0.1f) : Rgb(0.1f);  // translucent light is diffuse
+    EXPECT_NEAR(kinds.rough[0].r, diffuse.r * std::abs(cosine) * kInvPi, 1e-6f);
+    EXPECT_EQ(is_black(kinds.rough[1]), !is_above);
+    EXPECT_EQ(is_black(kinds.rough[2]), is_above);
+    const KindColors shares = shares_of(kinds.rough);
+    EXPECT_NEAR((shares[0] + shares[1] + shares[2]).b, 1.0f, 1e-6f);
+  }
+}
+
+TEST(Bsdf, AlbedoOfKindsIsThatOfAll) {
+  const Bsdf bsdf = mixture(at_angle(kFrame, 0.6f));
+  const KindColors albedo = albedo_by_kind(bsdf);
+  EXPECT_FLOAT_EQ((albedo[0] + albedo[1] + albedo[2]).r, bsdf_albedo(bsdf).r);
+  EXPECT_FLOAT_EQ(albedo[0].r, 0.5f);
+  EXPECT_GT(albedo[1].r, 0.01f);
+  EXPECT_GT(albedo[2].r, albedo[1].r);
+}
+
 TEST(Bsdf, BumpShadowingFadesTowardsTheHorizon) {
   const Vec3 bent = normalize(kTestNormal + 0.6f * kFrame.s);
   const auto ratio = [&](float cosine) {  // to the unshadowed cosine
