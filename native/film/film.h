@@ -58,9 +58,7 @@ struct PassDescription {
 };
 const PassDescription& describe(Pass pass);
 /// Whether it is one that Film::add needs a LightByKind for.
-constexpr bool splits_kinds(Pass pass) {
-  return pass >= Pass::DIFFUSE_DIRECT && pass <= Pass::UNSCATTERED_ENVIRONMENT;
-}
+constexpr bool splits_kinds(Pass pass) { return pass >= Pass::DIFFUSE_DIRECT && pass <= Pass::UNSCATTERED_ENVIRONMENT; }
 /// The pass called `name`; throws Error naming it if there is none.
 Pass find_pass(const std::string& name);
 
@@ -69,7 +67,8 @@ Pass find_pass(const std::string& name);
 /// the calls.
 class Film {
  public:
-  /// Combined is always there, Emission with its noise, and a kind's colour with its light. Bytes per pixel: 4 (count) + 4 per channel of the passes.
+  /// Combined is always there, Emission with its noise, and a kind's colour with its light. Per pixel: 4 bytes for the
+  /// count and 4 per channel of the passes.
   Film(int width, int height, const std::vector<Pass>& passes);
 
   int width() const { return width_; }

@@ -64,8 +64,8 @@ class CellSharedStage final : public PathStage {
   LazyVector<uint32_t> reuse_counts_;                      // by pixel
   // By pixel, where paths split kinds: PathCapture::link_shares, and what the visible point reflects of paths by kinds.
   LazyVector<KindColors> link_shares_, reflected_by_kind_;
-  PathFrame current_, previous_;                           // temporal reservoirs, with history alone
-  bool is_history_void_ = false;                           // light has changed since
+  PathFrame current_, previous_;  // temporal reservoirs, with history alone
+  bool is_history_void_ = false;  // light has changed since
   LazyVector<CellKey> keys_;
   LazyVector<uint32_t> classes_;
   CellGroups groups_;

@@ -293,10 +293,10 @@ void PathStage::add_to(const VisiblePoint& visible, uint32_t pixel, float clamp_
                        PixelLight* by_kind) const {
   const Rgb shaded = shade(visible, pixel), reflected = clamp_contribution(shaded, clamp_indirect);
   record.indirect += reflected;
-  if (by_kind)
-    by_kind->light.add_indirect(is_first_vertex(visible) ? shade_by_kind(visible, pixel, shaded) *
-                                                               Rgb(clamp_factor(shaded, clamp_indirect))
-                                                         : by_kind->seen_shares * reflected);
+  if (by_kind && !by_kind->is_caught)
+    by_kind->light.add_indirect(is_first_vertex(visible)
+                                    ? shade_by_kind(visible, pixel, shaded) * Rgb(clamp_factor(shaded, clamp_indirect))
+                                    : by_kind->seen_shares * reflected);
   if (const std::optional<Rgb> alone = shade_alone(visible, pixel))
     record.shared = reflected - clamp_contribution(*alone, clamp_indirect);
 }

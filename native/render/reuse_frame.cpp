@@ -94,7 +94,7 @@ bool ReuseFrame::trace_paths(const FrameRun& run) {
     if (paths_) paths_->ask(capture, full_frame_pixel(s, x, y), run.frame);
     records_[pixel] = trace_pixel(context_, x, y, run.frame, scratch.path, &capture);
     keep_seen(context_, x, y, scratch.path);
-    kinds_.start_pixel(pixel, scratch.path, capture);
+    kinds_.start_pixel(pixel, records_[pixel], scratch.path, capture);
     visible_points_[pixel] = capture.visible;
     if (direct_) direct_->start_pixel(capture.visible, pixel, run.frame, scratch.non_finite);
     if (secondary_) scratch.batch.add(pixel, capture);
@@ -138,7 +138,7 @@ void ReuseFrame::add_direct_light(const VisiblePoint& visible, uint32_t pixel, P
                                   PixelLight* by_kind) const {
   const Rgb light = clamp_contribution(direct_->shade(visible, pixel), context_.paths.limits.clamp_direct);
   record.direct += light;
-  if (!by_kind || is_black(light)) return;
+  if (!by_kind || by_kind->is_caught || is_black(light)) return;
   if (is_first_vertex(visible)) {
     by_kind->light.add_direct(direct_->shares(visible, pixel) * light);
   } else {

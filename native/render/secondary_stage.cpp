@@ -146,7 +146,7 @@ void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSam
     const Rgb reflected = light->f_cos * light->radiance;
     record.direct += clamp_contribution(vertex.to_direct * reflected, limits.clamp_direct);
     record.indirect += clamp_contribution(vertex.to_indirect * reflected, limits.clamp_indirect);
-    if (by_kind) add_by_kind(i, *light, by_kind->light);
+    if (by_kind && !by_kind->is_caught) add_by_kind(i, *light, by_kind->light);
     for (size_t link = 0; link < samples.size(); ++link) {
       if (static_cast<int>(link) == vertex.sample_point_of) {
         samples[link]->light = {light->wi, light->radiance, light->f_cos, light->even_cos};
@@ -191,7 +191,8 @@ size_t SecondaryStage::memory_bytes() const {
            cells.grid.memory_bytes();
   };
   return bytes(cells_) + bytes(previous_) + vertices_.capacity() * sizeof(LightVertex) +
-         kinds_.capacity() * sizeof(LightVertexKinds) + scratch_.capacity() * sizeof(LightReservoir) + keys_.capacity() * sizeof(CellKey) +
+         kinds_.capacity() * sizeof(LightVertexKinds) + scratch_.capacity() * sizeof(LightReservoir) +
+         keys_.capacity() * sizeof(CellKey) +
          (pixels_.capacity() + reuse_counts_.capacity() + first_vertex_.capacity() + counts_.capacity()) *
              sizeof(uint32_t);
 }

@@ -28,7 +28,8 @@ class SecondaryStage {
   void add_batch(Batch&& batch);
   /// All reuse, after the last batch. False if stopped.
   bool reuse(const FrameRun& run);
-  /// Adds the light of a pixel's vertices to its record, to the samples of its links and, if not null, to light by kinds.
+  /// Adds the light of a pixel's vertices to its record, to the samples of its links and, if not null, to light by
+  /// kinds.
   void shade(uint32_t pixel, PathRecord& record, std::span<PathSample* const> samples, PixelLight* by_kind) const;
   /// Of other vertices, merged into those of a pixel's vertices.
   uint32_t reuse_count(uint32_t pixel) const;

@@ -19,7 +19,7 @@ bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopC
     records_[pixel] = trace_pixel(context_, place.x, place.y, frame, scratch.path, &scratch.capture);
     keep_seen(context_, place.x, place.y, scratch.path);
     sharing_.start_pixel(scratch.capture, pixel);
-    kinds_.start_pixel(pixel, scratch.path, scratch.capture);
+    kinds_.start_pixel(pixel, records_[pixel], scratch.path, scratch.capture);
   };
   const auto finish_tile = [&](const Scratch& scratch) { collect_records(context_, scratch.path); };
   return for_each_pixel<Scratch>(pixels.width(), pixels.height(), stop, trace, finish_tile) &&
@@ -44,6 +44,8 @@ uint32_t SharedPixels::reuse_count(uint32_t pixel) const {
   return sharing_.visible_point(pixel).exists ? sharing_.reuse_count(pixel) : 0;
 }
 
-size_t SharedPixels::memory_bytes() const { return sharing_.memory_bytes() + records_.capacity() * sizeof(PathRecord) + kinds_.memory_bytes(); }
+size_t SharedPixels::memory_bytes() const {
+  return sharing_.memory_bytes() + records_.capacity() * sizeof(PathRecord) + kinds_.memory_bytes();
+}
 
 }  // namespace cistern

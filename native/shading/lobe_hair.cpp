@@ -130,9 +130,7 @@ struct Strand {
 };
 
 /// Of a mass of hair. [Chiang et al. 2016, eq. 9]
-float color_fit(float b) {
-  return 5.969f + b * (-0.215f + b * (2.532f + b * (-10.73f + b * (5.574f + b * 0.245f))));
-}
+float color_fit(float b) { return 5.969f + b * (-0.215f + b * (2.532f + b * (-10.73f + b * (5.574f + b * 0.245f)))); }
 
 }  // namespace
 

@@ -4,8 +4,8 @@
 
 namespace cistern {
 
-/// How light left the first vertex of its path, where it was scattered for the first time: as ScatterKind, of lobes (see
-/// KindColors), or by a medium.
+/// How light left the first vertex of its path, where it was scattered for the first time: as ScatterKind, of lobes
+/// (see KindColors), or by a medium.
 inline constexpr size_t kLightKinds = kScatterKinds + 1, kVolumeLight = kScatterKinds;
 
 /// What a path found, by the kind of its first scattering as render passes want it: `direct` after one scattering,

@@ -5,9 +5,11 @@
 // Light of a walk by the kind of its first scattering. Included by path_walk.h.
 //
 // The throughput is kept once more for each kind: at the first vertex each part of it (what was scattered by smooth
-// lobes, and by rough ones) is divided as f is in the direction taken, and from then on all are scattered alike. So each
-// contribution of the path is divided as it is added, and clamped by the factor of the whole. Never by a share of sums:
-// what is handed on to others takes away from some parts and not from others. Nothing here is random.
+// lobes, and by rough ones) is divided as f is in the direction taken, and from then on all are scattered alike. So
+// each contribution of the path is divided as it is added, and clamped by the factor of the whole. Never by a share of
+// sums: what is handed on to others takes away from some parts and not from others. Nothing here is random.
+//
+// Of shadow catchers, and of what is met beyond, there is nothing by kinds, as in Cycles: neither is in Combined.
 
 namespace cistern {
 
@@ -19,6 +21,7 @@ inline void Walk<Kind>::add_color(const Bsdf& bsdf) {
 
 template <class Kind>
 inline void Walk<Kind>::split_met_light(Rgb radiance, SourceKind source) {
+  if (record_.caught > 0.0f) return;
   LightByKind& sum = light_by_kind();
   if (is_unscattered()) {
     (source == SourceKind::ENVIRONMENT ? sum.environment : sum.emission) += throughput_.smooth * radiance;
@@ -37,6 +40,7 @@ inline void Walk<Kind>::split_met_light(Rgb radiance, SourceKind source) {
 
 template <class Kind>
 inline void Walk<Kind>::split_reflected_light(const BsdfKinds& f, Rgb rough_cos, Rgb smooth_cos, Rgb radiance) {
+  if (record_.caught > 0.0f) return;
   if (!is_unscattered()) return split_later_light(rough_cos, smooth_cos, radiance);
   const float limit = context_.limits.clamp_direct / static_cast<float>(light_samples());
   const auto add = [&](const KindColors& kinds, Rgb f_cos) {
@@ -49,6 +53,7 @@ inline void Walk<Kind>::split_reflected_light(const BsdfKinds& f, Rgb rough_cos,
 
 template <class Kind>
 inline void Walk<Kind>::split_scattered_light(Rgb phase_cos, Rgb radiance) {
+  if (record_.caught > 0.0f) return;
   if (!is_unscattered()) return split_later_light(phase_cos, {}, radiance);
   const float limit = context_.limits.clamp_direct / static_cast<float>(light_samples());
   const Rgb light = throughput_.smooth * phase_cos * radiance;
@@ -66,8 +71,8 @@ inline void Walk<Kind>::split_later_light(Rgb rough_cos, Rgb smooth_cos, Rgb rad
       clamp_factor((throughput_.direct + throughput_.indirect) * reflected, limits.clamp_indirect);
   for (size_t kind = 0; kind < kLightKinds; ++kind) {
     const Throughput& part = kinds_.throughput[kind];
-    light_by_kind().indirect[kind] += part.smooth * (smooth * of_smooth + rough * of_rough) +
-                                      (part.direct + part.indirect) * reflected * of_indirect;
+    light_by_kind().indirect[kind] +=
+        part.smooth * (smooth * of_smooth + rough * of_rough) + (part.direct + part.indirect) * reflected * of_indirect;
   }
 }
 

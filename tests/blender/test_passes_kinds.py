@@ -108,6 +108,16 @@ def test_kinds_add_up_in_hair(preset):
     check(bpy.context.scene, preset)
 
 
+@pytest.mark.parametrize("preset", DIFFERENT)
+def test_kinds_add_up_beside_shadow_catchers(preset):
+    """To the picture that is laid over shadows: nothing of catchers is in it."""
+    scene = bpy.context.scene
+    kinds.build_surfaces(scene)
+    bpy.data.objects["floor"].is_shadow_catcher = scene.view_layers[0].cistern.use_pass_shadow_catcher = True
+    split = check(scene, preset, see_through_film)
+    assert kinds.light_of(split, "Glossy", "Indirect").any()
+
+
 def test_denoising_leaves_kinds_as_they_were_found():
     scene = bpy.context.scene
     kinds.build_surfaces(scene)

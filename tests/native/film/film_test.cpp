@@ -90,8 +90,9 @@ LightByKind make_light(float k) {
 }
 
 TEST(Film, LightOfKindsIsDividedByTheMeanOfTheirColours) {
-  Film film(1, 1, {Pass::DIFFUSE_DIRECT, Pass::GLOSSY_INDIRECT, Pass::TRANSMISSION_DIRECT, Pass::VOLUME_DIRECT,
-                   Pass::UNSCATTERED_EMISSION});
+  Film film(1, 1,
+            {Pass::DIFFUSE_DIRECT, Pass::GLOSSY_INDIRECT, Pass::TRANSMISSION_DIRECT, Pass::VOLUME_DIRECT,
+             Pass::UNSCATTERED_EMISSION});
   for (const float k : {1.0f, 3.0f}) {  // mean: k = 2
     const LightByKind light = make_light(k);
     film.add(0, make_record(k), &light);

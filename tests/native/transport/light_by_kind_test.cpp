@@ -32,10 +32,6 @@ SplitPath trace_split(const PathContext& context, const Ray& ray, uint32_t path,
   return result;
 }
 
-Rgb combined(const PathRecord& record) {
-  return record.direct + record.indirect + record.emission + record.environment;
-}
-
 Rgb sum(const LightByKind& light) {
   Rgb all = light.emission + light.environment;
   for (size_t kind = 0; kind < kLightKinds; ++kind) all += light.direct[kind] + light.indirect[kind];
@@ -71,8 +67,8 @@ TEST(LightByKind, AddsUpToAllThatAPathFindsAndChangesNothing) {
       float found = 0.0f;
       for (uint32_t path = 0; path < 2000; ++path) {
         const SplitPath split = trace_split(tracer.context(), kIntoTheRoom, path, asked);
-        const Rgb all = combined(split.record);
-        ASSERT_EQ(all, combined(split.plain));
+        const Rgb all = split.record.combined();
+        ASSERT_EQ(all, split.plain.combined());
         ASSERT_NEAR(sum(split.light).r, all.r, 1e-5f * all.r + 1e-7f);
         ASSERT_NEAR(sum(split.light).g, all.g, 1e-5f * all.g + 1e-7f);
         found += split.light.direct[kGlossy].g + split.light.indirect[kDiffuse].g;
