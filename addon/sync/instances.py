@@ -43,6 +43,7 @@ RAY_BITS = {"camera": 1, "diffuse": 2, "glossy": 4, "transmission": 8, "shadow":
 _INVISIBLE_TYPES = {"EMPTY", "ARMATURE", "LATTICE", "CAMERA", "SPEAKER", "LIGHT_PROBE"}
 _MESHED_TYPES = {"CURVE", "SURFACE", "FONT", "META"}
 _NAMES_SHOWN = 5
+_ROUND = bpy.types.Curves | bpy.types.PointCloud  # what consists of strands or points
 
 
 @dataclass
@@ -220,7 +221,7 @@ class InstanceSync:
 
     def _known_prototype(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> Surface | Lamp | None:
         """The prototype of an earlier sync where nothing touched it, else a new one."""
-        is_mesh, is_hair = isinstance(obj.data, bpy.types.Mesh), isinstance(obj.data, bpy.types.Curves)
+        is_mesh, is_round = isinstance(obj.data, bpy.types.Mesh), isinstance(obj.data, _ROUND)
         data_uid = obj.data.session_uid if is_mesh else original_uid(obj.data)
         key = (original_uid(obj), original_uid(instancer), data_uid)
         if obj.type == "LIGHT":
@@ -228,9 +229,9 @@ class InstanceSync:
         known = self._kept.prototypes.get(key) if self._is_untouched(key) else None
         if known is not None and self._kept.links.has(key[0]):
             self._links.read(obj)
-        if is_hair and known is not None and self.meshes.knows_attributes:
+        if is_round and known is not None and self.meshes.knows_attributes:
             self.meshes.keep(known.mesh)
-        elif known is None or is_hair or (is_mesh and self._mesh(obj).handle != known.mesh):
+        elif known is None or is_round or (is_mesh and self._mesh(obj).handle != known.mesh):
             known = self._prototype(obj, instancer, key)
         self._prototypes[key] = known
         return known
@@ -250,13 +251,14 @@ class InstanceSync:
         self._links.read(obj)
         if obj.type == "LIGHT":
             return self._lamp(obj, self._visibility(obj, instancer)[0], key)
-        if not isinstance(obj.data, bpy.types.Mesh | bpy.types.Curves):
+        if not isinstance(obj.data, bpy.types.Mesh | _ROUND):
             if obj.type not in _INVISIBLE_TYPES | _MESHED_TYPES:
                 self._report.warn(f"Object '{obj.name}': type {obj.type} is not supported and left out")
             return None
         is_mesh = isinstance(obj.data, bpy.types.Mesh)
         view_layer = self._depsgraph.view_layer_eval
-        is_shown = self._visibility(obj, instancer)[0] and (view_layer.use_solid if is_mesh else view_layer.use_strand)
+        is_in_layer = {bpy.types.Mesh: view_layer.use_solid, bpy.types.Curves: view_layer.use_strand}
+        is_shown = self._visibility(obj, instancer)[0] and is_in_layer.get(type(obj.data), True)
         mesh = self._mesh(obj) if is_shown else None
         if mesh is None:
             return None

@@ -13,6 +13,7 @@ import numpy as np
 
 from . import SyncReport
 from .meshes import MeshArrays, mesh_arrays
+from .points import point_arrays
 from .strands import StrandArrays, curve_arrays, particle_arrays
 
 if TYPE_CHECKING:
@@ -102,6 +103,9 @@ class MeshTable:
         if isinstance(obj.data, bpy.types.Curves):
             arrays = curve_arrays(obj.data, self._wanted_attributes)
             return self._place_strands(arrays, f"Curves '{obj.data.name}'", obj.data.name, owner)
+        if isinstance(obj.data, bpy.types.PointCloud):
+            arrays = point_arrays(obj.data, self._wanted_attributes)
+            return self._place_strands(arrays, f"Point cloud '{obj.data.name}'", obj.data.name, owner)
         key = (owner, self._counts[owner])
         self._counts[owner] += 1
         mesh = self._by_version.get(obj.data.session_uid) or self._export(obj, key)
@@ -144,9 +148,9 @@ class MeshTable:
         handle = self._builder.add_strands(name, **vars(arrays), replace=self._handle_for(key))
         statistics = self._builder.mesh_statistics(handle)
         if statistics["dropped_triangles"]:
-            self._report.warn(f"{label}: strands whose keys or radii are not finite are left out")
+            self._report.warn(f"{label}: what has positions or radii that are not finite is left out")
         counts = np.diff(arrays.strand_offsets)
-        if (counts < 2).any():
+        if arrays.shape != "BALLS" and (counts < 2).any():
             self._report.warn(f"{label}: strands with fewer than two keys are left out")
         mesh = PlacedMesh(handle, -1, 0)
         self._used.add(handle)

@@ -28,7 +28,7 @@ class StrandArrays:
     radii: NDArray[np.float32]
     strand_offsets: NDArray[np.int32]
     material_indices: NDArray[np.int32] | None = None
-    has_straight_segments: bool = False
+    shape: str = "SPLINES"
     attributes: list[tuple[str, str, NDArray[np.float32]]] = field(default_factory=list)
 
 
@@ -45,7 +45,8 @@ def curve_arrays(curves: bpy.types.Curves, wanted: Set[str]) -> StrandArrays | N
     if radius is not None and len(radius.data) == len(radii):
         radius.data.foreach_get("value", radii)
     attributes = _curve_attributes(curves, wanted)
-    strands = StrandArrays(positions, radii, offsets, None, _are_straight(curves), attributes)
+    shape = "LINES" if _are_straight(curves) else "SPLINES"
+    strands = StrandArrays(positions, radii, offsets, None, shape, attributes)
     return _with_info(strands, wanted)
 
 
@@ -171,8 +172,8 @@ def _times(
     return times.astype(np.float32), lengths.astype(np.float32)
 
 
-def _random(count: int) -> NDArray[np.float32]:
-    """Of each strand, (count, 1), in [0, 1]: a hash of its number."""
+def random_of_numbers(count: int) -> NDArray[np.float32]:
+    """Of each strand or point, (count, 1), in [0, 1]: a hash of its number."""
     return (hash_pair(np.arange(count), 0) / float(0xFFFFFFFF)).astype(np.float32)[:, None]
 
 
@@ -189,6 +190,6 @@ def _with_info(strands: StrandArrays, wanted: Set[str]) -> StrandArrays:
     if STRAND_THICKNESS in wanted:
         columns.append((STRAND_THICKNESS, "POINT", 2.0 * strands.radii[:, None]))
     if STRAND_RANDOM in wanted:
-        columns.append((STRAND_RANDOM, "FACE", _random(count)))
+        columns.append((STRAND_RANDOM, "FACE", random_of_numbers(count)))
     strands.attributes.extend(columns)
     return strands

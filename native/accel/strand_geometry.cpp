@@ -8,6 +8,19 @@ struct Key {
   float radius;
 };
 
+Key key_of(const Mesh& mesh, uint32_t i) { return {mesh.positions[i], mesh.radii[i]}; }
+
+RTCGeometryType embree_type(StrandShape shape) {
+  switch (shape) {
+    case StrandShape::LINES:
+      return RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE;
+    case StrandShape::BALLS:
+      return RTC_GEOMETRY_TYPE_SPHERE_POINT;
+    default:
+      return RTC_GEOMETRY_TYPE_ROUND_CATMULL_ROM_CURVE;
+  }
+}
+
 void refuse_insides(const RTCFilterFunctionNArguments* arguments) {
   RTCRayN* const ray = arguments->ray;
   RTCHitN* const hit = arguments->hit;
@@ -33,8 +46,8 @@ size_t count_strands(const Mesh& mesh) {
 /// Embree reads four keys from each segment's index on: every strand has its first and its last key twice. Of straight
 /// segments it reads two keys, and the flags tell which of them goes on.
 void fill(const Mesh& mesh, Key* keys, uint32_t* indices, uint8_t* flags) {
-  const auto key = [&](uint32_t i) { return Key{mesh.positions[i], mesh.radii[i]}; };
-  const bool repeats = !mesh.has_straight_segments;
+  const auto key = [&](uint32_t i) { return key_of(mesh, i); };
+  const bool repeats = mesh.strand_shape == StrandShape::SPLINES;
   uint32_t next = 0;
   for (size_t i = 0; i < mesh.vertices.size(); ++i) {
     if (is_first(mesh, i)) {
@@ -53,20 +66,26 @@ void fill(const Mesh& mesh, Key* keys, uint32_t* indices, uint8_t* flags) {
 }  // namespace
 
 EmbreeGeometry strand_geometry(const EmbreeDevice& device, const Mesh& mesh) {
-  const bool is_straight = mesh.has_straight_segments;
-  EmbreeGeometry geometry(rtcNewGeometry(
-      device.get(), is_straight ? RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE : RTC_GEOMETRY_TYPE_ROUND_CATMULL_ROM_CURVE));
+  const StrandShape shape = mesh.strand_shape;
+  EmbreeGeometry geometry(rtcNewGeometry(device.get(), embree_type(shape)));
   device.check("making strands of \"" + mesh.name + "\"");
   const auto new_buffer = [&](RTCBufferType type, RTCFormat format, size_t stride, size_t count) {
     return rtcSetNewGeometryBuffer(geometry.get(), type, 0, format, stride, count);
   };
   const size_t segments = mesh.vertices.size();
-  const size_t keys = segments + (is_straight ? 1 : 3) * count_strands(mesh);
-  void* const key_buffer = new_buffer(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, sizeof(Key), keys);
-  void* const indices = new_buffer(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, sizeof(uint32_t), segments);
-  void* const flags = is_straight ? new_buffer(RTC_BUFFER_TYPE_FLAGS, RTC_FORMAT_UCHAR, 1, segments) : nullptr;
+  const size_t keys =
+      shape == StrandShape::BALLS ? segments : segments + (shape == StrandShape::LINES ? 1 : 3) * count_strands(mesh);
+  auto* const key_buffer = static_cast<Key*>(new_buffer(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, sizeof(Key), keys));
+  void *indices = nullptr, *flags = nullptr;
+  if (shape != StrandShape::BALLS)
+    indices = new_buffer(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, sizeof(uint32_t), segments);
+  if (shape == StrandShape::LINES) flags = new_buffer(RTC_BUFFER_TYPE_FLAGS, RTC_FORMAT_UCHAR, 1, segments);
   device.check("sharing strands of \"" + mesh.name + "\"");
-  fill(mesh, static_cast<Key*>(key_buffer), static_cast<uint32_t*>(indices), static_cast<uint8_t*>(flags));
+  if (shape == StrandShape::BALLS) {
+    for (size_t i = 0; i < segments; ++i) key_buffer[i] = key_of(mesh, mesh.vertices[i][0]);
+  } else {
+    fill(mesh, key_buffer, static_cast<uint32_t*>(indices), static_cast<uint8_t*>(flags));
+  }
   rtcSetGeometryIntersectFilterFunction(geometry.get(), refuse_insides);
   rtcSetGeometryOccludedFilterFunction(geometry.get(), refuse_insides);
   return geometry;

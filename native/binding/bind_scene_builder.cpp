@@ -22,6 +22,13 @@ Domain to_domain(const std::string& name, const std::string& owner) {
   throw Error(owner, "domain '" + name + "' is not one of POINT, FACE, CORNER");
 }
 
+StrandShape to_strand_shape(const std::string& name, const std::string& owner) {
+  if (name == "SPLINES") return StrandShape::SPLINES;
+  if (name == "LINES") return StrandShape::LINES;
+  if (name == "BALLS") return StrandShape::BALLS;
+  throw Error(owner, "shape '" + name + "' is not one of SPLINES, LINES, BALLS");
+}
+
 size_t element_count(const MeshInput& mesh, Domain domain) {
   if (domain == Domain::POINT) return mesh.positions.size();
   if (domain == Domain::CORNER) return mesh.corner_vertices.size();
@@ -91,7 +98,7 @@ MeshAttribute to_strand_attribute(const AttributeArgument& argument, const Stran
 
 int add_strands(SceneBuilder& builder, const std::string& name, const Array<float>& positions,
                 const Array<float>& radii, const Array<int32_t>& strand_offsets,
-                const OptionalArray<int32_t>& material_indices, bool has_straight_segments,
+                const OptionalArray<int32_t>& material_indices, const std::string& shape,
                 const std::vector<AttributeArgument>& attributes, std::optional<int> replace) {
   StrandInput input;
   input.name = name;
@@ -100,7 +107,7 @@ int add_strands(SceneBuilder& builder, const std::string& name, const Array<floa
   input.strand_offsets = flat_span(strand_offsets, name, "strand_offsets");
   if (input.strand_offsets.empty()) throw Error(name, "strand_offsets must not be empty");
   input.material_indices = optional_span(material_indices, name, "material_indices");
-  input.has_straight_segments = has_straight_segments;
+  input.shape = to_strand_shape(shape, name);
   for (const AttributeArgument& attribute : attributes)
     input.attributes.push_back(to_strand_attribute(attribute, input));
   const py::gil_scoped_release nogil;
@@ -332,7 +339,7 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
            py::arg("attributes") = std::vector<AttributeArgument>{}, py::arg("replace") = none)
       .def("add_strands", &add_strands, py::arg("name"), py::arg("positions").noconvert(), py::arg("radii").noconvert(),
            py::arg("strand_offsets").noconvert(), py::arg("material_indices").noconvert() = none,
-           py::arg("has_straight_segments") = false, py::arg("attributes") = std::vector<AttributeArgument>{},
+           py::arg("shape") = "SPLINES", py::arg("attributes") = std::vector<AttributeArgument>{},
            py::arg("replace") = none)
       .def("add_instances", &add_instances, py::arg("mesh").noconvert(), py::arg("material_set").noconvert(),
            py::arg("object").noconvert(), py::arg("object_to_world").noconvert(), py::arg("visibility").noconvert(),

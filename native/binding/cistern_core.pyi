@@ -99,7 +99,7 @@ class SceneBuilder:
         radii: NDArray[np.float32],  # (keys,)
         strand_offsets: NDArray[np.int32],  # (strands + 1,) first key of each, and how many there are
         material_indices: NDArray[np.int32] | None = None,  # (strands,)
-        has_straight_segments: bool = False,  # between keys, in place of Catmull-Rom splines
+        shape: str = "SPLINES",  # between keys; or "LINES"; "BALLS": one about each key, and nothing between
         attributes: Sequence[tuple[str, str, NDArray[np.float32]]] = (),  # (name, POINT or FACE: of strands, (n, 1..4))
         replace: int | None = None,
     ) -> int:

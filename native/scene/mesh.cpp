@@ -59,7 +59,7 @@ bool is_same_mesh(const Mesh& a, const Mesh& b) {
   const bool has_same_surface = a.name == b.name && a.positions == b.positions && a.vertices == b.vertices &&
                                 a.corners == b.corners && a.polygons == b.polygons &&
                                 a.material_slots == b.material_slots && a.corner_count == b.corner_count &&
-                                a.radii == b.radii && a.has_straight_segments == b.has_straight_segments &&
+                                a.radii == b.radii && a.strand_shape == b.strand_shape &&
                                 a.dropped_triangles == b.dropped_triangles;
   return has_same_surface && a.normals_domain == b.normals_domain && a.normals == b.normals &&
          a.sharp_polygons == b.sharp_polygons &&

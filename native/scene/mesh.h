@@ -31,6 +31,10 @@ struct MeshAttribute {
 
 using TriangleIndices = std::array<uint32_t, 3>;
 
+/// What strands are between their keys: round splines [Catmull and Rom 1974], round lines, or nothing but a ball about
+/// each key.
+enum class StrandShape : uint8_t { SPLINES, LINES, BALLS };
+
 /// A triangle mesh in object space, immutable once built. See scene_builder.h for how polygons become triangles.
 ///
 /// Or strands of hair, which have radii: then a "triangle" is a segment between two keys, {first, second, second}, a
@@ -47,10 +51,10 @@ struct Mesh {
   std::vector<uint8_t> sharp_polygons;    // 1: flat, though the domain of normals is CORNER; empty = none
   std::vector<MeshAttribute> attributes;  // UV maps first, in Blender's order
   std::vector<float> radii;               // of strands: per position, in object space, at least 0; empty: triangles
-  bool has_straight_segments = false;     // of strands: between their keys they do not bend
-  uint32_t corner_count = 0;              // elements of corner data; of strands: how many there are
-  Bounds3 bounds;                         // of all finite positions, loose ones included
-  uint32_t dropped_triangles = 0;         // degenerate or with non-finite coordinates: left out, reported
+  StrandShape strand_shape = StrandShape::SPLINES;
+  uint32_t corner_count = 0;       // elements of corner data; of strands: how many there are
+  Bounds3 bounds;                  // of all finite positions, loose ones included
+  uint32_t dropped_triangles = 0;  // degenerate or with non-finite coordinates: left out, reported
   /// What displacement made this of, with the same triangles in the same order; null for what is as it was built.
   std::shared_ptr<const Mesh> undisplaced;
   /// Beside it where that is flat and the shading asks: octahedral normals at its points.

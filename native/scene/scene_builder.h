@@ -35,8 +35,8 @@ struct StrandInput {
   std::span<const float> radii;               // beside positions; below 0 means 0
   std::span<const int32_t> strand_offsets;    // strand_count + 1 offsets into the keys
   std::span<const int32_t> material_indices;  // per strand; empty = 0
-  bool has_straight_segments = false;         // between keys, in place of Catmull-Rom splines
-  std::vector<MeshAttribute> attributes;      // POINT: at keys, FACE: at strands; a UV map first
+  StrandShape shape = StrandShape::SPLINES;
+  std::vector<MeshAttribute> attributes;  // POINT: at keys, FACE: at strands; a UV map first
 };
 
 /// Collects a scene; keeps handles stable across edits. Not thread-safe; `snapshot` returns an immutable copy that

@@ -39,17 +39,18 @@ void add_segments(const StrandInput& input, Mesh& mesh) {
   for (size_t strand = 0; strand + 1 < input.strand_offsets.size(); ++strand) {
     const auto begin = static_cast<uint32_t>(input.strand_offsets[strand]);
     const auto end = static_cast<uint32_t>(input.strand_offsets[strand + 1]);
-    if (end - begin < 2) continue;
+    const uint32_t step = input.shape == StrandShape::BALLS ? 0 : 1;  // from one end of a segment to the other
+    if (end - begin <= step) continue;
     if (!is_finite_strand(input, begin, end)) {
-      mesh.dropped_triangles += end - begin - 1;
+      mesh.dropped_triangles += end - begin - step;
       continue;
     }
-    for (uint32_t k = begin; k + 1 < end; ++k) {
-      mesh.vertices.push_back({k, k + 1, k + 1});
+    for (uint32_t k = begin; k + step < end; ++k) {
+      mesh.vertices.push_back({k, k + step, k + step});
       mesh.polygons.push_back(static_cast<uint32_t>(strand));
       if (has_slots) mesh.material_slots.push_back(to_slot(input.material_indices[strand]));
       mesh.bounds.extend(input.positions[k]);
-      mesh.bounds.extend(input.positions[k + 1]);
+      mesh.bounds.extend(input.positions[k + step]);
     }
   }
 }
@@ -60,7 +61,7 @@ Mesh build_strands(const StrandInput& input) {
   check_input(input);
   Mesh mesh;
   mesh.name = input.name;
-  mesh.has_straight_segments = input.has_straight_segments;
+  mesh.strand_shape = input.shape;
   mesh.positions.assign(input.positions.begin(), input.positions.end());
   mesh.radii.reserve(input.radii.size());
   for (const float radius : input.radii) mesh.radii.push_back(std::max(radius, 0.0f));

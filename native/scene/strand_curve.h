@@ -41,12 +41,13 @@ struct StrandSegment {
 inline StrandSegment strand_segment(const Mesh& mesh, size_t segment) {
   const uint32_t first = mesh.vertices[segment][0], second = mesh.vertices[segment][1];
   const uint32_t strand = mesh.polygons[segment];
+  const bool is_straight = mesh.strand_shape != StrandShape::SPLINES;
   const uint32_t before = segment > 0 && mesh.polygons[segment - 1] == strand ? first - 1 : first;
   const bool goes_on = segment + 1 < mesh.polygons.size() && mesh.polygons[segment + 1] == strand;
   const uint32_t after = goes_on ? second + 1 : second;
   return {{mesh.positions[before], mesh.positions[first], mesh.positions[second], mesh.positions[after]},
           {mesh.radii[before], mesh.radii[first], mesh.radii[second], mesh.radii[after]},
-          mesh.has_straight_segments};
+          is_straight};
 }
 
 }  // namespace cistern

@@ -5,8 +5,9 @@
 namespace cistern {
 namespace {
 
-/// Of the radius, off the surface. Embree finds curves by iteration, whose errors are in proportion to the radius.
-constexpr float kClearance = 0.02f;
+/// Of the radius, off the surface. Embree finds curves by iteration, whose errors are in proportion to the radius, and
+/// balls exactly.
+constexpr float kClearance = 0.02f, kClearanceOfBalls = 1e-4f;
 
 }  // namespace
 
@@ -34,8 +35,9 @@ SurfacePoint make_strand_point(const Scene& scene, const Ray& ray, const Hit& hi
   if (dot(point.ng, point.wo) < 0.0f) point.ng = point.wo;
   point.ns = point.ng;
   const std::array<Vec3, 3> ends{segment.positions[1], segment.positions[2], center};
+  const float clearance = mesh.strand_shape == StrandShape::BALLS ? kClearanceOfBalls : kClearance;
   point.clearance =
-      surface_clearance(coordinate_reach(instance.object_to_world, ends), point.ng) + kClearance * length(offset);
+      surface_clearance(coordinate_reach(instance.object_to_world, ends), point.ng) + clearance * length(offset);
   return point;
 }
 

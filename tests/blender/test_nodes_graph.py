@@ -171,13 +171,13 @@ def test_unknown_nodes_make_one_warning(empty_scene):
     tree = Tree("Exotic")
     mix = tree.node("ShaderNodeMix", data_type="RGBA", blend_type="ADD")
     tree.set(mix, Factor_Float=1.0)
-    tree.link(tree.node("ShaderNodePointInfo"), "Radius", mix, "A_Color")
+    tree.link(tree.node("ShaderNodeUVAlongStroke"), "UV", mix, "A_Color")
     for _ in range(2):
         tree.link(tree.node("ShaderNodeVolumeInfo"), "Density", mix, "B_Color")
     tree.shown(mix, "Result_Color")
     context = Context()
     assert emission_color(tree, context) == (0.0, 0.0, 0.0)
-    assert context.warnings == ["Material 'Exotic': nodes replaced by their defaults: Point Info, Volume Info"]
+    assert context.warnings == ["Material 'Exotic': nodes replaced by their defaults: UV Along Stroke, Volume Info"]
 
 
 def test_unknown_shader_becomes_diffuse_of_its_color(empty_scene):

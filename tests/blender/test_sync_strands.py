@@ -34,7 +34,7 @@ def test_curves_come_with_their_keys_and_radii(camera_scene, recorded_sync) -> N
     builder, report = recorded_sync()
     call = builder.of("add_strands")[0]
     assert (call["positions"] == KEYS.reshape(-1, 3)).all() and (call["radii"] == WIDTHS.ravel()).all()
-    assert call["strand_offsets"].tolist() == [0, 3, 6] and not call["has_straight_segments"]
+    assert call["strand_offsets"].tolist() == [0, 3, 6] and call["shape"] == "SPLINES"
     assert call["attributes"] == [] and report.warnings == []
     assert instances(builder)["object_to_world"][0][:3, 3].tolist() == [1, 2, 3]
 
@@ -52,7 +52,7 @@ def test_only_poly_curves_are_straight(camera_scene, recorded_sync, kinds, is_st
     for index, kind in enumerate(kinds):
         curves.set_types(type=kind, indices=[index])
     link("Hair", curves)
-    assert recorded_sync()[0].of("add_strands")[0]["has_straight_segments"] == is_straight
+    assert recorded_sync()[0].of("add_strands")[0]["shape"] == ("LINES" if is_straight else "SPLINES")
 
 
 def test_what_hair_info_reads(camera_scene, recorded_sync) -> None:

@@ -6,14 +6,15 @@ import bpy
 
 from . import value_names
 from .compiler import NodeView, TreeKind, default_of, value_node
-from .enums import LIGHT_PATH_OUTPUTS, SPACES, VECTOR_MATH_VALUES
+from .enums import LIGHT_PATH_OUTPUTS, SPACES, TRANSFORM_KINDS, VECTOR_MATH_VALUES
 from .graph import socket_named
 from .instructions import COLOR, VECTOR, Value, constant
 from .vector import NORMAL_TRANSFORM, default_tangent, separate, vector_constant
 
 _PARTICLE_VECTORS = {"Location", "Velocity", "Angular Velocity"}
 _POWERS_OF_DISTANCE = {"Quadratic": 0, "Linear": 1, "Constant": 2}
-DOT_PRODUCT = VECTOR_MATH_VALUES.index("DOT_PRODUCT")
+DOT_PRODUCT, _LENGTH = VECTOR_MATH_VALUES.index("DOT_PRODUCT"), VECTOR_MATH_VALUES.index("LENGTH")
+_DIAGONAL = (3.0**-0.5,) * 3
 DEFAULT_COLOR_ATTRIBUTE = "Color"  # Blender's name for a new colour attribute
 
 
@@ -107,6 +108,27 @@ def hair_info(node: NodeView, output: str) -> Value | None:
     return mesh_attribute(node, value_names.STRAND_OUTPUTS[output], "Fac", missing_alpha=0)
 
 
+def _length(node: NodeView, vector: Value) -> Value:
+    return node.emit("VECTOR_MATH_VALUE", (vector, constant(0.0, letter=VECTOR)), (_LENGTH,))
+
+
+@value_node("ShaderNodePointInfo")
+def point_info(node: NodeView, output: str) -> Value:
+    """0 on what is no point."""
+    is_vector = output == "Position"
+    if not node.compiler.is_surface:
+        return vector_constant(0.0, 0.0, 0.0) if is_vector else constant(0.0)
+    value = mesh_attribute(node, value_names.POINT_OUTPUTS[output], "Vector" if is_vector else "Fac", missing_alpha=0)
+    if output == "Random":
+        return value
+    # A radius of unevenly scaled objects is that of the diagonal.
+    vector = value if is_vector else node.vector_math("MULTIPLY", value, vector_constant(*_DIAGONAL))
+    kind = "POINT" if is_vector else "VECTOR"
+    spaces = (SPACES.index("OBJECT"), SPACES.index("WORLD"))
+    moved = node.emit("VECTOR_TRANSFORM", (vector,), (TRANSFORM_KINDS.index(kind), *spaces))
+    return moved if is_vector else _length(node, moved)
+
+
 @value_node("ShaderNodeParticleInfo")
 def particle_info(node: NodeView, output: str) -> Value:
     if not node.compiler.is_surface:
@@ -197,8 +219,7 @@ def camera_data(node: NodeView, output: str) -> Value | None:
         return node.vector_math("NORMALIZE", at)
     if output == "View Z Depth":
         return separate(node, at, 2)
-    length = VECTOR_MATH_VALUES.index("LENGTH")
-    return node.emit("VECTOR_MATH_VALUE", (at, constant(0.0, letter=VECTOR)), (length,))
+    return _length(node, at)
 
 
 @value_node("ShaderNodeFresnel")

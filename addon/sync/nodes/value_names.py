@@ -17,9 +17,13 @@ STRAND_OUTPUTS = {
     "Thickness": STRAND_THICKNESS,
     "Random": STRAND_RANDOM,
 }
+# Attributes of points that outputs of the Point Info node read; on meshes and strands they are 0.
+POINT_POSITION, POINT_RADIUS, POINT_RANDOM = "INFO:point", "INFO:point radius", "INFO:point random"
+POINT_OUTPUTS = {"Position": POINT_POSITION, "Radius": POINT_RADIUS, "Random": POINT_RANDOM}
 ATTRIBUTE_OUTPUTS = {
     "ShaderNodeNewGeometry": GEOMETRY_OUTPUTS,
     "ShaderNodeHairInfo": STRAND_OUTPUTS,
+    "ShaderNodePointInfo": POINT_OUTPUTS,
     "ShaderNodeBsdfHairPrincipled": {"BSDF": STRAND_RANDOM},
 }
 COLOR, INDEX = "INFO:color", "INFO:index"

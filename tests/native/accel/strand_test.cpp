@@ -13,7 +13,7 @@ using test::place;
 
 /// Strands of these keys; radii fall evenly from `root` to `tip`.
 std::shared_ptr<const Mesh> make_strands(const std::vector<std::vector<Vec3>>& strands, float root, float tip,
-                                         bool is_straight = false) {
+                                         StrandShape shape = StrandShape::SPLINES) {
   std::vector<Vec3> positions;
   std::vector<float> radii;
   std::vector<int32_t> offsets{0};
@@ -28,7 +28,7 @@ std::shared_ptr<const Mesh> make_strands(const std::vector<std::vector<Vec3>>& s
   StrandInput input;
   input.name = "hair";
   input.positions = positions, input.radii = radii, input.strand_offsets = offsets;
-  input.has_straight_segments = is_straight;
+  input.shape = shape;
   builder.add_strands(input);
   return builder.scene().meshes[0];
 }
@@ -56,6 +56,23 @@ void expect_near(Vec3 found, Vec3 expected, float tolerance) {
   EXPECT_NEAR(found.x, expected.x, tolerance);
   EXPECT_NEAR(found.y, expected.y, tolerance);
   EXPECT_NEAR(found.z, expected.z, tolerance);
+}
+
+TEST(Strands, OfBallsAreSpheresAboutEachKey) {
+  const Transform doubled{{2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {}};
+  const Traced t =
+      trace(make_strands({{{0, 0, 0}, {1, 0, 0}}, {{0, 1, 0}, {0, 2, 0}}}, 0.1f, 0.2f, StrandShape::BALLS), doubled);
+  const Ray ray{{2.2f, 0.0f, 3.0f}, {0.0f, 0.0f, -1.0f}};
+  const std::optional<Hit> hit = t.accel->intersect(ray, kVisibleToCamera);
+  ASSERT_TRUE(hit);
+  EXPECT_EQ(hit->triangle, 1u);
+  const float height = std::sqrt(0.4f * 0.4f - 0.2f * 0.2f);
+  EXPECT_NEAR(hit->t, 3.0f - height, 1e-5f);
+  const SurfacePoint point = make_surface_point(*t.scene, ray, *hit);
+  expect_near(point.position, {2.2f, 0.0f, height}, 1e-5f);
+  expect_near(point.ns, {0.5f, 0.0f, height / 0.4f}, 1e-4f);
+  EXPECT_FALSE(t.accel->intersect({{2.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}}, kVisibleToCamera)) << "from the inside";
+  EXPECT_FALSE(t.accel->intersect({{1.0f, 0.0f, 3.0f}, {0.0f, 0.0f, -1.0f}}, kVisibleToCamera)) << "between keys";
 }
 
 TEST(Strands, AStraightOneIsACylinder) {
@@ -111,7 +128,7 @@ TEST(Strands, PassThroughTheirKeysAlongACatmullRomSpline) {
 
 TEST(Strands, StraightOnesDoNotBend) {
   const std::vector<Vec3> keys{{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 1.0f}};
-  const auto mesh = make_strands({keys, keys}, 0.05f, 0.05f, true);
+  const auto mesh = make_strands({keys, keys}, 0.05f, 0.05f, StrandShape::LINES);
   expect_near(strand_segment(*mesh, 2).center(0.5f), {0.5f, 0.0f, 0.0f}, 0.0f);
   const Traced t = trace(mesh);
   for (const Vec3 middle : {Vec3{0.5f, 0.0f, 0.0f}, Vec3{1.0f, 0.0f, 0.5f}}) {
@@ -124,8 +141,8 @@ TEST(Strands, StraightOnesDoNotBend) {
   }
   const bool is_equal = is_same_mesh(*mesh, *make_strands({keys, keys}, 0.05f, 0.05f));
   EXPECT_FALSE(is_equal);
-  EXPECT_TRUE(is_same_mesh(*mesh, *make_strands({keys, keys}, 0.05f, 0.05f, true)));
-  EXPECT_FALSE(is_same_mesh(*mesh, *make_strands({keys, keys}, 0.06f, 0.05f, true)));
+  EXPECT_TRUE(is_same_mesh(*mesh, *make_strands({keys, keys}, 0.05f, 0.05f, StrandShape::LINES)));
+  EXPECT_FALSE(is_same_mesh(*mesh, *make_strands({keys, keys}, 0.06f, 0.05f, StrandShape::LINES)));
 }
 
 TEST(Strands, ObjectsBeyondAllScaleAreLeftOut) {
@@ -243,14 +260,14 @@ void expect_harmless(const StrandInput& input, Rng& rng, float size) {
 
 TEST(Strands, DegenerateOnesDoNoHarm) {
   Rng rng(9, 0, 0, 0);
-  for (const bool is_straight : {false, true}) {
+  for (const StrandShape shape : {StrandShape::SPLINES, StrandShape::LINES, StrandShape::BALLS}) {
     for (const float size : {0.0f, 1e-30f, 1e-12f, 1e-3f, 1.0f, 1e6f, 1e12f, 1e20f, 1e37f}) {
       for (const float radius : {0.0f, 1e-30f, 1e-6f, 1.0f, 1e10f, 1e30f}) {
         std::vector<Vec3> positions;
         std::vector<float> radii;
         std::vector<int32_t> offsets;
         StrandInput input = degenerate_strands(rng, size, radius, positions, radii, offsets);
-        input.has_straight_segments = is_straight;
+        input.shape = shape;
         expect_harmless(input, rng, size);
       }
     }
