@@ -10,7 +10,8 @@ inline constexpr size_t kLightKinds = kScatterKinds + 1, kVolumeLight = kScatter
 
 /// What a path found, by the kind of its first scattering as render passes want it: `direct` after one scattering,
 /// whatever that was, and `indirect` after more. So mirrors have direct light, unlike PathRecord::direct, which is that
-/// of rough surfaces. All of it, with `emission` and `environment`, which nothing has scattered, adds up to Combined.
+/// of rough surfaces. All of it, with `emission` and `environment`, which nothing has scattered, adds up to Combined;
+/// but for an environment that a transparent film leaves out of that.
 /// [Cycles, kernel/film/light_passes.h]
 struct LightByKind {
   std::array<Rgb, kLightKinds> direct, indirect;

@@ -205,6 +205,8 @@ class Walk {
   void add_color(const Bsdf& bsdf);
   /// Light that the ray meets, as `add` has it.
   void split_met_light(Rgb radiance, SourceKind source);
+  /// What Combined leaves out, seen straight: as in Cycles, the pass has it.
+  void split_environment_behind_film();
   /// Light that the current vertex reflects, as add_reflected_light has it; `f` of its direction.
   void split_reflected_light(const BsdfKinds& f, Rgb rough_cos, Rgb smooth_cos, Rgb radiance);
   /// The same of a medium.

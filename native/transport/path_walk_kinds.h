@@ -39,6 +39,13 @@ inline void Walk<Kind>::split_met_light(Rgb radiance, SourceKind source) {
 }
 
 template <class Kind>
+inline void Walk<Kind>::split_environment_behind_film() {
+  const bool is_seen = (context_.scene.environment.visibility & state_.ray_kind) != 0;
+  if (!is_seen || !is_unscattered() || record_.caught > 0.0f) return;
+  light_by_kind().environment += throughput_.smooth * evaluate_environment(context_.scene, ray_.direction, state_);
+}
+
+template <class Kind>
 inline void Walk<Kind>::split_reflected_light(const BsdfKinds& f, Rgb rough_cos, Rgb smooth_cos, Rgb radiance) {
   if (record_.caught > 0.0f) return;
   if (!is_unscattered()) return split_later_light(rough_cos, smooth_cos, radiance);

@@ -140,6 +140,7 @@ template <class Kind>
 inline void Walk<Kind>::add_environment() {
   if (context_.limits.film_transparent && sees_film_) {
     record_.alpha -= average(throughput_.total());
+    if constexpr (Kind::splits) split_environment_behind_film();
     return;
   }
   if ((context_.scene.environment.visibility & state_.ray_kind) == 0) return;

@@ -26,7 +26,23 @@ SIZE, SAMPLES, REPLICAS = (48, 40), 64, 6
 ROWS, COLUMNS = 5, 6
 FLOOR = 2e-4  # tables of the Fresnel terms of rough surfaces, which colours without noise show: 0.1 % of 0.1
 
-SCENES = {"surfaces": kinds.build_surfaces, "hair": kinds.build_hair, "media": kinds.build_media}
+
+def build_footage(scene: bpy.types.Scene) -> None:
+    """On a floor that catches shadows, behind which the film is transparent, through clear glass as well."""
+    kinds.build_surfaces(scene)
+    bpy.data.objects["floor"].is_shadow_catcher = scene.render.film_transparent = True
+    for own in (scene.cistern, scene.cycles):
+        own.film_transparent_glass = True
+    for own in (scene.view_layers[0].cistern, scene.view_layers[0].cycles):
+        own.use_pass_shadow_catcher = True
+
+
+SCENES = {
+    "surfaces": kinds.build_surfaces,
+    "hair": kinds.build_hair,
+    "media": kinds.build_media,
+    "footage": build_footage,
+}
 
 
 def pictures(layers: Layers) -> list[NDArray]:
@@ -61,6 +77,7 @@ def compare(name: str, preset: str = "PATH_TRACING", read: Callable[[Layers], li
     [
         "surfaces",
         "media",
+        "footage",
         pytest.param("hair", marks=pytest.mark.skipif(not hair_scenes.CAN_MAKE_CURVES, reason="no curves by script")),
     ],
 )

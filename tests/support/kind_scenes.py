@@ -141,7 +141,8 @@ def light_of(layers: dict[str, NDArray], kind: str, part: str) -> NDArray[np.flo
     return light if kind == "Volume" else light * color(layers, pass_name(kind, "Color"))
 
 
-def sum_of_kinds(layers: dict[str, NDArray]) -> NDArray[np.float64]:
-    """Of all kinds, Emission and Environment: Combined."""
+def sum_of_kinds(layers: dict[str, NDArray], has_transparent_film: bool = False) -> NDArray[np.float64]:
+    """Of all kinds, Emission and Environment: Combined. Of what is behind a transparent film that has nothing."""
     parts = [light_of(layers, kind, part) for kind in KINDS for part in ("Direct", "Indirect")]
-    return sum(parts) + color(layers, EMISSION) + color(layers, ENVIRONMENT)
+    seen = color(layers, EMISSION)
+    return sum(parts) + (seen if has_transparent_film else seen + color(layers, ENVIRONMENT))
