@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import SyncReport, versions
 from .changes import EVERYTHING, Changes, original_uid
+from .fluid_grids import gas_domain
 from .instance_values import item_values, may_follow_moves, object_values
 from .lamp_table import KeptLamps, LampTable, edited_lamps
 from .light_linking import LightLinks
@@ -222,6 +223,8 @@ class InstanceSync:
     def _known_prototype(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> Surface | Lamp | None:
         """The prototype of an earlier sync where nothing touched it, else a new one."""
         is_mesh, is_round = isinstance(obj.data, bpy.types.Mesh), isinstance(obj.data, _ROUND)
+        is_volume = self._is_volume(obj)
+        is_mesh &= not is_volume
         data_uid = obj.data.session_uid if is_mesh else original_uid(obj.data)
         key = (original_uid(obj), original_uid(instancer), data_uid)
         if obj.type == "LIGHT":
@@ -231,7 +234,7 @@ class InstanceSync:
             self._links.read(obj)
         if is_round and known is not None and self.meshes.knows_attributes:
             self.meshes.keep(known.mesh)
-        elif known is None or is_round or (is_mesh and self._mesh(obj).handle != known.mesh):
+        elif known is None or is_round or is_volume or (is_mesh and self._mesh(obj).handle != known.mesh):
             known = self._prototype(obj, instancer, key)
         self._prototypes[key] = known
         return known
@@ -239,6 +242,11 @@ class InstanceSync:
     def _is_untouched(self, key: PrototypeKey) -> bool:
         is_known = self._knows_values and self._knows_materials
         return is_known and not (self._changes.has_unlisted or self._changes.lists_any(key))
+
+    @staticmethod
+    def _is_volume(obj: bpy.types.Object) -> bool:
+        is_mesh = isinstance(obj.data, bpy.types.Mesh)
+        return isinstance(obj.data, bpy.types.Volume) or (is_mesh and gas_domain(obj) is not None)
 
     def _mesh(self, obj: bpy.types.Object) -> PlacedMesh | None:
         return self.meshes.placed(obj, original_uid(obj))
@@ -251,6 +259,8 @@ class InstanceSync:
         self._links.read(obj)
         if obj.type == "LIGHT":
             return self._lamp(obj, self._visibility(obj, instancer)[0], key)
+        if self._is_volume(obj):
+            return self._volume(obj, instancer, key)
         if not isinstance(obj.data, bpy.types.Mesh | _ROUND):
             if obj.type not in _INVISIBLE_TYPES | _MESHED_TYPES:
                 self._report.warn(f"Object '{obj.name}': type {obj.type} is not supported and left out")
@@ -268,6 +278,18 @@ class InstanceSync:
             )
         return self._surface(obj, instancer, key, mesh)
 
+    def _volume(self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey) -> Surface | None:
+        """None for one whose material has no volume, or reads no grid that is there, as in Cycles."""
+        if not self._visibility(obj, instancer)[0] or not self._depsgraph.view_layer_eval.use_volumes:
+            return None
+        material = self._materials.volume_handle(obj)
+        if material is None:
+            return None
+        material_set, names = material
+        frame = self._depsgraph.scene_eval.frame_current
+        mesh = self.meshes.placed_volume(obj, original_uid(obj), names, frame)
+        return None if mesh is None else self._surface(obj, instancer, key, mesh, material_set)
+
     def _visibility(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> tuple[int, bool]:
         """Bits of the rays that see it, and whether it is a holdout."""
         parent = obj if instancer is None else instancer
@@ -279,12 +301,18 @@ class InstanceSync:
         return visibility, holdout
 
     def _surface(
-        self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey, mesh: PlacedMesh
+        self,
+        obj: bpy.types.Object,
+        instancer: bpy.types.Object | None,
+        key: PrototypeKey,
+        mesh: PlacedMesh,
+        material_set: int | None = None,
     ) -> Surface:
         visibility, holdout = self._visibility(obj, instancer)
         random = name_random(obj.name) if instancer is None else math.nan
         name = self._name_handle(obj)
-        material_set = self._materials.set_handle(obj)
+        if material_set is None:
+            material_set = self._materials.set_handle(obj)
         values = object_values(self._value_names, obj, instancer)
         return Surface(
             mesh.handle,

@@ -15,7 +15,7 @@ from .changes import EVERYTHING, Changes, original_uid
 from .image_source import ImageSource, animated_source
 from .images import ImageCache
 from .instance_values import Rgba, layer_value
-from .nodes import compile_light, compile_material, compile_world
+from .nodes import compile_light, compile_material, compile_volume, compile_world
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
 from .nodes.value_names import ATTRIBUTE_OUTPUTS, value_names
 
@@ -43,6 +43,8 @@ class MaterialContext:
     used_images: set[int] = field(default_factory=set)
     """Handles of the images that were asked for."""
     used_layer_values: dict[str, Rgba] = field(default_factory=dict)
+    used_grids: set[str] = field(default_factory=set)
+    """Names of the grids that the material of a volume object reads."""
 
     def image_handle(self, image: bpy.types.Image, image_user: bpy.types.ImageUser | None) -> int:
         """Handle of an image in the builder; -1 for one that cannot be read, which the core draws magenta."""
@@ -81,6 +83,8 @@ class CompiledMaterial:
     """Attributes of the view layer that it was made with."""
     animations: Animations = frozenset()
     """The images that follow the scene's frame."""
+    grids: frozenset[str] = frozenset()
+    """Of volume objects: the names that are read."""
 
 
 @dataclass
@@ -100,8 +104,12 @@ class KeptMaterials:
         candidates = {uid for uid, compiled in self.compiled.items() if compiled.animations}
         if frame == before or not candidates:
             return frozenset()
-        owners = shaded_data_blocks(depsgraph, candidates)
-        return frozenset(i for i in candidates if animations(owners.get(i), frame) != self.compiled[i].animations)
+        owners = shaded_data_blocks(depsgraph, {data_block_uid(key) for key in candidates})
+        return frozenset(
+            data_block_uid(key)
+            for key in candidates
+            if animations(owners.get(data_block_uid(key)), frame) != self.compiled[key].animations
+        )
 
 
 class MaterialTable:
@@ -128,9 +136,11 @@ class MaterialTable:
     def refresh(self) -> None:
         """Compile anew what was touched, whoever asks: geometry nodes give materials to objects that are not listed."""
         compiled = {} if self._changes.is_everything else self._kept.compiled
-        touched = {uid for uid, before in compiled.items() if uid != _EMPTY_SLOT and self._is_touched(uid, before)}
-        for uid, data_block in shaded_data_blocks(self._context.depsgraph, touched).items():
-            self._compiled_handle(uid, data_block, _compiler_of(data_block))
+        touched = {uid for uid, before in compiled.items() if self._is_touched(uid, before)} - {_EMPTY_SLOT}
+        found = shaded_data_blocks(self._context.depsgraph, {data_block_uid(key) for key in touched})
+        for key in touched & (found.keys() | {volume_key(uid) for uid in found}):
+            data_block = found[data_block_uid(key)]
+            self._compiled_handle(key, data_block, _compiler_of(data_block) if key >= 0 else compile_volume)
 
     def set_handle(self, evaluated_object: bpy.types.Object) -> int:
         """Material set of an object's slots, whether they are linked to the object or to its data."""
@@ -141,6 +151,20 @@ class MaterialTable:
         if handles not in sets:
             sets[handles] = self._context.builder.add_material_set(list(handles), evaluated_object.name)
         return sets[handles]
+
+    def volume_handle(self, evaluated_object: bpy.types.Object) -> tuple[int, frozenset[str]] | None:
+        """Material set of a volume object, and the grids it reads: of the first slot with a volume, as in Cycles."""
+        slots = evaluated_object.material_slots
+        for material in [self._override or slot.material for slot in slots] or [self._override]:
+            key = volume_key(_EMPTY_SLOT if material is None else original_uid(material))
+            self._asked.add(key)
+            handle = self._compiled_handle(key, material, compile_volume)
+            if handle is not None:
+                sets = self._kept.sets
+                if (handle,) not in sets:
+                    sets[(handle,)] = self._context.builder.add_material_set([handle], evaluated_object.name)
+                return sets[(handle,)], self._kept.compiled[key].grids
+        return None
 
     def light_handle(self, light: bpy.types.Light) -> int:
         """The program that multiplies a lamp's light, or -1 for a lamp of one colour."""
@@ -179,7 +203,7 @@ class MaterialTable:
 
     def _is_touched(self, uid: int, before: CompiledMaterial) -> bool:
         changes = self._changes
-        is_listed = uid in changes.shading or (changes.has_images and bool(before.images))
+        is_listed = data_block_uid(uid) in changes.shading or (changes.has_images and bool(before.images))
         return changes.is_everything or is_listed or self._has_new_layer_values(before)
 
     def _has_new_layer_values(self, before: CompiledMaterial) -> bool:
@@ -190,8 +214,9 @@ class MaterialTable:
     ) -> CompiledMaterial:
         self._context.used_images.clear()
         self._context.used_layer_values.clear()
+        self._context.used_grids.clear()
         program = compile_tree(data_block, self._context)
-        if compile_tree is compile_material and program is not None:
+        if compile_tree in (compile_material, compile_volume) and program is not None:
             self._context.report.matte_names["material"].add(program.name)
         handle = None if before is None else before.handle
         self.compiled += program is not None or handle is not None
@@ -207,7 +232,17 @@ class MaterialTable:
             frozenset(self._context.used_images),
             dict(self._context.used_layer_values),
             animations(data_block, self._context.depsgraph.scene_eval.frame_current),
+            frozenset(self._context.used_grids),
         )
+
+
+def volume_key(uid: int) -> int:
+    """Under which a material is kept as that of volume objects."""
+    return ~uid
+
+
+def data_block_uid(key: int) -> int:
+    return key if key >= 0 else ~key
 
 
 def _compiler_of(data_block: bpy.types.ID) -> CompileTree:

@@ -12,9 +12,11 @@ import bpy
 import numpy as np
 
 from . import SyncReport
+from .fluid_grids import gas_arrays, gas_domain
 from .meshes import MeshArrays, mesh_arrays
 from .points import point_arrays
 from .strands import StrandArrays, curve_arrays, particle_arrays
+from .volume_grids import volume_arrays, volume_version
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -84,6 +86,38 @@ class MeshTable:
             self._by_address[address] = self._place_strands(arrays, f"Particle system '{name}'", name, owner)
             self.seconds += time.perf_counter() - start
         return self._by_address[address]
+
+    def placed_volume(self, obj: bpy.types.Object, owner: int, names: frozenset[str], frame: int) -> PlacedMesh | None:
+        """The box of an evaluated volume object, or domain of gas, whose material reads the grids `names`; None for one
+        without any."""
+        address = (obj.data.as_pointer(), hash(names))
+        if address not in self._by_address:
+            start = time.perf_counter()
+            self._by_address[address] = self._place_volume(obj, owner, names, frame)
+            self.seconds += time.perf_counter() - start
+        return self._by_address[address]
+
+    def _place_volume(self, obj: bpy.types.Object, owner: int, names: frozenset[str], frame: int) -> PlacedMesh | None:
+        key = (owner, self._counts[owner])
+        self._counts[owner] += 1
+        is_volume = isinstance(obj.data, bpy.types.Volume)
+        version = volume_version(obj.data, names) if is_volume else 0
+        mesh = self._by_version.get(version)
+        if mesh is None:
+            if is_volume:
+                arrays = volume_arrays(obj.data, f"Object '{obj.name}'", names, self._report)
+            else:
+                arrays = gas_arrays(obj, gas_domain(obj), frame, names, self._report)
+            if arrays is None:
+                return None
+            self.exported += 1
+            handle = self._builder.add_volume(obj.data.name, **vars(arrays), replace=self._handle_for(key))
+            mesh = PlacedMesh(handle, -1, version)
+            if version:
+                self._by_version[version] = mesh
+        self._used.add(mesh.handle)
+        self._by_owner[key] = mesh
+        return mesh
 
     def keep(self, handle: int) -> None:
         """Strands of the last sync that are shown again."""

@@ -14,6 +14,16 @@ import numpy as np
 
 def image_reader() -> ModuleType | None:
     """OpenImageIO from the Python path, or the copy that Blender carries beside its interpreter, or None."""
+    return _bundled("OpenImageIO")
+
+
+def volume_reader() -> ModuleType | None:
+    """OpenVDB in the same way, under the name it has from Blender 4.4 on or the one before; None where there is none,
+    as in the Python wheels of Blender 4.2."""
+    return _bundled("openvdb") or _bundled("pyopenvdb")
+
+
+def _bundled(name: str) -> ModuleType | None:
     bundled = bpy.utils.system_resource("PYTHON")
     if bundled:
         version = f"python{sys.version_info.major}.{sys.version_info.minor}"
@@ -21,7 +31,7 @@ def image_reader() -> ModuleType | None:
         if site_packages not in sys.path:
             sys.path.append(site_packages)
     try:
-        return importlib.import_module("OpenImageIO")
+        return importlib.import_module(name)
     except ImportError:
         return None
 

@@ -134,6 +134,36 @@ PixelFormat to_pixel_format(const py::array& pixels, const std::string& owner) {
   throw Error(owner, "pixels must be uint8, uint16, float16 or float32");
 }
 
+/// Name, voxels (x, y, z) or (x, y, z, channels) of float16 or float32, object_to_voxel, background.
+using GridArgument = std::tuple<std::string, py::array, Array<float>, float>;
+
+VoxelGrid to_grid(const GridArgument& argument, const std::string& owner) {
+  const auto& [name, voxels, object_to_voxel, background] = argument;
+  const PixelFormat format = to_pixel_format(voxels, owner);
+  const bool is_contiguous = (voxels.flags() & py::array::c_style) != 0;
+  const bool is_float = format == PixelFormat::HALF || format == PixelFormat::FLOAT;
+  if (!is_contiguous || !is_float || voxels.ndim() < 3 || voxels.ndim() > 4)
+    throw Error(owner, "voxels of grid '" + name + "' must be a C-contiguous array of floats of 3 or 4 dimensions");
+  VoxelGrid grid;
+  grid.name = name;
+  for (size_t axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(voxels.shape(static_cast<int>(axis)));
+  grid.channels = voxels.ndim() == 3 ? 1 : static_cast<int>(voxels.shape(3));
+  grid.is_half = format == PixelFormat::HALF;
+  grid.background = background;
+  grid.object_to_voxel = to_transform(object_to_voxel, owner);
+  grid.voxels = keep_alive<void>(voxels, voxels.data());
+  return grid;
+}
+
+int add_volume(SceneBuilder& builder, const std::string& name, const Array<float>& object_to_box,
+               const std::array<int, 3>& size, const std::vector<GridArgument>& grids, bool scales_with_object,
+               std::optional<int> replace) {
+  VolumeInput input{name, to_transform(object_to_box, name), size, {}, scales_with_object};
+  for (const GridArgument& grid : grids) input.grids.push_back(to_grid(grid, name));
+  const py::gil_scoped_release nogil;
+  return builder.add_volume(std::move(input), replace);
+}
+
 AlphaMode to_alpha_mode(const std::string& name, const std::string& owner) {
   if (name == "STRAIGHT") return AlphaMode::STRAIGHT;
   if (name == "PREMULTIPLIED") return AlphaMode::PREMULTIPLIED;
@@ -341,6 +371,8 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
            py::arg("strand_offsets").noconvert(), py::arg("material_indices").noconvert() = none,
            py::arg("shape") = "SPLINES", py::arg("attributes") = std::vector<AttributeArgument>{},
            py::arg("replace") = none)
+      .def("add_volume", &add_volume, py::arg("name"), py::arg("object_to_box").noconvert(), py::arg("size"),
+           py::arg("grids"), py::arg("scales_with_object") = false, py::arg("replace") = none)
       .def("add_instances", &add_instances, py::arg("mesh").noconvert(), py::arg("material_set").noconvert(),
            py::arg("object").noconvert(), py::arg("object_to_world").noconvert(), py::arg("visibility").noconvert(),
            py::arg("holdout").noconvert() = none, py::arg("random").noconvert() = none,

@@ -105,6 +105,18 @@ class SceneBuilder:
     ) -> int:
         """Strands as a mesh, whose handle this is: round curves through their keys. Those with fewer than two keys are
         left out, and those that are not finite, whose segments `mesh_statistics` counts as dropped triangles."""
+    def add_volume(
+        self,
+        name: str,
+        object_to_box: NDArray[np.float32],  # (4, 4); the box is [0, size] of it, its unit about a voxel
+        size: tuple[int, int, int],
+        # name, voxels (x, y, z) or (x, y, z, 1..4) of float16 or float32, object_to_voxel (4, 4), background
+        grids: Sequence[tuple[str, NDArray[np.floating], NDArray[np.float32], float]],
+        scales_with_object: bool = False,  # an object twice as large is half as dense
+        replace: int | None = None,
+    ) -> int:
+        """The box of a volume object as a mesh, whose handle this is, and the grids that materials read inside by name.
+        Voxels are points at whole numbers; they are shared, not copied: arrays must not change afterwards."""
     def add_image(
         self,
         name: str,

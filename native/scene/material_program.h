@@ -20,7 +20,7 @@ enum class Op : uint8_t {
   ATTRIBUTE, ATTRIBUTE_ALPHA, GENERATED, OBJECT_COORDINATE, NORMAL_COORDINATE, REFLECTION_COORDINATE,
   CAMERA_COORDINATE, WINDOW_COORDINATE,
   POSITION, NORMAL, TRUE_NORMAL, TANGENT, STRAND_TANGENT, INCOMING, BACKFACING, OBJECT_RANDOM, OBJECT_LOCATION,
-  INSTANCE_VALUE, INSTANCE_VALUE_ALPHA,
+  INSTANCE_VALUE, INSTANCE_VALUE_ALPHA, GRID_FACTOR,
   // Path state.
   LIGHT_PATH,
   // Conversions.
@@ -81,7 +81,8 @@ struct MaterialProgram {
   std::vector<Instruction> instructions;
   std::vector<Operand> inputs;
   std::vector<Vec3> constants;
-  std::vector<std::string> attribute_names;      // parameter 0 of ATTRIBUTE, INSTANCE_VALUE; "" = the first UV map
+  std::vector<std::string>
+      attribute_names;  // parameter 0 of ATTRIBUTE, INSTANCE_VALUE, GRID_FACTOR; "" = the first UV map
   std::vector<std::vector<Vec3>> tables;         // ramps and curves: 257 samples over [0, 1]
   std::vector<std::vector<float>> table_alphas;  // alpha of ramps, beside `tables`
   std::vector<int> images;                       // image handles used; IMAGE's parameter 0 indexes this

@@ -56,12 +56,12 @@ bool is_same_attribute(const Mesh& mesh, const MeshAttribute& a, const MeshAttri
 }  // namespace
 
 bool is_same_mesh(const Mesh& a, const Mesh& b) {
-  const bool has_same_surface = a.name == b.name && a.positions == b.positions && a.vertices == b.vertices &&
-                                a.corners == b.corners && a.polygons == b.polygons &&
-                                a.material_slots == b.material_slots && a.corner_count == b.corner_count &&
-                                a.radii == b.radii && a.strand_shape == b.strand_shape &&
-                                a.dropped_triangles == b.dropped_triangles;
-  return has_same_surface && a.normals_domain == b.normals_domain && a.normals == b.normals &&
+  const bool has_same_surface =
+      a.name == b.name && a.positions == b.positions && a.vertices == b.vertices && a.corners == b.corners &&
+      a.polygons == b.polygons && a.material_slots == b.material_slots && a.corner_count == b.corner_count &&
+      a.radii == b.radii && a.strand_shape == b.strand_shape && a.dropped_triangles == b.dropped_triangles;
+  const bool has_same_volume = a.volume == b.volume || (a.volume && b.volume && is_same_volume(*a.volume, *b.volume));
+  return has_same_surface && has_same_volume && a.normals_domain == b.normals_domain && a.normals == b.normals &&
          a.sharp_polygons == b.sharp_polygons &&
          std::ranges::equal(a.attributes, b.attributes,
                             [&](const MeshAttribute& x, const MeshAttribute& y) { return is_same_attribute(a, x, y); });
@@ -73,6 +73,7 @@ size_t memory_bytes(const Mesh& mesh) {
                  mesh.material_slots.capacity() * sizeof(uint16_t) + mesh.normals.capacity() * sizeof(uint32_t) +
                  mesh.sharp_polygons.capacity() + mesh.radii.capacity() * sizeof(float) +
                  mesh.undisplaced_normals.capacity() * sizeof(uint32_t);
+  if (mesh.volume) bytes += mesh.volume->memory_bytes();
   for (const MeshAttribute& attribute : mesh.attributes) {
     bytes += element_count(mesh, attribute) * static_cast<size_t>(attribute.components) * sizeof(float);
   }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "base/vec.h"
+#include "scene/voxel_volume.h"
 
 namespace cistern {
 
@@ -59,6 +59,8 @@ struct Mesh {
   std::shared_ptr<const Mesh> undisplaced;
   /// Beside it where that is flat and the shading asks: octahedral normals at its points.
   std::vector<uint32_t> undisplaced_normals;
+  /// Inside of it, where it is the box of a volume object; null for others.
+  std::shared_ptr<const VoxelVolume> volume;
 
   bool is_strands() const { return !radii.empty(); }
   /// Itself unless displacement moved it.

@@ -30,6 +30,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"OBJECT_LOCATION", "", 'v', 0, false},        //
     {"INSTANCE_VALUE", "", 'v', 1, false},         // [name index]: of Scene::instance_values; 0 where there is none
     {"INSTANCE_VALUE_ALPHA", "", 'f', 1, false},   // [name index]
+    {"GRID_FACTOR", "", 'v', 1, false},            // [name index]: ATTRIBUTE inside of a volume object; 1 where it lacks it
     // [output]: 0 is camera, 1 is shadow, 2 is diffuse, 3 is glossy, 4 is singular, 5 is reflection, 6 is transmission,
     // 7 ray length, 8 ray depth, 9 diffuse depth, 10 glossy depth, 11 transparent depth, 12 transmission depth, 13 is volume scatter
     {"LIGHT_PATH", "", 'f', 1, false},

@@ -50,6 +50,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::TANGENT:
     case Op::INSTANCE_VALUE:
     case Op::INSTANCE_VALUE_ALPHA:
+    case Op::GRID_FACTOR:
     case Op::CLOSURE_AOV:
       return {kName};
     case Op::LIGHT_PATH:

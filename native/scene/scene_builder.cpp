@@ -8,6 +8,7 @@
 #include "scene/mesh_builder.h"
 #include "scene/scene_checks.h"
 #include "scene/strand_builder.h"
+#include "scene/volume_builder.h"
 
 namespace cistern {
 namespace {
@@ -110,6 +111,11 @@ int SceneBuilder::add_mesh(const MeshInput& input, std::optional<int> replace) {
 int SceneBuilder::add_strands(const StrandInput& input, std::optional<int> replace) {
   check_replace(input.name, "mesh", replace, scene_.meshes.size());
   return store_shared(scene_.meshes, build_strands(input), replace, is_same_mesh);
+}
+
+int SceneBuilder::add_volume(VolumeInput input, std::optional<int> replace) {
+  check_replace(input.name, "mesh", replace, scene_.meshes.size());
+  return store_shared(scene_.meshes, build_volume(std::move(input)), replace, is_same_mesh);
 }
 
 int SceneBuilder::add_mesh(std::shared_ptr<const Mesh> mesh) { return store(scene_.meshes, std::move(mesh), {}); }

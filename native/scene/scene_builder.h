@@ -39,6 +39,15 @@ struct StrandInput {
   std::vector<MeshAttribute> attributes;  // POINT: at keys, FACE: at strands; a UV map first
 };
 
+/// A volume object: the box [0, size] of `object_to_box`, whose unit is about a voxel, and what is inside.
+struct VolumeInput {
+  std::string name;
+  Transform object_to_box;
+  std::array<int, 3> size{};
+  std::vector<VoxelGrid> grids;
+  bool scales_with_object = false;
+};
+
 /// Collects a scene; keeps handles stable across edits. Not thread-safe; `snapshot` returns an immutable copy that
 /// shares all meshes, images and programs. Bad input throws Error and leaves the builder as it was.
 class SceneBuilder {
@@ -56,6 +65,8 @@ class SceneBuilder {
   /// Strands as a mesh. Those with fewer than two keys are left out, and those that are not finite, whose segments
   /// Mesh::dropped_triangles counts.
   int add_strands(const StrandInput& input, std::optional<int> replace = {});
+  /// The mesh of a volume object, its box. Values of grids that are not finite are the caller's to avoid.
+  int add_volume(VolumeInput input, std::optional<int> replace = {});
   /// Shares a mesh of another scene.
   int add_mesh(std::shared_ptr<const Mesh> mesh);
   int add_image(Image image, std::optional<int> replace = {});

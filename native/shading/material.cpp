@@ -43,13 +43,14 @@ void keep_on_strands(const Scene& scene, const SurfacePoint& point, Bsdf& bsdf) 
   }
 }
 
-void run_medium(const NodeContext& context, Medium& medium) {
+/// `scale` times as dense and as bright.
+void run_medium(const NodeContext& context, float scale, Medium& medium) {
   run(context, context.program.volume_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
     if (closure.op == Op::CLOSURE_VOLUME_EMISSION) {
-      medium.emission += to_rgb(in[1]) * (in[0].x * in[2].x);
+      medium.emission += to_rgb(in[1]) * (in[0].x * in[2].x * scale);
       return;
     }
-    const float density = in[0].x * std::max(in[3].x, 0.0f);
+    const float density = in[0].x * std::max(in[3].x, 0.0f) * scale;
     add_scattering(medium, to_rgb(in[1]) * density, in[4].x);
     add_absorption(medium, to_rgb(in[2]) * density);
   });
@@ -144,6 +145,14 @@ Vec3 evaluate_displacement(const Scene& scene, const SurfacePoint& point) {
   return registers.read(static_cast<size_t>(program.inputs[place].index()));
 }
 
+float object_density(const Scene& scene, const Instance& instance) {
+  const Mesh* mesh = scene.meshes[static_cast<size_t>(instance.mesh)].get();
+  if (!mesh->volume || !mesh->volume->scales_with_object) return 1.0f;
+  const float unit = 1.0f / std::sqrt(3.0f);  // of a diagonal, as in Cycles
+  const float size = length(instance.object_to_world.vector({unit, unit, unit}));
+  return size > 0.0f ? 1.0f / size : 1.0f;
+}
+
 void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path,
                 Vec3 position) {
   const MaterialProgram* program = find_program(scene, material);
@@ -153,7 +162,8 @@ void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int mater
   point.ng = point.ns = point.wo = {0.0f, 0.0f, 1.0f};
   point.instance = instance;
   point.material = material;
-  run_medium({scene, *program, point, path, false, nullptr, true}, medium);
+  run_medium({scene, *program, point, path, false, nullptr, true}, object_density(scene, scene.instances[instance]),
+             medium);
 }
 
 void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path) {
@@ -161,7 +171,7 @@ void add_environment_medium(Medium& medium, const Scene& scene, const PathState&
   if (program == nullptr || !program->has_volume) return;
   SurfacePoint point = environment_point(scene, {0.0f, 0.0f, -1.0f});
   point.position = {};
-  run_medium({scene, *program, point, path, true}, medium);
+  run_medium({scene, *program, point, path, true}, 1.0f, medium);
 }
 
 void evaluate_aovs(const Scene& scene, const SurfacePoint& point, const PathState& path, const TakeAov& take) {

@@ -36,6 +36,8 @@ Vec3 evaluate_displacement(const Scene& scene, const SurfacePoint& point);
 void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path,
                 Vec3 position);
 /// The same of the environment's program, taken to be the same everywhere: as it is at the origin of the world.
+/// By what the density of a volume object is multiplied: one twice as large may be half as dense.
+float object_density(const Scene& scene, const Instance& instance);
 void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path);
 
 /// What a program writes to passes of its own, by attribute_name_hash.

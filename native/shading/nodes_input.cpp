@@ -8,10 +8,26 @@ namespace {
 
 constexpr Vec3 kForwardZ{1.0f, 1.0f, -1.0f};  // cameras look along -z, Blender's coordinates along +z
 
+/// Inside of a volume object; null for a name that it lacks, and for whatever is none.
+const VoxelGrid* find_grid(const NodeContext& c, int name_index) {
+  if (!c.is_inside || !c.mesh().volume) return nullptr;
+  return c.mesh().volume->find(c.program.attribute_hashes[static_cast<size_t>(name_index)]);
+}
+
+/// One channel fills all three. Colours with alpha are stored multiplied by it, as in Cycles.
+AttributeValue grid_value(const NodeContext& c, const VoxelGrid& grid) {
+  const std::array<float, 4> v =
+      sample_grid(grid, inverse(c.instance().object_to_world).point(c.point.position)).channel;
+  if (grid.channels == 1) return {{v[0], v[0], v[0]}, 1.0f};
+  const float scale = grid.channels == 4 && v[3] > 1e-6f && v[3] != 1.0f ? 1.0f / v[3] : 1.0f;
+  return {scale * Vec3{v[0], v[1], v[2]}, v[3]};
+}
+
 /// Of a lamp there is the UV map without a name.
 AttributeValue attribute_node(const NodeContext& c, int name_index, AttributeValue missing, BumpShift shift) {
   const bool is_unnamed = c.program.attribute_names[static_cast<size_t>(name_index)].empty();
   if (c.lamp != nullptr && is_unnamed) return {{c.point.barycentric.x, c.point.barycentric.y, 0.0f}, 1.0f};
+  if (const VoxelGrid* const grid = find_grid(c, name_index)) return grid_value(c, *grid);
   const int index = resolve_attribute(c, name_index);
   if (index < 0) return missing;
   return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), index);
@@ -191,6 +207,10 @@ Vec3 input_node(const Instruction& instruction, const NodeContext& c) {
       return c.is_environment ? Vec3{} : c.instance().object_to_world.translation;
     case Op::INSTANCE_VALUE:
       return instance_value_node(c, parameters[0]);
+    case Op::GRID_FACTOR: {
+      const VoxelGrid* const grid = find_grid(c, parameters[0]);
+      return grid ? grid_value(c, *grid).value : as_register(1.0f);
+    }
     default:  // Op::INSTANCE_VALUE_ALPHA
       return as_register(instance_value_alpha_node(c, parameters[0]));
   }

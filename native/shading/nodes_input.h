@@ -4,7 +4,7 @@
 
 namespace cistern {
 
-/// Op::ATTRIBUTE to Op::INSTANCE_VALUE_ALPHA: coordinates, geometry and object data.
+/// Op::ATTRIBUTE to Op::GRID_FACTOR: coordinates, geometry and object data.
 Vec3 input_node(const Instruction& instruction, const NodeContext& context);
 
 /// Op::LIGHT_PATH; `output` numbers those of op_table.cpp.

@@ -11,12 +11,6 @@ namespace {
 /// Surfaces that a search for the media around a point passes at most.
 constexpr int kMostSurfaces = 1024;
 
-/// How many places of a medium tell how dense it gets, and by how much more that is taken for.
-constexpr int kPlacesForBound = 1000;
-constexpr float kBoundSlack = 1.2f;
-/// Steps of tracking from one end of a medium to the other. Denser ones have more noise, fewer steps are no gain.
-constexpr float kFewestSteps = 1.0f, kMostSteps = 4096.0f;
-
 const MaterialProgram* program_with_volume(const Scene& scene, int material) {
   const MaterialProgram* program = material < 0 ? nullptr : scene.materials[static_cast<size_t>(material)].get();
   return program && program->has_volume ? program : nullptr;
@@ -69,7 +63,7 @@ std::shared_ptr<const Media> Media::make(const Scene& scene, const LightSet& lig
   std::shared_ptr<Media> media(new Media(scene));
   media->fills_world_ = program_with_volume(scene, scene.environment.material) != nullptr;
   for (uint32_t i = 0; i < scene.instances.size(); ++i)
-    if (volume_of(scene, scene.instances[i])) media->volumes_.push_back({i, world_bounds(scene, scene.instances[i])});
+    if (volume_of(scene, scene.instances[i])) media->volumes_.emplace_back(i, world_bounds(scene, scene.instances[i]));
   media->find_bounds();
   media->emitters_ = receiver_free_choice(lights);
   return media;
@@ -130,9 +124,7 @@ SegmentMedia Media::together(const MediaStack& stack, const PathState& path, boo
   for (const MediaStack::Entry& entry : stack) {
     if (!(scene_.instances[entry.instance].visibility & path.ray_kind)) continue;
     if (scene_.materials[static_cast<size_t>(entry.material)]->volume_varies) {
-      const auto volume = std::ranges::lower_bound(volumes_, entry.instance, {}, &Volume::instance);
       segment.uneven.enter(entry);
-      segment.bound += volume->bound;
     } else {
       add_medium(segment.even, scene_, entry.instance, entry.material, path, {});
     }
@@ -162,36 +154,36 @@ Medium Media::at(const SegmentMedia& segment, const PathState& path, Vec3 positi
   return medium;
 }
 
-/// Instances of a mesh with the same materials share theirs: what it is exactly matters to no mean.
-void Media::find_bounds() {
-  std::map<std::pair<int, int>, float> known;
-  for (Volume& volume : volumes_) {
-    const Instance& instance = scene_.instances[volume.instance];
-    const auto [place, is_new] = known.try_emplace({instance.mesh, instance.material_set});
-    if (is_new) place->second = find_bound(volume.instance);
-    volume.bound = place->second;
-  }
+BlockWalk Media::bounds_along(const MediaStack::Entry& entry, Vec3 origin, Vec3 direction) const {
+  const Volume& volume = *std::ranges::lower_bound(volumes_, entry.instance, {}, &Volume::instance);
+  return {*volume.extinction, volume.scale, volume.world_to_blocks.point(origin),
+          volume.world_to_blocks.vector(direction)};
 }
 
-/// The largest extinction at random places.
-float Media::find_bound(uint32_t index) const {
-  const Instance& instance = scene_.instances[index];
-  const Bounds3& box = scene_.meshes[static_cast<size_t>(instance.mesh)]->bounds;
-  Rng rng(index, 0, 0, 0);
-  float largest = 0.0f;
-  for (const int material : scene_.material_sets[static_cast<size_t>(instance.material_set)]) {
-    const MaterialProgram* program = program_with_volume(scene_, material);
-    if (!program || !program->volume_varies) continue;
-    for (int i = 0; i < kPlacesForBound; ++i) {
-      const Vec2 u = rng.next_vec2();
-      const Vec3 place = box.lower + Vec3{u.x, u.y, rng.next_float()} * box.diagonal();
-      Medium medium;
-      add_medium(medium, scene_, index, material, PathState{}, instance.object_to_world.point(place));
-      largest = std::max(largest, max_component(medium.extinction));
+/// Instances of a mesh with the same materials share theirs: what it is exactly matters to no mean.
+void Media::find_bounds() {
+  struct Known {
+    std::shared_ptr<const ExtinctionBounds> extinction;
+    float density;
+  };
+  std::map<std::pair<int, int>, Known> known;
+  for (Volume& volume : volumes_) {
+    const Instance& instance = scene_.instances[volume.instance];
+    const auto varies = [&](int material) {
+      const MaterialProgram* program = program_with_volume(scene_, material);
+      return program && program->volume_varies;
+    };
+    if (std::ranges::none_of(scene_.material_sets[static_cast<size_t>(instance.material_set)], varies)) continue;
+    const float density = object_density(scene_, instance);
+    const auto [place, is_new] = known.try_emplace({instance.mesh, instance.material_set});
+    if (is_new) {
+      const auto found = find_extinction_bounds(scene_, volume.instance);
+      place->second = {std::make_shared<const ExtinctionBounds>(found), density};
     }
+    volume.extinction = place->second.extinction;
+    volume.scale = density / place->second.density;
+    volume.world_to_blocks = volume.extinction->object_to_blocks * inverse(instance.object_to_world);
   }
-  const float diagonal = std::max(length(world_bounds(scene_, instance).diagonal()), 1e-18f);
-  return std::clamp(kBoundSlack * largest, kFewestSteps / diagonal, kMostSteps / diagonal);
 }
 
 }  // namespace cistern

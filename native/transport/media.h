@@ -6,6 +6,7 @@
 #include "base/alias_table.h"
 #include "lights/light_set.h"
 #include "shading/material.h"
+#include "transport/extinction_bounds.h"
 #include "transport/media_stack.h"
 
 namespace cistern {
@@ -15,9 +16,8 @@ inline constexpr int kMostBoundaries = 1024;
 
 /// The media of a segment of a ray.
 struct SegmentMedia {
-  Medium even;         // those that are the same everywhere, added up
-  MediaStack uneven;   // the others
-  float bound = 0.0f;  // 1/m: what the extinction of these hardly exceeds
+  Medium even;        // those that are the same everywhere, added up
+  MediaStack uneven;  // the others
 
   bool varies() const { return !uneven.is_empty(); }
 };
@@ -44,6 +44,8 @@ class Media {
   /// All that a segment has at a place of the world, or only what is uneven.
   Medium at(const SegmentMedia& segment, const PathState& path, Vec3 position) const;
   Medium uneven_at(const SegmentMedia& segment, const PathState& path, Vec3 position) const;
+  /// How dense one that varies hardly is more than, along a ray.
+  BlockWalk bounds_along(const MediaStack::Entry& entry, Vec3 origin, Vec3 direction) const;
 
   /// Light links of them together are those of the medium that was entered first, and in a world filled by one there
   /// are none, as in Cycles: the set they are as a receiver, and whether what they emit reaches a receiver.
@@ -55,14 +57,16 @@ class Media {
 
  private:
   struct Volume {
+    Volume(uint32_t i, const Bounds3& box) : instance(i), bounds(box) {}
     uint32_t instance;
-    Bounds3 bounds;      // in world space
-    float bound = 0.0f;  // of the extinction of what varies
+    Bounds3 bounds;                                      // in world space
+    std::shared_ptr<const ExtinctionBounds> extinction;  // of what varies; null: nothing does
+    Transform world_to_blocks;
+    float scale = 1.0f;  // how much denser than where `extinction` was found
   };
   explicit Media(const Scene& scene) : scene_(scene) {}
   const MaterialProgram* program_of(const SurfacePoint& point) const;
   void find_bounds();
-  float find_bound(uint32_t instance) const;
 
   const Scene& scene_;
   bool fills_world_ = false;

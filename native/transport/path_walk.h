@@ -276,6 +276,8 @@ class Walk {
   UnevenRay uneven_ray() const;
   /// Next-event estimation somewhere along the segment.
   void add_light_in_medium();
+  template <class Sample, class Pdf>
+  void add_light_in_medium(const Sample& sample_inside, const Pdf& pdf_inside);
   bool scatter_in_medium(const Medium& medium, float distance);
   /// What the camera would see first if no medium scattered the path.
   void record_surface_behind(std::optional<Hit> hit);

@@ -94,11 +94,24 @@ inline std::optional<bool> Walk<Kind>::traverse_uneven_medium(const std::optiona
 template <class Kind>
 inline void Walk<Kind>::add_light_in_medium() {
   if (context_.media->emitters().is_empty()) return;
-  const bool varies = media_.segment.varies();
-  const Medium typical = typical_medium(media_.segment);
-  const Vec3 origin = ray_.origin + media_.begin * ray_.direction;
-  const FreeFlight flight(typical, throughput_.total(), media_.length);
+  if (media_.segment.varies()) {
+    const UnevenRay ray = uneven_ray();
+    const UnevenDistances distances(ray, media_.length);
+    return add_light_in_medium([&](float, float u) { return distances.sample(u); },
+                               [&](float distance) { return distances.pdf(distance); });
+  }
+  const FreeFlight flight(media_.segment.even, throughput_.total(), media_.length);
   if (!flight.can_scatter()) return;
+  add_light_in_medium([&](float u_channel, float u) { return flight.sample_inside(u_channel, u); },
+                      [&](float distance) { return flight.pdf_inside(distance); });
+}
+
+/// `sample_inside` and `pdf_inside`: of a distance as light is scattered.
+template <class Kind>
+template <class Sample, class Pdf>
+inline void Walk<Kind>::add_light_in_medium(const Sample& sample_inside, const Pdf& pdf_inside) {
+  const bool varies = media_.segment.varies();
+  const Vec3 origin = ray_.origin + media_.begin * ray_.direction;
   const auto [u_choice, u_light] = sampler_.light(state_.depth);
   const auto [u_technique, u_channel, u_distance] = sampler_.light_in_medium(state_.depth);
   LightSample light_sample{0, u_light};
@@ -112,19 +125,19 @@ inline void Walk<Kind>::add_light_in_medium() {
     return EquiAngular(origin, ray_.direction, lit->begin, lit->end, place.center);
   };
   if (u_technique < 0.5f) {
-    distance = flight.sample_inside(u_channel, u_distance);
+    distance = sample_inside(u_channel, u_distance);
     const auto choice = context_.lights.choose(origin + distance * ray_.direction, {}, u_choice, u_light, light_set);
     if (!choice) return;
     light_sample = choice->sample;
   } else {
     light_sample.emitter = context_.media->emitters().sample(u_choice);
     const std::optional<EquiAngular> near = towards(light_sample.emitter);
-    distance = near ? near->sample(u_distance) : flight.sample_inside(u_channel, u_distance);
+    distance = near ? near->sample(u_distance) : sample_inside(u_channel, u_distance);
   }
   const Vec3 position = origin + distance * ray_.direction;
   const float pmf = context_.lights.pmf(light_sample.emitter, position, {}, light_set);
   const std::optional<EquiAngular> near = towards(light_sample.emitter);
-  const float pdf_flight = flight.pdf_inside(distance);
+  const float pdf_flight = pdf_inside(distance);
   const float pdf_near = near ? near->pdf(distance) : pdf_flight;
   const float free_pmf = context_.media->emitters().pmf(light_sample.emitter);
   const float density = 0.5f * (pmf * pdf_flight + free_pmf * pdf_near);
@@ -138,7 +151,7 @@ inline void Walk<Kind>::add_light_in_medium() {
   const float footprint = context_.pixel.size + context_.pixel.angle * (path_length_ + media_.begin + distance);
   const auto light = context_.lights.evaluate(light_sample, position, scattered, {footprint, context_.pixel.angle});
   if (!light || !(light->visibility & kVisibleToVolume)) return;
-  const Medium medium = varies ? context_.media->at(media_.segment, state_, position) : typical;
+  const Medium medium = varies ? context_.media->at(media_.segment, state_, position) : media_.segment.even;
   if (!medium.scatters()) return;
   const float phase = evaluate_phase(medium, dot(ray_.direction, light->wi));
   const bool has_rival = !light->is_delta && light->use_mis;
@@ -148,7 +161,7 @@ inline void Walk<Kind>::add_light_in_medium() {
     radiance *= transmittance(context_, position, footprint, *light, state_, media_.stack, sampler_);
   if (is_black(radiance)) return;
   const Rgb passed =
-      varies ? estimate_transmittance(uneven_ray(), distance, sampler_) : medium_transmittance(typical, distance);
+      varies ? estimate_transmittance(uneven_ray(), distance, sampler_) : medium_transmittance(medium, distance);
   if constexpr (Kind::splits) split_scattered_light(passed * medium.scattering * phase, radiance);
   const bool is_environment = light_sample.emitter == context_.lights.environment_emitter();
   add_reflected_light(passed * medium.scattering * phase, {}, radiance,

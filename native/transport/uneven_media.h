@@ -7,11 +7,13 @@
 
 namespace cistern {
 
-// Rays through media that vary from place to place. Tentative collisions come at a constant rate, SegmentMedia::bound;
-// what the medium lacks there to be as dense is made up by collisions that change nothing but weights. These may be
-// negative where it is denser: the bound is a guess by samples, and no mean depends on it.
+// Rays through media that vary from place to place. Tentative collisions come at the rate of ExtinctionBounds, which is
+// constant in each block of a medium; what the medium lacks there to be as dense is made up by collisions that change
+// nothing but weights. These may be negative where it is denser: the bounds are guesses by samples, and no mean depends
+// on them.
 // [Novák et al. 2014, Residual Ratio Tracking; Galtier et al. 2013, Integral formulation of null-collision Monte Carlo
-// algorithms; Kutz et al. 2017, Spectral and Decomposition Tracking]
+// algorithms; Kutz et al. 2017, Spectral and Decomposition Tracking; blocks: Szirmay-Kalos, Tóth and Magdics 2011, Free
+// Path Sampling in High Resolution Inhomogeneous Participating Media]
 
 /// A piece of a ray in media; `path` is that of the ray.
 struct UnevenRay {
@@ -21,6 +23,24 @@ struct UnevenRay {
   Vec3 origin, direction;
 
   Medium at(float distance) const { return media.at(segment, path, origin + distance * direction); }
+};
+
+/// The bounds of all that varies along a ray, added up.
+class BoundsAlong {
+ public:
+  explicit BoundsAlong(const UnevenRay& ray);
+
+  float bound() const { return bound_; }
+  /// Where this bound ends; infinity after the last.
+  float end() const { return end_; }
+  void advance();
+
+ private:
+  void add_up();
+
+  std::array<BlockWalk, MediaStack::kCapacity> walks_;
+  size_t count_ = 0;
+  float bound_ = 0.0f, end_ = 0.0f;
 };
 
 /// Its mean is the fraction of light that goes straight on over `length` metres.
@@ -37,7 +57,19 @@ struct UnevenFlight {
 };
 UnevenFlight sample_flight(const UnevenRay& ray, Rgb throughput, float length, PathSampler& sampler);
 
-/// A medium that is the same everywhere, about as dense: for choosing distances.
-Medium typical_medium(const SegmentMedia& segment);
+/// Distances along a ray about as light is scattered there, by the bounds alone: as FreeFlight's of what is even.
+class UnevenDistances {
+ public:
+  UnevenDistances(const UnevenRay& ray, float length);
+
+  /// A distance before the end, and its density per metre.
+  float sample(float u) const;
+  float pdf(float distance) const;
+
+ private:
+  const UnevenRay& ray_;
+  float length_, even_;
+  float share_;  // of light that is scattered before the end
+};
 
 }  // namespace cistern

@@ -5,7 +5,13 @@ from typing import Any
 import fake_core
 import numpy as np
 
-KINDS = {"add_mesh": "mesh", "add_strands": "mesh", "add_material": "material", "add_image": "image"}
+KINDS = {
+    "add_mesh": "mesh",
+    "add_strands": "mesh",
+    "add_volume": "mesh",
+    "add_material": "material",
+    "add_image": "image",
+}
 
 
 class ReplayBuilder(fake_core.SceneBuilder):
@@ -89,7 +95,7 @@ class ReplayBuilder(fake_core.SceneBuilder):
         assert mesh["is_there"]
         return (
             self.names[instance["object"]],
-            mesh["positions"].round(5).tolist(),
+            mesh["positions"].round(5).tolist() if "positions" in mesh else _described_volume(mesh),
             mesh.get("radii", np.empty(0)).tolist(),
             [self.material(handle) for handle in self.sets[instance["material_set"]]],
             instance["object_to_world"].round(5).tolist(),
@@ -110,6 +116,11 @@ class ReplayBuilder(fake_core.SceneBuilder):
             | links
             | {"name": light["name"], "method": light["method"], "material": self.material(light["material"])}
         )
+
+
+def _described_volume(volume: dict[str, Any]) -> list:
+    grids = [(name, voxels.tolist(), matrix.round(5).tolist()) for name, voxels, matrix, _ in volume["grids"]]
+    return [volume["object_to_box"].round(5).tolist(), volume["size"], volume["scales_with_object"], grids]
 
 
 LINKS = ("lit_sets", "blocker_sets")

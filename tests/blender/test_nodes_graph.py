@@ -173,11 +173,13 @@ def test_unknown_nodes_make_one_warning(empty_scene):
     tree.set(mix, Factor_Float=1.0)
     tree.link(tree.node("ShaderNodeUVAlongStroke"), "UV", mix, "A_Color")
     for _ in range(2):
-        tree.link(tree.node("ShaderNodeVolumeInfo"), "Density", mix, "B_Color")
+        squeeze = tree.node("ShaderNodeSqueeze")
+        tree.link(squeeze, "Value", mix, "B_Color")
     tree.shown(mix, "Result_Color")
     context = Context()
     assert emission_color(tree, context) == (0.0, 0.0, 0.0)
-    assert context.warnings == ["Material 'Exotic': nodes replaced by their defaults: UV Along Stroke, Volume Info"]
+    labels = f"UV Along Stroke, {squeeze.bl_label}"
+    assert context.warnings == [f"Material 'Exotic': nodes replaced by their defaults: {labels}"]
 
 
 def test_unknown_shader_becomes_diffuse_of_its_color(empty_scene):

@@ -40,10 +40,12 @@ def test_world_override_visibility_and_sampling(camera_scene, recorded_sync) -> 
 def test_objects_without_surface_are_silent_and_unsupported_ones_named(camera_scene, recorded_sync) -> None:
     link("Empty", None)
     link("Bones", bpy.data.armatures.new("Bones"))
-    link("Fog", bpy.data.volumes.new("Fog"))
+    link("Fog", bpy.data.volumes.new("Fog"))  # as yet without a file
+    drawings = bpy.data.grease_pencils_v3 if hasattr(bpy.data, "grease_pencils_v3") else bpy.data.grease_pencils
+    link("Drawing", drawings.new("Drawing"))
     builder, report = recorded_sync()
     assert builder.of("add_instances") == []
-    assert [w for w in report.warnings if "Fog" in w] and len(report.warnings) == 1
+    assert [w for w in report.warnings if "Drawing" in w] and len(report.warnings) == 1
 
 
 def test_a_scene_can_be_synced_again(camera_scene, recorded_sync) -> None:

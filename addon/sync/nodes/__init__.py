@@ -74,6 +74,31 @@ def _compile_material(material: bpy.types.Material | None, context: Context) -> 
     return _compile(build, name, owner, context, TreeKind.SURFACE)
 
 
+def compile_volume(material: bpy.types.Material | None, context: Context) -> MaterialProgram | None:
+    """What a material makes of the grids of a volume object; None where it has no volume. Tells the context which."""
+    if material is not None and not _uses_nodes(material):
+        return None
+    name = material.name if material else "default_volume"
+    surface = _output_port(material.node_tree, "ShaderNodeOutputMaterial") if material else None
+    if material is not None and (surface is None or source_of(_volume_port(surface)) is None):
+        return None
+    names: set[str] = set()
+
+    def build(compiler: Compiler) -> None:
+        compiler.grids = names
+        compiler.code.program.is_boundary = True
+        compiler.code.closure("CLOSURE_TRANSPARENT", (ONE, constant(*WHITE, COLOR)))
+        if surface is None:
+            return volumes.add_default_medium(compiler)
+        compiler.pass_index = material.pass_index
+        return volumes.add_medium(compiler, _volume_port(surface))
+
+    program = _compile(build, name, f"Material '{name}'", context, TreeKind.SURFACE)
+    program.pass_index = material.pass_index if material else 0
+    context.used_grids.update(names)
+    return program
+
+
 def compile_world(world: bpy.types.World | None, context: Context) -> MaterialProgram | None:
     """The program of a world, whose emission is the radiance from a direction; None for a black one."""
     if world is None:

@@ -117,6 +117,7 @@ class Compiler:
         self.allow_bump = True
         self.moves_vertices = False  # displacement is compiled as what moves vertices, not as heights of a bump
         self.in_volume = False  # shaders are those of a medium
+        self.grids: set[str] | None = None  # of volume objects: names that were asked for
         self.pass_index = 0  # of a material
         self._values: dict[tuple, Value] = {}
         self._in_progress: set[tuple] = set()

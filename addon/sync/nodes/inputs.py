@@ -195,6 +195,17 @@ def _layer_value(node: NodeView, name: str, output: str) -> Value:
     return constant(sum(rgb) / 3.0) if output == "Fac" else vector_constant(*rgb)
 
 
+@value_node("ShaderNodeVolumeInfo")
+def volume_info(node: NodeView, output: str) -> Value | None:
+    """Grids of volume objects; 0 of what is none."""
+    name = value_names.VOLUME_OUTPUTS.get(output)
+    if name is None:
+        return None
+    if not node.compiler.is_surface:
+        return constant(0.0)
+    return mesh_attribute(node, name, "Color" if output == "Color" else "Fac", missing_alpha=0)
+
+
 @value_node("ShaderNodeVertexColor")
 def color_attribute(node: NodeView, output: str) -> Value:
     name = node.node.layer_name
@@ -204,7 +215,9 @@ def color_attribute(node: NodeView, output: str) -> Value:
 
 
 def mesh_attribute(node: NodeView, name: str, output: str, missing_alpha: int) -> Value:
-    """`missing_alpha` is that of a mesh without the attribute; its colour is black."""
+    """`missing_alpha` is that of a mesh without the attribute; its colour is black. Of volume objects: a grid."""
+    if node.compiler.grids is not None:
+        node.compiler.grids.add(name)
     index = node.compiler.code.program.attribute(name)
     if output == "Alpha":
         return node.at_shift("ATTRIBUTE_ALPHA", (index, missing_alpha))

@@ -26,6 +26,7 @@ ATTRIBUTE_OUTPUTS = {
     "ShaderNodePointInfo": POINT_OUTPUTS,
     "ShaderNodeBsdfHairPrincipled": {"BSDF": STRAND_RANDOM},
 }
+VOLUME_OUTPUTS = {"Color": "color", "Density": "density", "Flame": "flame", "Temperature": "temperature"}
 COLOR, INDEX = "INFO:color", "INFO:index"
 OBJECT, INSTANCER, VIEW_LAYER = "OBJECT", "INSTANCER", "VIEW_LAYER"  # types of Attribute nodes
 PARTICLE = "PARTICLE"  # outputs of the Particle Info node

@@ -7,7 +7,7 @@ import math
 from .compiler import Compiler, NodeView, flatten_shader, volume_node
 from .enums import MATH_OPERATIONS
 from .graph import Port
-from .instructions import COLOR, VECTOR, Value, constant
+from .instructions import COLOR, FLOAT, VECTOR, Value, constant
 
 ONE, ZERO = constant(1.0), constant(0.0)
 WHITE, BLACK = constant(1.0, 1.0, 1.0, COLOR), constant(0.0, letter=COLOR)
@@ -35,6 +35,33 @@ def add_medium(compiler: Compiler, volume: Port) -> None:
     compiler.in_volume = False
     if compiler.is_world and compiler.code.ops_behind(MEDIA) & _PLACES:
         compiler.warn("a volume of the world that varies from place to place is rendered as it is at the origin")
+
+
+def grid_factor(compiler: Compiler, name: str) -> Value:
+    """What a volume object multiplies an input by: a grid where it has one of this name."""
+    if compiler.grids is None or not name:
+        return constant(1.0, 1.0, 1.0, VECTOR)
+    compiler.grids.add(name)
+    return compiler.code.emit("GRID_FACTOR", (), (compiler.code.program.attribute(name),))
+
+
+def add_default_medium(compiler: Compiler) -> None:
+    """Of a volume object without a material: a new Principled Volume, as in Cycles."""
+    density = compiler.code.convert(grid_factor(compiler, "density"), FLOAT)
+    grey = constant(0.5, 0.5, 0.5, COLOR)
+    compiler.code.closure("CLOSURE_VOLUME", (ONE, grey, grey, density, ZERO))
+
+
+def _factor(node: NodeView, value: Value, attribute: str) -> Value:
+    """A value multiplied by the grid that a node names, unless it names none."""
+    socket = node.port(attribute)
+    name = "" if socket is None else socket.socket.default_value
+    if node.compiler.grids is None or not name:
+        return value
+    factor = grid_factor(node.compiler, name)
+    if value.type == COLOR:
+        return node.vector_math("MULTIPLY", value, factor).retyped(COLOR)
+    return node.math("MULTIPLY", value, node.math("MAXIMUM", node.emit("AVERAGE", (factor,)), ZERO))
 
 
 def _add(node: NodeView, weight: Value, scattering: Value, absorption: Value, density: Value, g: Value) -> None:
@@ -85,6 +112,7 @@ def emission(node: NodeView, weight: Value) -> None:
 def principled(node: NodeView, weight: Value) -> None:
     """Its attributes are those of volume objects: meshes have none."""
     color, density, anisotropy, tint = node.values("Color, Density, Anisotropy, Absorption Color")
+    color, density = _factor(node, color, "Color Attribute"), _factor(node, density, "Density Attribute")
     half, zero = constant(0.5, 0.5, 0.5, VECTOR), constant(0.0, letter=VECTOR)
     root = node.vector_math("POWER", node.vector_math("MAXIMUM", tint, zero), half)
     absorbed = node.vector_math("MULTIPLY", _rest(node, color), _rest(node, root))
@@ -99,7 +127,8 @@ def principled(node: NodeView, weight: Value) -> None:
 
 def _fire(node: NodeView, intensity: Value) -> tuple[Value, Value]:
     """Colour and strength of what glows by its temperature; nothing where the intensity is not above 0."""
-    kelvin = node.math("MAXIMUM", node.value("Temperature"), ZERO)
+    temperature = _factor(node, node.value("Temperature"), "Temperature Attribute")
+    kelvin = node.math("MAXIMUM", temperature, ZERO)
     color = node.vector_math("MULTIPLY", node.value("Blackbody Tint"), node.emit("BLACKBODY", (kelvin,)))
     fourth_power = node.math("POWER", kelvin, constant(4.0))
     mixed = node.emit("MIX_FLOAT", (intensity, ONE, fourth_power), (0,))

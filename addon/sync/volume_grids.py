@@ -1,0 +1,189 @@
+"""Grids of volume objects to arrays: of OpenVDB files, and of volumes that modifiers and geometry nodes make.
+
+Blender gives its voxels to nobody but writes them to files; its own module for Python reads those.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from . import SyncReport, versions
+
+_LEAF = 8  # voxels along an axis: Cycles' volumes are made of leaves of OpenVDB's trees, and so is our box
+_MOST_BYTES = 1 << 32  # of the dense box of one object's grids
+_LARGEST_HALF = float(np.finfo(np.float16).max)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Voxels (x, y, z) or (x, y, z, channels)."""
+
+    name: str
+    voxels: NDArray[np.floating]
+    object_to_voxel: NDArray[np.float32]
+    background: float = 0.0
+    first: tuple[int, int, int] = (0, 0, 0)
+    """Where the first voxel is in the lattice of leaves."""
+    margin: int = 1
+    """Voxels around those that are active: as far as interpolation reaches."""
+
+    @property
+    def arguments(self) -> tuple[str, NDArray, NDArray, float]:
+        return self.name, self.voxels, self.object_to_voxel, self.background
+
+
+@dataclass(frozen=True)
+class VolumeArrays:
+    """The arguments of `SceneBuilder.add_volume` save name and handle."""
+
+    object_to_box: NDArray[np.float32]
+    size: tuple[int, int, int]
+    grids: list[tuple[str, NDArray, NDArray, float]]
+    scales_with_object: bool
+
+
+def volume_version(volume: bpy.types.Volume, names: Collection[str]) -> int:
+    """A number that stands for the grids of these names as they are now; 0: unknown."""
+    render = volume.render
+    members = (tuple(sorted(names)), render.precision, render.space)
+    if volume.session_uid:  # what modifiers made; Blender gives a new one to the result of every evaluation
+        return hash((volume.session_uid, *members)) or 1
+    if not volume.grids.load():
+        return 0
+    try:
+        file = Path(volume.grids.frame_filepath).stat()
+    except OSError:
+        return 0
+    return hash((volume.grids.frame_filepath, file.st_mtime_ns, file.st_size, *members)) or 1
+
+
+def volume_arrays(
+    volume: bpy.types.Volume, owner: str, names: Collection[str], report: SyncReport
+) -> VolumeArrays | None:
+    """None, and a warning that names `owner`, where nothing can be read; none where there is nothing to read."""
+    if not volume.grids.load():
+        error = volume.grids.error_message
+        if error:
+            report.warn(f"{owner}: {volume.filepath!r} cannot be read, it is left out: {error}")
+        return None
+    wanted = [grid.name for grid in volume.grids if grid.name in names]
+    if not wanted:
+        return None
+    openvdb = versions.volume_reader()
+    if openvdb is None:
+        report.warn(f"{owner}: this Blender has no Python module for OpenVDB, the volume is left out")
+        return None
+    try:
+        with _file_of(volume) as path:
+            grids = [openvdb.read(str(path), name) for name in wanted]
+            return _arrays(openvdb, grids, volume, owner, report)
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
+        text = str(error).strip()[:100] or type(error).__name__
+        report.warn(f"{owner}: {volume.filepath!r} cannot be read, it is left out: {text}")
+        return None
+
+
+@contextmanager
+def _file_of(volume: bpy.types.Volume) -> Iterator[Path]:
+    """The file that holds the grids as they are; a copy where modifiers made them."""
+    path = Path(volume.grids.frame_filepath)
+    if not volume.session_uid and volume.grids.frame_filepath and path.exists():
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "volume.vdb"
+        volume.grids.save(filepath=str(copy))
+        yield copy
+
+
+def _arrays(
+    openvdb: ModuleType, vdbs: Sequence[Any], volume: bpy.types.Volume, owner: str, report: SyncReport
+) -> VolumeArrays | None:
+    grids: list[Grid] = []
+    is_half = volume.render.precision != "FULL"
+    bytes_left = _MOST_BYTES
+    for vdb in vdbs:
+        lowest, highest = (np.array(corner, np.int64) for corner in vdb.evalActiveVoxelBoundingBox())
+        if vdb.empty() or (highest < lowest).any():
+            continue
+        if not vdb.transform.isLinear:
+            report.warn(f"{owner}: grid '{vdb.name}' lies in no straight lattice, it is left out")
+            continue
+        channels = 3 if vdb.valueTypeName.startswith("vec3") else 1
+        bytes_left -= int(np.prod(highest - lowest + 1)) * channels * (2 if is_half else 4)
+        if bytes_left < 0:
+            report.warn(f"{owner}: the box of grid '{vdb.name}' is larger than memory allows, it is left out")
+            continue
+        voxels = _voxels(vdb, lowest, highest, channels)
+        if voxels is None:
+            report.warn(f"{owner}: grid '{vdb.name}' of type {vdb.valueTypeName} is not supported, it is left out")
+            continue
+        margin = int(vdb.activeLeafVoxelCount() > 0)  # Cycles cuts off what is around tiles
+        background = float(np.mean(np.array(vdb.background, np.float64)))
+        grids.append(
+            Grid(vdb.name, stored(voxels, is_half), _object_to_voxel(vdb, lowest), background, tuple(lowest), margin)
+        )
+    return boxed(grids, volume.render.space == "OBJECT") if grids else None
+
+
+def _voxels(vdb: Any, lowest: NDArray, highest: NDArray, channels: int) -> NDArray | None:  # noqa: ANN401
+    """The dense box of active voxels."""
+    size = tuple(int(n) for n in highest - lowest + 1)
+    types = {"bool": np.bool_, "int32": np.int32, "int64": np.int64, "double": np.float64, "vec3d": np.float64}
+    types |= {"float": np.float32, "vec3s": np.float32, "vec3i": np.int32}
+    if vdb.valueTypeName not in types:
+        return None
+    voxels = np.empty(size if channels == 1 else (*size, channels), types[vdb.valueTypeName])
+    vdb.copyToArray(voxels, ijk=tuple(int(n) for n in lowest))
+    return voxels
+
+
+def stored(voxels: NDArray, is_half: bool) -> NDArray[np.floating]:
+    """As the core keeps them: finite, in single or half precision."""
+    finite = np.nan_to_num(voxels.astype(np.float32, copy=False), nan=0.0, posinf=0.0, neginf=0.0)
+    if is_half:
+        finite = np.clip(finite, -_LARGEST_HALF, _LARGEST_HALF).astype(np.float16)
+    return np.ascontiguousarray(finite)
+
+
+def _object_to_voxel(vdb: Any, lowest: NDArray) -> NDArray[np.float32]:  # noqa: ANN401
+    origin = np.array(vdb.transform.indexToWorld(tuple(float(n) for n in lowest)))
+    voxel_to_object = np.eye(4)
+    for axis in range(3):
+        step = lowest.astype(np.float64)
+        step[axis] += 1.0
+        voxel_to_object[:3, axis] = np.array(vdb.transform.indexToWorld(tuple(step))) - origin
+    voxel_to_object[:3, 3] = origin
+    try:
+        return np.linalg.inv(voxel_to_object).astype(np.float32)
+    except np.linalg.LinAlgError as error:
+        raise ValueError(f"the matrix of grid '{vdb.name}' cannot be inverted") from error
+
+
+def boxed(grids: Sequence[Grid], scales_with_object: bool, leaf: int = _LEAF) -> VolumeArrays:
+    """Grids in their box, in voxels of the first: as large as what interpolation reaches, in whole leaves."""
+    first = grids[0]
+    lowest, highest = np.full(3, np.inf), np.full(3, -np.inf)
+    for grid in grids:
+        to_first = first.object_to_voxel.astype(np.float64) @ np.linalg.inv(grid.object_to_voxel.astype(np.float64))
+        ends = np.array([np.full(3, -grid.margin), np.array(grid.voxels.shape[:3]) - 1 + grid.margin], np.float64)
+        corners = np.array([[ends[i >> a & 1][a] for a in range(3)] for i in range(8)])
+        corners = corners @ to_first[:3, :3].T + to_first[:3, 3]
+        lowest, highest = np.minimum(lowest, corners.min(0)), np.maximum(highest, corners.max(0))
+    begin = np.floor((np.round(lowest, 3) + first.first) / leaf) * leaf - first.first
+    end = (np.floor((np.round(highest, 3) + first.first) / leaf) + 1) * leaf - first.first
+    shift = np.eye(4)
+    shift[:3, 3] = -begin
+    object_to_box = (shift @ first.object_to_voxel.astype(np.float64)).astype(np.float32)
+    size = tuple(int(n) for n in end - begin)
+    return VolumeArrays(object_to_box, size, [grid.arguments for grid in grids], scales_with_object)
