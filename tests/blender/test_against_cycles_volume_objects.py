@@ -183,7 +183,7 @@ CASES: dict[str, Callable[[bpy.types.Scene, Path], None]] = {
 }
 
 
-SLOW = set(CASES) - {"cloud", "flame", "volume info"}
+SLOW = set(CASES) - {"cloud"}
 
 
 @pytest.mark.parametrize("case", marked(CASES, SLOW))
