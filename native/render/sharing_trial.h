@@ -8,9 +8,10 @@ namespace cistern {
 
 /// Whether CELL_SHARED is worth its time in this scene, and at which vertices. Before the frames it is for, blocks from
 /// all over the picture are rendered a few times with and without, from the same random numbers. Where paths alone
-/// surely make less noise for their time, nothing is shared; and unless light is rare, bounces are not guided where
-/// that was to be tried. These samples go nowhere else. So whatever is decided, no sample of the picture depends on
-/// another, and no clock is asked: with a given number of samples pictures are the same for each seed.
+/// surely make less noise for their time, nothing is shared, and samples that were to ask several lights ask one if
+/// that is enough; and unless light is rare, bounces are not guided where that was to be tried. These samples go
+/// nowhere else. So whatever is decided, no sample of the picture depends on another, and no clock is asked: with a
+/// given number of samples pictures are the same for each seed.
 ///
 /// Where visible points share, the noise of what are boxes of 4 x 4 pixels in the picture decides, between what single
 /// pixels show and what a glance does; where next vertices alone share, the picture goes to a denoiser, and its scale
@@ -27,11 +28,15 @@ class SharingTrial {
   Settings decide(const StopCondition& stop);
 
  private:
-  enum Way : size_t { PLAIN, NEXT_VERTICES, AS_ASKED };
+  enum Way : size_t { PLAIN, NEXT_VERTICES, AS_ASKED, COUNT };
 
   static double cost(Way way);
   double plain_variance(double sum_over_boxes) const;
-  bool trace_plainly(uint32_t frame, const StopCondition& stop);
+  NoiseComparison comparison_of(size_t ways) const;
+  /// Fills `luminance_`; false if stopped.
+  bool trace_plainly(const RenderWorld& world, uint32_t frame, const StopCondition& stop);
+  /// Whether plain samples, of this variance, need not ask several lights.
+  bool is_one_light_enough(double variance, const StopCondition& stop);
   bool share(uint32_t frame, const StopCondition& stop);
 
   const Settings settings_;
