@@ -178,14 +178,16 @@ class LayerRender:
         alone = self.rendered(plan.alone_arguments(samples), moments.shadow_catchers_alone(), of_shadows)
         shadow = self.denoised(shadow_catchers.shadow(read, alone), read)
         matte = self.finished_reader(shadow_catchers.without_catchers(read))("Combined")
+        pictures = {shadow_catchers.SHADOW_PASS: shadow}
         if not plan.is_apart:
             backdrop = None
             if plan.needs_backdrop:
-                read_world = self.rendered(plan.backdrop_arguments(), moments.backdrop(), of_shadows.split(1.0)[1])
-                backdrop = read_world("Environment")
+                arguments = plan.backdrop_arguments(samples)
+                backdrop = self.rendered(arguments, moments.backdrop(), of_shadows.split(1.0)[1])("Environment")
+                pictures["Environment"] = shadow_catchers.beside(matte, backdrop)
             matte = shadow_catchers.over_shadow(matte, shadow, backdrop)
         self.figures.samples = samples
-        return with_passes(read, {"Combined": matte, shadow_catchers.SHADOW_PASS: shadow})
+        return with_passes(read, pictures | {"Combined": matte})
 
     def rendered(
         self,

@@ -236,7 +236,7 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
     )
     filter_width: FloatProperty(
         name="Width",
-        description="Width of the pixel filter in pixels; the box filter is always one pixel wide",
+        description="Width of the pixel filter in pixels, as in Cycles; the box filter is always one pixel wide",
         default=1.5,
         min=0.01,
         max=10.0,

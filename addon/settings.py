@@ -26,6 +26,8 @@ PREVIEW_SAMPLES = 32
 # Odd, so that multiplying by it permutes the integers modulo 2^31: every frame number gets a seed of its own.
 FRAME_SEED_STEP = 0x3C6EF373
 
+FULL_FILTER_WIDTHS = {"BLACKMAN_HARRIS": 2.0, "GAUSSIAN": 3.0}
+
 MIST_POWERS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
 MIST_WITHOUT_WORLD = (0.0, 100.0, 1.0)  # as in Cycles
 
@@ -38,6 +40,13 @@ class Region:
     y: int
     width: int
     height: int
+
+
+def full_filter_width(settings: properties.CisternSceneSettings) -> float:
+    """In pixels, from edge to edge. What users set is that of Cycles, whose tails are cut off further out."""
+    if settings.pixel_filter == "BOX":
+        return 1.0
+    return FULL_FILTER_WIDTHS[settings.pixel_filter] * settings.filter_width
 
 
 def render_region(render: bpy.types.RenderSettings, width: int, height: int) -> Region:
@@ -173,7 +182,7 @@ def scene_settings(
         "seed": frame_seed(settings, scene.frame_current),
         "threads": thread_count(scene),
         "pixel_filter": core.PixelFilter[settings.pixel_filter],
-        "filter_width": settings.filter_width,
+        "filter_width": full_filter_width(settings),
         "max_bounces": settings.max_bounces,
         "max_diffuse_bounces": settings.max_diffuse_bounces,
         "max_glossy_bounces": settings.max_glossy_bounces,

@@ -22,9 +22,6 @@ SHADOW_PASS = "Shadow Catcher"
 # Of the time limit, if there is one, for the picture of the scene; the rest is for that of the catchers alone.
 SCENE_SHARE = 0.6
 
-# The world is smooth but for its edges with nothing before it, and costs no more than its camera rays.
-BACKDROP_SAMPLES = 16
-
 
 @dataclass(frozen=True)
 class ShadowPlan:
@@ -56,12 +53,12 @@ class ShadowPlan:
         }
         return self.arguments | changes
 
-    def backdrop_arguments(self) -> dict[str, Any]:
+    def backdrop_arguments(self, samples: int) -> dict[str, Any]:
         general = ("width", "height", "region", "seed", "threads", "pixel_filter", "filter_width")
         return {
             **{name: self.arguments[name] for name in general},
             **REFERENCE,
-            "samples": BACKDROP_SAMPLES,
+            "samples": samples,
             "passes": ["Environment"],
         }
 
@@ -101,3 +98,8 @@ def over_shadow(matte: Picture, shadow_share: Picture, backdrop: Picture | None)
     if backdrop is None:
         return np.concatenate([matte[..., :3], alpha], axis=2)
     return np.concatenate([matte[..., :3] + (1.0 - alpha) * backdrop, np.ones_like(alpha)], axis=2)
+
+
+def beside(matte: Picture, backdrop: Picture) -> Picture:
+    """(height, width, 3): of the backdrop, what is not behind the rest of the picture."""
+    return (1.0 - np.clip(matte[..., 3:], 0.0, 1.0)) * backdrop

@@ -12,7 +12,7 @@ bool has_shadow_catchers(const Scene& scene);
 /// picture, and neither shine nor are they in the way of light.
 Scene shadow_catchers_alone(const Scene& scene);
 
-/// The world, without all that stands or shines before it.
+/// The world, without all that stands or shines before it but for what is held out of it.
 Scene backdrop(const Scene& scene);
 
 }  // namespace cistern

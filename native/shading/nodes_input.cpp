@@ -33,7 +33,10 @@ AttributeValue attribute_node(const NodeContext& c, int name_index, AttributeVal
   return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), index);
 }
 
+bool is_ball(const NodeContext& c) { return c.has_mesh() && c.mesh().strand_shape == StrandShape::BALLS; }
+
 Vec3 object_position(const NodeContext& c, BumpShift shift) {
+  if (is_ball(c)) return inverse(c.instance().object_to_world).point(c.point.position + footprint_step(c.point, shift));
   if (!c.has_mesh()) return inverse(c.instance().object_to_world).point(c.point.position);
   return interpolate_position(c.shape(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
 }
@@ -50,11 +53,11 @@ Vec3 original_position(const NodeContext& c, BumpShift shift) {
   return interpolate_position(c.mesh().original(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
 }
 
-/// Mesh bounds to [0, 1]; an axis without extent is 1/2, as with Blender's texture space. Of a lamp, as in Cycles, its
-/// object coordinates.
+/// Mesh bounds to [0, 1]; an axis without extent is 1/2, as with Blender's texture space. Of a lamp and a point, as in
+/// Cycles, object coordinates.
 Vec3 generated_node(const NodeContext& c, BumpShift shift) {
   if (c.is_environment) return c.point.position;
-  if (!c.has_mesh() && !c.is_inside) return object_position(c, shift);
+  if ((!c.has_mesh() && !c.is_inside) || is_ball(c)) return object_position(c, shift);
   const Bounds3& bounds = c.mesh().original().bounds;
   const Vec3 p = original_position(c, shift) - bounds.lower;
   const Vec3 size = bounds.diagonal();

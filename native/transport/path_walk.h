@@ -87,7 +87,7 @@ class Walk {
     }
     if (sees_film_) {
       const Instance& instance = context_.scene.instances[hit->instance];
-      if (instance.is_holdout) return pass_held_out(point, bsdf);
+      if (instance.is_holdout && !is_mere_boundary(point)) return pass_held_out(point, bsdf);
       if (instance.is_shadow_catcher && record_.caught == 0.0f) catch_shadows();
     }
     if (context_.record_surfaces) record_surface(point, bsdf);
@@ -131,7 +131,6 @@ class Walk {
   /// What is opaque of an object that is held out leaves a hole in the film; what lies behind shows through the rest.
   bool pass_held_out(const SurfacePoint& point, Bsdf& bsdf) {
     if (context_.record_seen) see_held_out(point);
-    if (is_mere_boundary(point)) bsdf.transparency = {};
     record_.alpha -= average(throughput_.total() * max(Rgb(0.0f), Rgb(1.0f) - bsdf.transparency));
     return !is_black(bsdf.transparency) && pass_through(point, bsdf, 1.0f);
   }

@@ -98,3 +98,13 @@ def test_balls_a_twentieth_too_large_are_seen(empty_scene):
         tree.update_tag()
 
     assert not compare_with_cycles(empty_scene, plant=grow).agrees
+
+
+@pytest.mark.parametrize("output", ["Object", "Generated"])
+def test_textures_cover_balls(empty_scene, output):
+    scatter(empty_scene, stretch=1.4)
+    tree = bpy.data.materials["points"].node_tree
+    coordinate = tree.nodes.new("ShaderNodeTexCoord").outputs[output]
+    shine = build.shader(tree, "ShaderNodeEmission", Color=coordinate).outputs[0]
+    tree.links.new(shine, next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL").inputs["Surface"])
+    assert compare_with_cycles(empty_scene).agrees

@@ -124,3 +124,25 @@ def test_layers_over_each_other():
     np.testing.assert_allclose(over_world, [[[0.3, 0.2, 0.1, 1.0]]], rtol=1e-6)
     lit = over_shadow(matte, 2.0 * np.ones_like(shadow), None)
     np.testing.assert_array_equal(lit, matte)
+
+
+def test_thin_volumes_before_catchers(empty_scene):
+    """They are no holdouts of the picture of catchers alone. In fog quotients have noise, which shadows cut off at 1."""
+    scene = footage(empty_scene)
+    fog = build.material("fog", lambda tree: build.shader(tree, "ShaderNodeVolumeScatter", Density=1e-4).outputs[0])
+    tree = fog.node_tree
+    output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+    link = output.inputs["Surface"].links[0]
+    tree.links.new(link.from_socket, output.inputs["Volume"])
+    tree.links.remove(output.inputs["Surface"].links[0])
+    box = build.add_sphere(scene, fog, radius=1.8, segments=16)
+    box.location = (0.0, 0.0, -0.3)
+    assert compare_with_cycles(scene, SIZE, SAMPLES, floor=0.005).agrees
+
+
+def test_holdouts_leave_holes_in_the_world(empty_scene):
+    scene = footage(empty_scene)
+    scene.objects["Red"].is_holdout, scene.render.film_transparent = True, False
+    prepare(scene, *SIZE)
+    shown = render(scene, "CISTERN", 16, seed=1)[..., :3]
+    assert (shown.max(axis=2) == 0.0).sum() > 15

@@ -36,9 +36,13 @@ TEST(ShadowCatchers, AloneHaveAllLightButThatOfSurfaces) {
   EXPECT_EQ(EmissiveTriangles(alone).size(), 0u);
 }
 
-TEST(ShadowCatchers, ABackdropHasNoSurfacesAndNoLamps) {
-  const Scene empty = backdrop(*CatcherScene(true).builder.snapshot());
-  for (const Instance& instance : empty.instances) EXPECT_EQ(instance.mesh, -1);
+TEST(ShadowCatchers, ABackdropHasNoLampsAndNoSurfacesButHoldouts) {
+  CatcherScene scene(true);
+  Instance hole = scene.quad({0, 0, 2}, {1, 0, 0}, {0, 1, 0}, scene.diffuse(0.5f));
+  hole.is_holdout = true;
+  scene.replace_last(hole);
+  const Scene empty = backdrop(*scene.builder.snapshot());
+  for (const Instance& instance : empty.instances) EXPECT_EQ(instance.mesh >= 0, instance.is_holdout);
   for (const Light& light : empty.lights) EXPECT_TRUE(light.removed);
 }
 
