@@ -127,7 +127,7 @@ def test_layers_over_each_other():
 
 
 def test_thin_volumes_before_catchers(empty_scene):
-    """They are no holdouts of the picture of catchers alone. In fog quotients have noise, which shadows cut off at 1."""
+    """No holdouts of the picture of catchers alone. In fog quotients have noise, which shadows cut off at 1."""
     scene = footage(empty_scene)
     fog = build.material("fog", lambda tree: build.shader(tree, "ShaderNodeVolumeScatter", Density=1e-4).outputs[0])
     tree = fog.node_tree
