@@ -224,9 +224,9 @@ def test_rounding_is_not_taken_for_negative_light():
 
 
 def textured_scene(samples):
-    """A checked floor and a glossy cube under a lamp, on a transparent film."""
+    """A checked floor and a glossy cube under a lamp, on a transparent film, and sharp."""
     scene = fresh_scene(80, 64, samples)
-    scene.cistern.preset = "PATH_TRACING"
+    scene.cistern.preset, scene.cistern.filter_width = "PATH_TRACING", 0.75
     scene.render.film_transparent = True
     bpy.ops.mesh.primitive_plane_add(size=7.0, location=(0.0, 0.0, -1.0))
     floor = bpy.data.materials.new("Checks")
@@ -302,9 +302,9 @@ def test_guides_of_the_core_in_the_wrong_order_are_worse(tmp_path, pictures, mon
 
 
 def lamps_scene(samples):
-    """A dark floor under glowing balls, which the camera sees sharp."""
+    """A dark floor under glowing balls, which the camera and the pixel filter show sharp."""
     scene = fresh_scene(80, 64, samples)
-    scene.cistern.preset = "PATH_TRACING"
+    scene.cistern.preset, scene.cistern.filter_width = "PATH_TRACING", 0.75
     glow = bpy.data.materials.new("Glow")
     glow.use_nodes = True
     glow.node_tree.nodes.clear()
