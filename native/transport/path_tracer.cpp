@@ -11,8 +11,7 @@ float clamp_factor(Rgb contribution, float limit) {
 }
 
 Rgb clamp_contribution(Rgb contribution, float limit) {
-  const float mean = std::abs(average(contribution));
-  return limit > 0.0f && mean > limit ? contribution * (limit / mean) : contribution;
+  return contribution * clamp_factor(contribution, limit);
 }
 
 float scatter_probability(const Bsdf& bsdf) {

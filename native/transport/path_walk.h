@@ -87,7 +87,7 @@ class Walk {
     }
     if (sees_film_) {
       const Instance& instance = context_.scene.instances[hit->instance];
-      if (instance.is_holdout && !is_mere_boundary(point)) return pass_held_out(point, bsdf);
+      if (instance.is_holdout && !is_boundary(point)) return pass_held_out(point, bsdf);
       if (instance.is_shadow_catcher && record_.caught == 0.0f) catch_shadows();
     }
     if (context_.record_surfaces) record_surface(point, bsdf);
@@ -283,7 +283,9 @@ class Walk {
   /// At a surface that the path goes through.
   void cross_surface(const SurfacePoint& point);
   /// Whether passing through counts for nothing: only a medium begins or ends there.
-  bool is_mere_boundary(const SurfacePoint& point);
+  bool is_boundary(const SurfacePoint& point) const;
+  /// The same, and counted: a ray that is stuck passes no more of them.
+  bool passes_boundary(const SurfacePoint& point);
   Rgb transmittance_to(const SurfacePoint& point, const IncidentLight& light) const;
 
   // --- continuing ---------------------------------------------------------------------------------------------------
@@ -308,7 +310,7 @@ class Walk {
 
   bool pass_through(const SurfacePoint& point, const Bsdf& bsdf, float probability) {
     const int most_surfaces = context_.limits.max_transparent_bounces;
-    if (!is_mere_boundary(point)) {
+    if (!passes_boundary(point)) {
       if (state_.transparent_depth >= most_surfaces) return false;
       last_segment_ |= ++state_.transparent_depth == most_surfaces;
     }

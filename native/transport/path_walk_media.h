@@ -225,9 +225,18 @@ inline void Walk<Kind>::cross_surface(const SurfacePoint& point) {
 }
 
 template <class Kind>
-inline bool Walk<Kind>::is_mere_boundary(const SurfacePoint& point) {
+inline bool Walk<Kind>::is_boundary(const SurfacePoint& point) const {
   if constexpr (Kind::has_media) {
-    return context_.media->is_boundary(point) && ++media_.boundaries <= kMostBoundaries;
+    return context_.media->is_boundary(point);
+  } else {
+    return false;
+  }
+}
+
+template <class Kind>
+inline bool Walk<Kind>::passes_boundary(const SurfacePoint& point) {
+  if constexpr (Kind::has_media) {
+    return is_boundary(point) && ++media_.boundaries <= kMostBoundaries;
   } else {
     return false;
   }

@@ -29,7 +29,7 @@ def agrees(scene: bpy.types.Scene, monkeypatch, kind: str, width: float, ours: f
     monkeypatch.setitem(engines.CYCLES, "filter_width", width)
     monkeypatch.setitem(engines.CISTERN, "pixel_filter", kind)
     monkeypatch.setitem(engines.CISTERN, "filter_width", ours)
-    return engines.compare_with_cycles(scene, (SIDE, SIDE), 256, blocks=SIDE, floor=0.003).agrees
+    return engines.compare_with_cycles(scene, (SIDE, SIDE), 256, blocks=SIDE).agrees
 
 
 @pytest.mark.parametrize(

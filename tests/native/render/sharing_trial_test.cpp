@@ -53,6 +53,19 @@ std::shared_ptr<const Scene> lit_by_a_niche() {
   return scene.builder.snapshot();
 }
 
+/// A floor under `count` equal lamps, all in one place or far from each other.
+std::shared_ptr<const Scene> floor_under_lamps(int count, bool are_together) {
+  PathScene scene;
+  scene.floor(0.0f, 20.0f, scene.diffuse(0.6f));
+  for (int i = 0; i < count; ++i) {
+    const float angle = 2.0f * kPi * static_cast<float>(i) / static_cast<float>(count);
+    const float distance = are_together ? 0.0f : 2.0f;
+    scene.point_lamp({distance * std::cos(angle), 1.0f + distance * std::sin(angle), 0.8f}, 5.0f, 0.05f);
+  }
+  look_along_y(scene);
+  return scene.builder.snapshot();
+}
+
 Settings decided(const std::shared_ptr<const Scene>& scene, const Settings& settings) {
   RenderCache cache;
   const std::atomic<bool> cancelled{false};
@@ -73,6 +86,16 @@ TEST(SharingTrial, DoesNotShareWhereThereIsNothingToShare) {
     plain.indirect = IndirectAnswer::PATH;
     EXPECT_EQ(decided(open_floor(), asked), plain);
   }
+}
+
+TEST(SharingTrial, AsksSeveralLightsWhereTheyDiffer) {
+  Settings asked = on_trial();
+  asked.light_samples = 2;
+  Settings plain = asked;
+  plain.indirect = IndirectAnswer::PATH;
+  EXPECT_EQ(decided(floor_under_lamps(8, false), asked), plain);
+  plain.light_samples = 1;
+  EXPECT_EQ(decided(floor_under_lamps(8, true), asked), plain);
 }
 
 TEST(SharingTrial, StoppedItDecidesNothing) {
