@@ -10,9 +10,7 @@ float clamp_factor(Rgb contribution, float limit) {
   return limit > 0.0f && mean > limit ? limit / mean : 1.0f;
 }
 
-Rgb clamp_contribution(Rgb contribution, float limit) {
-  return contribution * clamp_factor(contribution, limit);
-}
+Rgb clamp_contribution(Rgb contribution, float limit) { return contribution * clamp_factor(contribution, limit); }
 
 float scatter_probability(const Bsdf& bsdf) {
   const float straight = average(bsdf.transparency);

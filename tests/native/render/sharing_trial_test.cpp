@@ -53,14 +53,16 @@ std::shared_ptr<const Scene> lit_by_a_niche() {
   return scene.builder.snapshot();
 }
 
-/// A floor under `count` equal lamps, all in one place or far from each other.
+/// A floor and a wall on it under `count` equal lamps without size, all in one place or far from each other: then half
+/// of them are behind the wall, which the choice of lights does not know.
 std::shared_ptr<const Scene> floor_under_lamps(int count, bool are_together) {
   PathScene scene;
   scene.floor(0.0f, 20.0f, scene.diffuse(0.6f));
+  scene.quad({0.1f, 1, 1}, {0, 10, 0}, {0, 0, 2}, scene.diffuse(0.0f));
   for (int i = 0; i < count; ++i) {
     const float angle = 2.0f * kPi * static_cast<float>(i) / static_cast<float>(count);
     const float distance = are_together ? 0.0f : 2.0f;
-    scene.point_lamp({distance * std::cos(angle), 1.0f + distance * std::sin(angle), 0.8f}, 5.0f, 0.05f);
+    scene.point_lamp({distance * std::cos(angle), 1.0f + distance * std::sin(angle), 0.8f}, 5.0f, 0.0f);
   }
   look_along_y(scene);
   return scene.builder.snapshot();
