@@ -7,6 +7,7 @@
 #include "lights/lamp_bvh.h"
 #include "lights/lamp_shapes.h"
 #include "lights/linked_choice.h"
+#include "lights/spherical_triangle.h"
 #include "shading/displaced_normal.h"
 #include "shading/material.h"
 
@@ -208,7 +209,8 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
   std::optional<IncidentLight> result;
   const Instance& instance = scene->instances[t.instance];
   if (!has_set(instance.links.lit, path.light_set)) return result;
-  const Vec2 barycentric = square_to_triangle(uv);
+  const std::optional<SphericalTriangle> seen = SphericalTriangle::of(t, receiver);
+  const Vec2 barycentric = seen ? barycentric_along(t, receiver, seen->direction(uv)) : square_to_triangle(uv);
   const Vec3 offset = t.point(barycentric) - receiver;
   const float d2 = length_squared(offset);
   const Vec3 normal = t.scaled_normal();
@@ -220,7 +222,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
   light.distance = distance;
   light.normal = normalize(normal);
   light.clearance = t.clearance;
-  light.pdf = 2.0f * d2 * distance / projected;
+  light.pdf = seen ? seen->pdf() : 2.0f * d2 * distance / projected;
   light.visibility = instance.visibility;
   light.blockers = instance.links.blockers;
   if (const SideEmission* sides = triangles.uniform_emission(t)) {
@@ -352,9 +354,11 @@ std::optional<LightSet::Triangle> LightSet::triangle_of(uint32_t emitter) const 
 float LightSet::surface_pdf(const SurfacePoint& emitter_point, Vec3 receiver) const {
   const std::optional<uint32_t> index = impl_->triangles.find(emitter_point.instance, emitter_point.triangle);
   if (!index) return 0.0f;
+  const EmissiveTriangle& triangle = impl_->triangles[*index];
+  if (const std::optional<SphericalTriangle> seen = SphericalTriangle::of(triangle, receiver)) return seen->pdf();
   const Vec3 offset = emitter_point.position - receiver;
   const float d2 = length_squared(offset);
-  const float projected = std::abs(dot(impl_->triangles[*index].scaled_normal(), offset));
+  const float projected = std::abs(dot(triangle.scaled_normal(), offset));
   return projected > 0.0f ? 2.0f * d2 * std::sqrt(d2) / projected : 0.0f;
 }
 
