@@ -45,13 +45,17 @@ class Accel {
   /// `visibility`: RayVisibility bits; objects sharing no bit with it are not there for this ray.
   virtual std::optional<Hit> intersect(const Ray& ray, uint8_t visibility) const = 0;
   /// Closest surface of one instance that is not flattened, whatever its visibility, as if there were no others.
-  /// Instances with MaterialProgram::has_subsurface never are; of others nothing is found.
+  /// Instances with MaterialProgram::has_subsurface or looks_at_own_object never are; of others nothing is found.
   virtual std::optional<Hit> intersect_instance(const Ray& ray, uint32_t instance) const = 0;
+  /// Whether it has a surface there.
+  virtual bool obstructed_by_instance(const Ray& ray, uint32_t instance) const = 0;
   /// Whether an *opaque* surface lies strictly between the ends. `visibility` as above; `blockers`: only instances
   /// whose shadow_set is among these, which differs where the scene has_shadow_links.
   virtual bool occluded(const Ray& ray, uint8_t visibility = kVisibleToShadow, uint64_t blockers = kAllSets) const = 0;
   /// The same for rays that start or end near each other, which are then traced faster; `is_occluded` beside `rays`.
   virtual void occluded(std::span<const Ray> rays, uint8_t visibility, std::span<bool> is_occluded) const = 0;
+  /// Whether any surface does, opaque or not, for rays that start near each other; `is_obstructed` beside `rays`.
+  virtual void obstructed(std::span<const Ray> rays, uint8_t visibility, std::span<bool> is_obstructed) const = 0;
   /// Closest surface whose materials may let light through (MaterialProgram::may_be_transparent).
   virtual std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility = kVisibleToShadow,
                                                    uint64_t blockers = kAllSets) const = 0;

@@ -69,14 +69,19 @@ class EmbreeAccel final : public Accel {
     return closest_hit(ray, any_surface_mask(visibility));
   }
   std::optional<Hit> intersect_instance(const Ray& ray, uint32_t instance) const override {
-    const Placement& placement = top_->placements[instance];
-    if (!placement.mesh || placement.is_flattened || !is_number(ray)) return std::nullopt;
-    const Transform& to_object = top_->normal_maps[instance];
-    // Not normalised: distances stay those of the world.
-    const Ray inside{to_object.point(ray.origin), to_object.vector(ray.direction), ray.t_min, ray.t_max};
+    const RTCScene scene = own_scene(instance);
     RTCRayHit query;
-    if (!find_closest(mesh_scenes_.at(placement.mesh.get())->scene.get(), inside, kAnyMask, query)) return std::nullopt;
+    if (!scene || !is_number(ray) || !find_closest(scene, to_object(ray, instance), kAnyMask, query))
+      return std::nullopt;
     return make_hit(query, instance);
+  }
+  bool obstructed_by_instance(const Ray& ray, uint32_t instance) const override {
+    const RTCScene scene = own_scene(instance);
+    if (!scene || !is_number(ray)) return false;
+    RTCRay query;
+    set_ray(query, to_object(ray, instance), kAnyMask);
+    embree_occluded(scene, query);
+    return query.tfar < 0.0f;
   }
   bool occluded(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
     if (!is_number(ray)) return false;
@@ -91,10 +96,10 @@ class EmbreeAccel final : public Accel {
     return query.tfar < 0.0f;
   }
   void occluded(std::span<const Ray> rays, uint8_t visibility, std::span<bool> is_occluded) const override {
-    for (size_t begin = 0; begin < rays.size(); begin += kPacketSize) {
-      const size_t count = std::min(kPacketSize, rays.size() - begin);
-      packet_occluded(rays.subspan(begin, count), opaque_mask(visibility), is_occluded.subspan(begin, count));
-    }
+    in_packets(rays, opaque_mask(visibility), is_occluded);
+  }
+  void obstructed(std::span<const Ray> rays, uint8_t visibility, std::span<bool> is_obstructed) const override {
+    in_packets(rays, any_surface_mask(visibility), is_obstructed);
   }
   std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
     if (sets == kAllSets || !top_->is_filtered) return closest_hit(ray, transparent_mask(visibility));
@@ -120,6 +125,23 @@ class EmbreeAccel final : public Accel {
   static constexpr size_t kPacketSize = 8;
   static constexpr uint32_t kAnyMask = ~0u;
 
+  /// Null for what intersect_instance does not find.
+  RTCScene own_scene(uint32_t instance) const {
+    const Placement& placement = top_->placements[instance];
+    if (!placement.mesh || placement.is_flattened) return nullptr;
+    return mesh_scenes_.at(placement.mesh.get())->scene.get();
+  }
+  /// Not normalised: distances stay those of the world.
+  Ray to_object(const Ray& ray, uint32_t instance) const {
+    const Transform& map = top_->normal_maps[instance];
+    return {map.point(ray.origin), map.vector(ray.direction), ray.t_min, ray.t_max};
+  }
+  void in_packets(std::span<const Ray> rays, uint32_t mask, std::span<bool> is_occluded) const {
+    for (size_t begin = 0; begin < rays.size(); begin += kPacketSize) {
+      const size_t count = std::min(kPacketSize, rays.size() - begin);
+      packet_occluded(rays.subspan(begin, count), mask, is_occluded.subspan(begin, count));
+    }
+  }
   void packet_occluded(std::span<const Ray> rays, uint32_t mask, std::span<bool> is_occluded) const {
     alignas(32) std::array<int, kPacketSize> valid{};
     RTCRay8 packet;

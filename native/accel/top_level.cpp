@@ -79,7 +79,8 @@ std::vector<Placement> place_instances(const Scene& scene, bool keep_instances) 
     const std::shared_ptr<const Mesh>& mesh = scene.meshes[instance.mesh];
     const uint32_t mask = mask_of(scene, instance);
     if (!mesh || mesh->triangle_count() == 0 || mask == 0) continue;
-    const bool is_traced_alone = has_material(scene, instance, &MaterialProgram::has_subsurface);
+    const bool is_traced_alone = has_material(scene, instance, &MaterialProgram::has_subsurface) ||
+                                 has_material(scene, instance, &MaterialProgram::looks_at_own_object);
     const bool is_flattened = !keep_instances && uses[instance.mesh] == 1 && !mesh->is_strands() && !is_traced_alone;
     if (!is_flattened && enlarges_rays(instance.object_to_world)) continue;
     placements[i] = {mesh, instance.object_to_world, mask, is_flattened};

@@ -45,7 +45,7 @@ struct TopLevel {
 };
 
 /// Which instances are there, what sees them, and which are flattened: those whose mesh has no other instance, and that
-/// rays do not wander in, unless `keep_instances`.
+/// no ray is to meet alone, unless `keep_instances`.
 std::vector<Placement> place_instances(const Scene& scene, bool keep_instances);
 
 /// Builds with the threads of the caller's arena; `mesh_scenes` has every mesh that is not flattened, `is_filtered` as

@@ -73,11 +73,11 @@ float SurfaceFilm::mist_of(const Camera& camera, Vec3 position) const {
   return std::pow(share, range.falloff);
 }
 
-void SurfaceFilm::add(uint32_t pixel, const Scene& scene, std::span<const SeenSurface> seen) {
+void SurfaceFilm::add(uint32_t pixel, const Scene& scene, std::span<const SeenSurface> seen, const Accel* accel) {
   ++samples_[pixel];
   bool is_found = false;
   for (const SeenSurface& surface : seen) {
-    if (!is_found && !aovs_.empty()) add_aovs(pixel, scene, surface);
+    if (!is_found && !aovs_.empty()) add_aovs(pixel, scene, surface, accel);
     if (surface.is_environment || surface.is_held_out) continue;
     if (passes_.mist)
       clear_view_[pixel] += (1.0f - mist_of(scene.camera, surface.point.position)) * surface.contribution;
@@ -114,7 +114,7 @@ void SurfaceFilm::add_motion(uint32_t pixel, const Scene& scene, const SurfacePo
   }
 }
 
-void SurfaceFilm::add_aovs(uint32_t pixel, const Scene& scene, const SeenSurface& seen) {
+void SurfaceFilm::add_aovs(uint32_t pixel, const Scene& scene, const SeenSurface& seen, const Accel* accel) {
   const auto add = [&](const AovValues& values) {
     for (size_t i = 0; i < aovs_.size(); ++i) {
       if (aov_hashes_[i] != values.name_hash) continue;
@@ -128,7 +128,7 @@ void SurfaceFilm::add_aovs(uint32_t pixel, const Scene& scene, const SeenSurface
     }
   };
   seen.is_environment ? evaluate_environment_aovs(scene, -seen.point.wo, seen.path, std::ref(add))
-                      : evaluate_aovs(scene, seen.point, seen.path, std::ref(add));
+                      : evaluate_aovs(scene, seen.point, seen.path, std::ref(add), accel);
 }
 
 void SurfaceFilm::add_mattes(uint32_t pixel, const Scene& scene, const SeenSurface& seen) {

@@ -21,7 +21,7 @@ class SurfaceFilm {
 
   int width() const { return width_; }
   /// One sample; its path met `seen` in this order.
-  void add(uint32_t pixel, const Scene& scene, std::span<const SeenSurface> seen);
+  void add(uint32_t pixel, const Scene& scene, std::span<const SeenSurface> seen, const Accel* accel = nullptr);
   /// Mean of the samples, row 0 at the bottom, channels interleaved. What is seen both in clear glass and behind it
   /// counts twice, but Mist is never below 0. A level of mattes holds two ids with their shares. Throws Error for a
   /// layer that is not kept.
@@ -32,7 +32,7 @@ class SurfaceFilm {
   float mist_of(const Camera& camera, Vec3 position) const;
   void add_uv(uint32_t pixel, const Scene& scene, const SurfacePoint& point);
   void add_motion(uint32_t pixel, const Scene& scene, const SurfacePoint& point);
-  void add_aovs(uint32_t pixel, const Scene& scene, const SeenSurface& seen);
+  void add_aovs(uint32_t pixel, const Scene& scene, const SeenSurface& seen, const Accel* accel);
   void add_mattes(uint32_t pixel, const Scene& scene, const SeenSurface& seen);
   std::span<const MatteShare> mattes_of(size_t kind, size_t pixel) const;
   std::vector<float> resolve_mattes(size_t kind, int level) const;

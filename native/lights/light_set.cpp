@@ -121,7 +121,7 @@ struct LightSet::Impl {
   std::optional<IncidentLight> evaluate_lamp(const SceneLamp& lamp, Vec2 uv, Vec3 receiver,
                                              const PathState& path) const;
   std::optional<IncidentLight> evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
-                                                 const PathState& path, const RayCone& cone) const;
+                                                 const PathState& path, const RayCone& cone, const Accel* accel) const;
   std::optional<IncidentLight> evaluate_environment_sample(Vec2 uv, const PathState& path) const;
   void add_hit(uint32_t emitter, const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const;
 };
@@ -205,7 +205,8 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp
 }
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
-                                                               const PathState& path, const RayCone& cone) const {
+                                                               const PathState& path, const RayCone& cone,
+                                                               const Accel* accel) const {
   std::optional<IncidentLight> result;
   const Instance& instance = scene->instances[t.instance];
   if (!has_set(instance.links.lit, path.light_set)) return result;
@@ -236,7 +237,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
     const Hit hit{distance, barycentric.x, barycentric.y, outside, t.instance, t.triangle};
     SurfacePoint point = make_surface_point(*scene, Ray{receiver, light.wi}, hit);
     set_footprint(point, cone.at(distance), *scene, arriving);
-    light.radiance = evaluate_emission(*scene, point, arriving);
+    light.radiance = evaluate_emission(*scene, point, arriving, accel);
   }
   if (is_black(light.radiance) || !std::isfinite(light.pdf)) result.reset();
   return result;
@@ -324,12 +325,12 @@ std::optional<LitPart> LightSet::lit_part_of(uint32_t emitter, const Vec3& origi
 }
 
 std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 position, const PathState& path,
-                                                const RayCone& cone) const {
+                                                const RayCone& cone, const Accel* accel) const {
   if (sample.emitter < impl_->first_triangle())
     return impl_->evaluate_lamp(impl_->lamps[sample.emitter], sample.uv, position, path);
   if (sample.emitter < impl_->environment_index()) {
     const EmissiveTriangle& t = impl_->triangles[sample.emitter - impl_->first_triangle()];
-    return impl_->evaluate_triangle(t, sample.uv, position, path, cone);
+    return impl_->evaluate_triangle(t, sample.uv, position, path, cone, accel);
   }
   return impl_->evaluate_environment_sample(sample.uv, path);
 }

@@ -89,10 +89,10 @@ class LightSet {
 
   /// Empty where the sample sends nothing to `position` (behind a one-sided light, outside a spot cone, black, or not
   /// to receivers of `path.light_set`). `path` and `cone` are those of the ray which leaves the receiver for the light,
-  /// as if it had been scattered there: what the light sends may depend on them, and must not depend on which technique
-  /// found the light.
+  /// as if it had been scattered there: what the light sends may depend on them, and on `accel` (evaluate_material),
+  /// and must not depend on which technique found the light.
   std::optional<IncidentLight> evaluate(const LightSample& sample, Vec3 position, const PathState& path,
-                                        const RayCone& cone = {}) const;
+                                        const RayCone& cone = {}, const Accel* accel = nullptr) const;
 
   /// Emitter of a surface hit, or none when its material does not emit (or is not worth sampling).
   std::optional<uint32_t> emitter_of(uint32_t instance, uint32_t triangle) const;

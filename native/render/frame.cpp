@@ -55,7 +55,7 @@ PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame
 void keep_seen(const FrameContext& context, int x, int y, const PathScratch& scratch) {
   if (!context.surfaces) return;
   const auto pixel = static_cast<uint32_t>(y * context.surfaces->width() + x);
-  context.surfaces->add(pixel, context.paths.scene, scratch.seen_surfaces);
+  context.surfaces->add(pixel, context.paths.scene, scratch.seen_surfaces, &context.paths.accel);
 }
 
 void collect_records(const FrameContext& context, const PathScratch& scratch) {

@@ -26,7 +26,7 @@ std::optional<SurfacePoint> first_opaque(const PathContext& paths, Ray ray) {
     state.ray_length += hit->t;
     SurfacePoint point = make_surface_point(paths.scene, ray, *hit);
     set_footprint(point, paths.pixel.size + paths.pixel.angle * state.ray_length, paths.scene, state);
-    const Bsdf bsdf = evaluate_material(paths.scene, point, state);
+    const Bsdf bsdf = evaluate_material(paths.scene, point, state, &paths.accel);
     if (bsdf.holdout >= 1.0f) return std::nullopt;
     if (average(bsdf.transparency) <= kMostTransparency) return point;
     ray.t_max -= hit->t;

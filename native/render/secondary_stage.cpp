@@ -165,7 +165,8 @@ void SecondaryStage::add_by_kind(uint32_t i, const ArrivingLight& light, LightBy
   const Rgb reflected = light.f_cos * light.radiance;
   const Rgb direct = reflected * clamp_factor(vertex.to_direct * reflected, limits.clamp_direct);
   if (is_first_vertex(vertex.point)) {
-    const KindColors shares = rough_shares(context_.paths.scene, vertex.point, light.wi, light.visibility);
+    const KindColors shares =
+        rough_shares(context_.paths.scene, vertex.point, light.wi, light.visibility, &context_.paths.accel);
     return by_kind.add_direct(shares * (vertex.to_direct * direct));
   }
   const Rgb indirect = reflected * clamp_factor(vertex.to_indirect * reflected, limits.clamp_indirect);

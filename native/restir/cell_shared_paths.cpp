@@ -99,7 +99,7 @@ void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) con
       bsdf.guide = find_guide(context_, cell);
       continue;
     }
-    bsdf = evaluate_material(context_.scene, scratch.points.back(), link->from.state);
+    bsdf = evaluate_material(context_.scene, scratch.points.back(), link->from.state, &context_.accel);
     guide_bounce(context_, cell, bsdf);
   }
 }

@@ -260,7 +260,7 @@ uint32_t LightCache::place(uint32_t stratum) const {
 /// Magnitude of the sample's light that white paint at the point reflects, in the measure of light_target.h.
 float LightCache::point_target(const SurfacePosition& point, const LightSample& sample) const {
   static const PathState state = state_of_receiver();
-  const auto light = context_.lights.evaluate(sample, point.position, state);
+  const auto light = context_.lights.evaluate(sample, point.position, state, {}, &context_.accel);
   if (!light) return 0.0f;
   const float f_cos = kInvPi * dot(point.normal, light->wi);
   if (!(f_cos > 0.0f)) return 0.0f;

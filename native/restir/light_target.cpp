@@ -9,7 +9,7 @@ namespace {
 std::optional<IncidentLight> evaluate_light(const PathContext& context, const VisiblePoint& visible,
                                             const LightSample& sample) {
   const RayCone cone{visible.footprint, context.pixel.angle};
-  return context.lights.evaluate(sample, visible.receiver.position, visible.scattered, cone);
+  return context.lights.evaluate(sample, visible.receiver.position, visible.scattered, cone, &context.accel);
 }
 
 /// light_sample_share, or all for light that scattered rays never meet.
@@ -41,7 +41,7 @@ std::optional<ArrivingLight> arriving_light(const PathContext& context, float ca
                                             const LightSample& sample) {
   const auto light = evaluate_light(context, visible, sample);
   if (!light) return std::nullopt;
-  Bsdf bsdf = evaluate_material(context.scene, visible);
+  Bsdf bsdf = evaluate_material(context.scene, visible, &context.accel);
   guide_bounce(context, guide_cell(context, surface_point(visible)), bsdf);
   const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
   if (is_black(f.rough_cos)) return std::nullopt;
@@ -60,7 +60,7 @@ Rgb reflected_light(const PathContext& context, float candidates, const VisibleP
 
 KindColors reflected_shares(const PathContext& context, const VisiblePoint& visible, const LightSample& sample) {
   const auto light = evaluate_light(context, visible, sample);
-  return light ? rough_shares(context.scene, visible, light->wi, light->visibility) : KindColors();
+  return light ? rough_shares(context.scene, visible, light->wi, light->visibility, &context.accel) : KindColors();
 }
 
 }  // namespace cistern

@@ -12,7 +12,8 @@ bool can_find(const PathContext& context, const VisiblePoint& point, const PathS
   const std::optional<PathConnection> way = connect(point, sample);
   if (!way) return false;
   if (point.is_lambertian) return dot(point.receiver.n, way->wi) > 0.0f && dot(point.ns, way->wi) > 0.0f;
-  const BsdfEvaluation f = evaluate_kind(context, evaluate_material(context.scene, point), way->wi, sample.kind);
+  const BsdfEvaluation f =
+      evaluate_kind(context, evaluate_material(context.scene, point, &context.accel), way->wi, sample.kind);
   return f.pdf > 0.0f && !is_black(f.rough_cos);
 }
 

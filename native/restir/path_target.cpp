@@ -84,7 +84,7 @@ Rgb sent_radiance(const PathContext& context, const PathSample& sample, const Pa
   point.wo = -way.wi;
   PathState state = sample.point.state;
   state.ray_length = way.distance;
-  const Bsdf bsdf = evaluate_material(context.scene, point, state);
+  const Bsdf bsdf = evaluate_material(context.scene, point, state, &context.accel);
   const IncidentRadiance &light = sample.light, &continuation = sample.continuation;
   Rgb sent;
   if (!is_black(light.radiance))
@@ -136,7 +136,7 @@ Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, cons
                    Reflection reflection) {
   const std::optional<PathConnection> way = connect(visible, sample);
   if (!way) return {};
-  const Bsdf bsdf = evaluate_material(context.scene, visible);
+  const Bsdf bsdf = evaluate_material(context.scene, visible, &context.accel);
   const BsdfEvaluation f = evaluate_kind(context, bsdf, way->wi, sample.kind);
   if (is_black(f.rough_cos) || f.pdf == 0.0f) return {};  // no path leaves where BSDF sampling has no density
   const Rgb sent =
@@ -147,7 +147,8 @@ Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, cons
 
 KindColors reflected_shares(const PathContext& context, const VisiblePoint& visible, const PathSample& sample) {
   const std::optional<PathConnection> way = connect(visible, sample);
-  return way ? rough_shares(context.scene, visible, way->wi, lobes_of_kind(context, sample.kind)) : KindColors();
+  return way ? rough_shares(context.scene, visible, way->wi, lobes_of_kind(context, sample.kind), &context.accel)
+             : KindColors();
 }
 
 }  // namespace cistern

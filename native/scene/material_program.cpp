@@ -193,6 +193,11 @@ bool may_enter(const MaterialProgram& p, const Instruction& closure) {
   return closure.op == Op::CLOSURE_SUBSURFACE;
 }
 
+/// Whether rays of a node meet its own object alone.
+bool meets_own_object_alone(const Instruction& node) {
+  return node.op == Op::BEVEL || (node.op == Op::AMBIENT_OCCLUSION && node.parameters[2] != 0);
+}
+
 /// Whether a node returns how often a path has bounced.
 bool counts_bounces(const Instruction& node) {
   if (node.op != Op::LIGHT_PATH) return false;
@@ -229,6 +234,8 @@ bool varies_over_object(Op op) {
     case Op::FRESNEL:
     case Op::LAYER_WEIGHT_FRESNEL:
     case Op::LAYER_WEIGHT_FACING:
+    case Op::AMBIENT_OCCLUSION:
+    case Op::BEVEL:
       return true;
     default:
       return op < Op::LIGHT_PATH;  // coordinates and geometry
@@ -251,7 +258,7 @@ void finish_program(MaterialProgram& program, int image_count) {
 
   program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
   program.reads_light_path = program.counts_bounces = program.reads_camera = false;
-  program.depends_on_view = program.lobes_depend_on_view = program.has_subsurface = false;
+  program.depends_on_view = program.lobes_depend_on_view = program.has_subsurface = program.looks_at_own_object = false;
   program.emission_is_constant = true;
   program.constant_emission = {};
   for (const Instruction& instruction : program.instructions) {
@@ -264,12 +271,14 @@ void finish_program(MaterialProgram& program, int image_count) {
     program.lobes_depend_on_view |= (reads_view(op) && op != Op::BACKFACING) || may_refract(program, instruction);
     program.reads_camera |= depends_on_camera(instruction);
     program.has_subsurface |= may_enter(program, instruction);
+    program.looks_at_own_object |= meets_own_object_alone(instruction);
     if (!describe(op).is_closure) continue;
     program.may_be_transparent |= may_pass_light(program, instruction);
     if (!may_emit_light(program, instruction)) continue;
     program.may_emit = true;
     if (!add_constant_emission(program, instruction, program.constant_emission)) program.emission_is_constant = false;
   }
+  program.looks_at_own_object |= std::ranges::any_of(program.aov_instructions, meets_own_object_alone);
   for (const Instruction& instruction : program.displaced_bump_instructions) {
     program.needs_footprint = true;
     program.depends_on_view |= reads_view(instruction.op);

@@ -34,7 +34,7 @@ enum class Op : uint8_t {
   // Vectors.
   MAPPING, NORMAL_MAP, BUMP, VECTOR_TRANSFORM, VECTOR_ROTATE,
   // Shading helpers.
-  FRESNEL, LAYER_WEIGHT_FRESNEL, LAYER_WEIGHT_FACING, WIREFRAME,
+  FRESNEL, LAYER_WEIGHT_FRESNEL, LAYER_WEIGHT_FACING, WIREFRAME, AMBIENT_OCCLUSION, BEVEL,
   // Textures.
   IMAGE, IMAGE_ALPHA, TILED_IMAGE, TILED_IMAGE_ALPHA, ENVIRONMENT_IMAGE, SUN_DISC, CHECKER, CHECKER_FACTOR, GRADIENT, NOISE,
   NOISE_COLOR, VORONOI_DISTANCE, VORONOI_COLOR, VORONOI_POSITION, WAVE, WHITE_NOISE, WHITE_NOISE_COLOR, BRICK, BRICK_FACTOR, MAGIC,
@@ -105,6 +105,7 @@ struct MaterialProgram {
   float matte = 0.0f;                                    // matte_id of the name
   bool volume_varies = false;                            // from place to place inside
   bool has_subsurface = false;                           // light may wander below the surface
+  bool looks_at_own_object = false;                      // nodes trace rays that meet nothing else
   bool has_volume = false;                               // light is absorbed, scattered or emitted inside
   bool may_be_transparent = false;                       // a shadow ray may pass: has transparent / alpha closures
   bool may_emit = false;

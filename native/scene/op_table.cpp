@@ -90,6 +90,11 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"LAYER_WEIGHT_FACING", "fv", 'f', 0, false},  // blend, normal
     {"WIREFRAME", "f", 'f', 2, false},              // width of a line; [whether in pixels, else metres; shift]: 1 within half of
                                                    // it from an edge of a triangle, else 0
+    // Both trace rays, and where there is nothing to trace them in (environment, lamps, media, displacement) return
+    // 1 or the normal. AMBIENT_OCCLUSION: distance (nothing is met up to one of 0), normal; [rays, inside: of the other
+    // side, only of the object itself]. BEVEL: radius, shading normal to return where there is no other; [rays].
+    {"AMBIENT_OCCLUSION", "fv", 'f', 3, false},
+    {"BEVEL", "fv", 'v', 1, false},
     // Textures.
     // vector, shading normal for BOX; [image index, interpolation: 0 LINEAR 1 CLOSEST 2 CUBIC, extension: 0 REPEAT 1 EXTEND 2 CLIP 3 MIRROR,
     // projection: 0 FLAT 2 SPHERE 3 TUBE; 1 BOX with the blend factor in percent in bits 8 to 15;

@@ -25,8 +25,9 @@ constexpr ParameterRule kName{ParameterKind::ATTRIBUTE_NAME, 0, 0};
 constexpr ParameterRule kImage{ParameterKind::IMAGE, -1, 0};
 constexpr ParameterRule kDimensions = range(1, 4);
 constexpr ParameterRule kDistribution = up_to(3);
-constexpr int kMaxFrequency = 99;         // of brick rows; Blender's limit
-constexpr int kMaxThousandths = 1000000;  // of brick offset and squash
+constexpr ParameterRule kRays = range(1, 128);  // Blender's limit
+constexpr int kMaxFrequency = 99;               // of brick rows; Blender's limit
+constexpr int kMaxThousandths = 1000000;        // of brick offset and squash
 constexpr int kBoxProjection = 1;
 constexpr int kMaxBlendPercent = 100;
 constexpr int kMaxProjectionBits = (1 << 17) - 1;
@@ -73,6 +74,10 @@ ParameterRules parameter_rules(Op op) {
     case Op::BUMP:
     case Op::WIREFRAME:
       return {kFlag, kShift};
+    case Op::AMBIENT_OCCLUSION:
+      return {kRays, kFlag, kFlag};
+    case Op::BEVEL:
+      return {kRays};
     case Op::MIX_COLOR:
       return {up_to(18), kFlag, kFlag};
     case Op::MAP_RANGE:

@@ -6,6 +6,7 @@
 #include "shading/nodes_math.h"
 #include "shading/nodes_noise.h"
 #include "shading/nodes_pattern.h"
+#include "shading/nodes_rays.h"
 #include "shading/nodes_sky.h"
 #include "shading/nodes_vector.h"
 #include "shading/nodes_voronoi.h"
@@ -119,8 +120,12 @@ Vec3 evaluate_vector(const Instruction& instruction, const Vec3* in, const NodeC
       return broadcast(layer_weight_fresnel_node(c.point, in[0].x, in[1]));
     case Op::LAYER_WEIGHT_FACING:
       return broadcast(layer_weight_facing_node(c.point, in[0].x, in[1]));
-    default:  // WIREFRAME
+    case Op::WIREFRAME:
       return broadcast(wireframe_node(c, in[0].x, p[0] != 0, unpack_bump_shift(p[1])));
+    case Op::AMBIENT_OCCLUSION:
+      return broadcast(ambient_occlusion_node(c, {p[0], p[1] != 0, p[2] != 0}, in[0].x, in[1]));
+    default:  // BEVEL
+      return bevel_node(c, p[0], in[0].x, in[1]);
   }
 }
 

@@ -72,22 +72,23 @@ void run_aovs(const NodeContext& context, const TakeAov& take) {
 
 }  // namespace
 
-Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const PathState& path) {
+Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const PathState& path, const Accel* accel) {
   Bsdf bsdf;
   bsdf.ng = point.ng;
   bsdf.ns = point.ns;
   bsdf.wo = point.wo;
   const MaterialProgram* program = find_program(scene, point.material);
   if (program == nullptr) return bsdf;
-  run({scene, *program, point, path}, program->instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
-    add_closure(bsdf, closure.op, in, closure.parameters, point);
-  });
+  run({.scene = scene, .program = *program, .point = point, .path = path, .accel = accel}, program->instructions,
+      [&](const Instruction& closure, std::span<const Vec3> in) {
+        add_closure(bsdf, closure.op, in, closure.parameters, point);
+      });
   if (bsdf.subsurface_count > 0) keep_on_strands(scene, point, bsdf);
   return bsdf;
 }
 
-Bsdf evaluate_exit(const Scene& scene, const SurfacePoint& point, const PathState& path) {
-  const Bsdf material = evaluate_material(scene, point, path);
+Bsdf evaluate_exit(const Scene& scene, const SurfacePoint& point, const PathState& path, const Accel* accel) {
+  const Bsdf material = evaluate_material(scene, point, path, accel);
   Vec3 n;
   for (int i = 0; i < material.subsurface_count; ++i) {
     const Subsurface& subsurface = material.subsurfaces[static_cast<size_t>(i)];
@@ -102,10 +103,10 @@ Bsdf evaluate_exit(const Scene& scene, const SurfacePoint& point, const PathStat
   return bsdf;
 }
 
-Rgb evaluate_emission(const Scene& scene, const SurfacePoint& point, const PathState& path) {
+Rgb evaluate_emission(const Scene& scene, const SurfacePoint& point, const PathState& path, const Accel* accel) {
   const MaterialProgram* program = find_program(scene, point.material);
   if (program == nullptr || !program->may_emit) return {};
-  return run_emission({scene, *program, point, path});
+  return run_emission({.scene = scene, .program = *program, .point = point, .path = path, .accel = accel});
 }
 
 Rgb evaluate_lamp_emission(const Scene& scene, const Instance& object, const SurfacePoint& point,
@@ -115,12 +116,12 @@ Rgb evaluate_lamp_emission(const Scene& scene, const Instance& object, const Sur
   return run_emission({scene, *program, point, path, false, &object});
 }
 
-Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const PathState& path) {
+Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const PathState& path, const Accel* accel) {
   const MaterialProgram* program = find_program(scene, point.material);
   if (program == nullptr || !program->may_be_transparent) return {};
   Rgb transparency;
-  run({scene, *program, point, path}, program->transparency_instructions,
-      [&](const Instruction& closure, std::span<const Vec3> in) {
+  run({.scene = scene, .program = *program, .point = point, .path = path, .accel = accel},
+      program->transparency_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
         transparency += closure_transparency(closure.op, in, closure.parameters, point);
       });
   return transparency;
@@ -174,9 +175,11 @@ void add_environment_medium(Medium& medium, const Scene& scene, const PathState&
   run_medium({scene, *program, point, path, true}, 1.0f, medium);
 }
 
-void evaluate_aovs(const Scene& scene, const SurfacePoint& point, const PathState& path, const TakeAov& take) {
+void evaluate_aovs(const Scene& scene, const SurfacePoint& point, const PathState& path, const TakeAov& take,
+                   const Accel* accel) {
   const MaterialProgram* program = find_program(scene, point.material);
-  if (program != nullptr) run_aovs({scene, *program, point, path}, take);
+  if (program != nullptr)
+    run_aovs({.scene = scene, .program = *program, .point = point, .path = path, .accel = accel}, take);
 }
 
 void evaluate_environment_aovs(const Scene& scene, Vec3 direction, const PathState& path, const TakeAov& take) {

@@ -8,22 +8,26 @@
 namespace cistern {
 
 /// Runs the program of `point.material` and builds the BSDF. A missing material (-1) is black. Non-finite results
-/// of node arithmetic become 0. Pure: depends on nothing but its arguments.
-Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const PathState& path);
+/// of node arithmetic become 0. Pure: depends on nothing but its arguments. `accel`, of the scene, is what nodes trace
+/// rays in (nodes_rays.h); null where it is not there yet: they meet nothing.
+Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const PathState& path,
+                       const Accel* accel = nullptr);
 
 /// Where light leaves that wandered below the surface: a Lambert lobe of albedo 1 around the normal that the
 /// subsurfaces of the point have, or else the interpolated one.
-Bsdf evaluate_exit(const Scene& scene, const SurfacePoint& point, const PathState& path);
+Bsdf evaluate_exit(const Scene& scene, const SurfacePoint& point, const PathState& path, const Accel* accel = nullptr);
 
 /// Only what is emitted towards wo: same value as evaluate_material(...).emission, cheaper.
-Rgb evaluate_emission(const Scene& scene, const SurfacePoint& point, const PathState& path);
+Rgb evaluate_emission(const Scene& scene, const SurfacePoint& point, const PathState& path,
+                      const Accel* accel = nullptr);
 
 /// What the program of a lamp makes of its light. `object` stands for the lamp: it has a transform and no mesh.
 Rgb evaluate_lamp_emission(const Scene& scene, const Instance& object, const SurfacePoint& point,
                            const PathState& path);
 
 /// Only what passes straight through: same as evaluate_material(...).transparency.
-Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const PathState& path);
+Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const PathState& path,
+                          const Accel* accel = nullptr);
 
 /// Radiance arriving from `direction` (unit, away from the scene) by the environment's program; black without one.
 Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& path);
@@ -48,7 +52,8 @@ struct AovValues {
 };
 using TakeAov = std::function<void(const AovValues&)>;
 /// Hands over each that the program of `point.material` has.
-void evaluate_aovs(const Scene& scene, const SurfacePoint& point, const PathState& path, const TakeAov& take);
+void evaluate_aovs(const Scene& scene, const SurfacePoint& point, const PathState& path, const TakeAov& take,
+                   const Accel* accel = nullptr);
 /// The same of the environment's program, seen in `direction` as evaluate_environment has it.
 void evaluate_environment_aovs(const Scene& scene, Vec3 direction, const PathState& path, const TakeAov& take);
 

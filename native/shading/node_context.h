@@ -15,6 +15,7 @@ struct NodeContext {
   const Instance* lamp = nullptr;  // the object of a lamp, of which `point` is a point: there is no mesh
   bool is_inside = false;          // `point` is in the medium inside the instance: on no triangle of its mesh
   bool is_undisplaced = false;     // positions are those before displacement
+  const Accel* accel = nullptr;    // what nodes trace rays in; null: they meet nothing
 
   bool has_mesh() const { return !is_environment && !is_inside && lamp == nullptr; }
   const Instance& instance() const { return lamp != nullptr ? *lamp : scene.instances[point.instance]; }

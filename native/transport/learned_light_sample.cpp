@@ -20,7 +20,8 @@ float draw(const PathContext& context, const LearnedLights::Chooser& chooser, co
   const auto choice = context.learned->lights->choose(chooser, u_cluster, u_within, u_light);
   if (!choice) return 0.0f;
   const RayCone cone{vertex.point.footprint, context.pixel.angle};
-  const auto light = context.lights.evaluate(choice->sample, vertex.point.position, vertex.scattered, cone);
+  const auto light =
+      context.lights.evaluate(choice->sample, vertex.point.position, vertex.scattered, cone, &context.accel);
   if (!light) return 0.0f;
   out.emitter = choice->sample.emitter;
   out.light = *light;

@@ -81,7 +81,7 @@ class Walk {
     set_footprint(point, context_.pixel.size + context_.pixel.angle * path_length_, context_.scene, state_);
     NestedCellKey cell = kNoNestedCell;
     if constexpr (Kind::learns) cell = guide_cell(context_, point);
-    Bsdf bsdf = evaluate_material(context_.scene, point, state_);
+    Bsdf bsdf = evaluate_material(context_.scene, point, state_, &context_.accel);
     if constexpr (Kind::captures) {
       if (can_be_visible_point(bsdf)) bsdf.rough_sampling = capture_.out->rough_sampling;
     }
@@ -392,7 +392,7 @@ class Walk {
     if (is_black(throughput_.worth())) return false;
     SurfacePoint point = make_surface_point(context_.scene, exit->ray, exit->hit);
     set_footprint(point, entry.footprint, context_.scene, state_);
-    const Bsdf bsdf = evaluate_exit(context_.scene, point, state_);
+    const Bsdf bsdf = evaluate_exit(context_.scene, point, state_, &context_.accel);
     if (!bsdf.scatters()) return false;
     add_light_samples(point, bsdf, 1.0f);
     return scatter(point, bsdf, 1.0f);

@@ -112,7 +112,7 @@ inline void Walk<Kind>::add_surfaces_past_blockers(PathState receiver) {
     SurfacePoint point = make_surface_point(context_.scene, ray, *hit);
     point.footprint = context_.pixel.size + context_.pixel.angle * (path_length_ + hit->t);
     arriving.ray_length = hit->t;
-    const Rgb emission = evaluate_emission(context_.scene, point, arriving);
+    const Rgb emission = evaluate_emission(context_.scene, point, arriving, &context_.accel);
     if (is_black(emission)) continue;
     const std::optional<uint32_t> emitter = context_.lights.emitter_of(point.instance, point.triangle);
     const float pdf = emitter && mis_receiver_ ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
@@ -189,7 +189,7 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
       context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light, scattered.light_set);
   if (!choice) return;
   const RayCone cone{point.footprint, context_.pixel.angle};
-  const auto light = context_.lights.evaluate(choice->sample, point.position, scattered, cone);
+  const auto light = context_.lights.evaluate(choice->sample, point.position, scattered, cone, &context_.accel);
   if (!light) return;
   const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
   const bool keeps_light = use.sample_point_of && !leaves_rough;  // others may reflect what this path does not

@@ -149,7 +149,8 @@ inline void Walk<Kind>::add_light_in_medium(const Sample& sample_inside, const P
   scattered.is_singular = false;
   scattered.set_receiver(light_set);
   const float footprint = context_.pixel.size + context_.pixel.angle * (path_length_ + media_.begin + distance);
-  const auto light = context_.lights.evaluate(light_sample, position, scattered, {footprint, context_.pixel.angle});
+  const auto light =
+      context_.lights.evaluate(light_sample, position, scattered, {footprint, context_.pixel.angle}, &context_.accel);
   if (!light || !(light->visibility & kVisibleToVolume)) return;
   const Medium medium = varies ? context_.media->at(media_.segment, state_, position) : media_.segment.even;
   if (!medium.scatters()) return;
@@ -210,7 +211,7 @@ inline void Walk<Kind>::record_surface_behind(std::optional<Hit> hit) {
     state.ray_length = length;
     SurfacePoint point = make_surface_point(context_.scene, ray, *hit);
     set_footprint(point, context_.pixel.size + context_.pixel.angle * length, context_.scene, state);
-    const Bsdf bsdf = evaluate_material(context_.scene, point, state);
+    const Bsdf bsdf = evaluate_material(context_.scene, point, state, &context_.accel);
     if (average(bsdf.transparency) <= kMostTransparency) return record_first_hit(point, bsdf);
     ray.t_max -= hit->t;
     ray.t_min = 0.0f;

@@ -63,7 +63,7 @@ Passage transparency_along(const PathContext& context, float footprint, Ray ray,
     SurfacePoint point = make_surface_point(context.scene, ray, *hit);
     state.ray_length += hit->t;
     set_footprint(point, cone.at(state.ray_length), context.scene, state);
-    passage.transmittance *= evaluate_transparency(context.scene, point, state);
+    passage.transmittance *= evaluate_transparency(context.scene, point, state, &context.accel);
     if (is_black(passage.transmittance)) return passage;
     ++state.transparent_depth;
     // Towards the same end, which steps off surfaces would otherwise push on.
@@ -117,7 +117,7 @@ Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone
     } else {
       if (++surfaces > most_surfaces) return Rgb(0.0f);
       set_footprint(point, cone.at(state.ray_length), context.scene, state);
-      result *= evaluate_transparency(context.scene, point, state);
+      result *= evaluate_transparency(context.scene, point, state, &context.accel);
       ++state.transparent_depth;
     }
     context.media->cross(media, point);

@@ -130,14 +130,15 @@ SurfacePoint surface_point(const VisiblePoint& visible) {
   return point;
 }
 
-Bsdf evaluate_material(const Scene& scene, const VisiblePoint& visible) {
-  Bsdf bsdf = evaluate_material(scene, surface_point(visible), visible.state);
+Bsdf evaluate_material(const Scene& scene, const VisiblePoint& visible, const Accel* accel) {
+  Bsdf bsdf = evaluate_material(scene, surface_point(visible), visible.state, accel);
   bsdf.rough_sampling = visible.rough_sampling;
   return bsdf;
 }
 
-KindColors rough_shares(const Scene& scene, const VisiblePoint& visible, Vec3 wi, uint8_t visibility) {
-  return shares_of(evaluate_kinds(evaluate_material(scene, visible), wi, visibility).rough);
+KindColors rough_shares(const Scene& scene, const VisiblePoint& visible, Vec3 wi, uint8_t visibility,
+                        const Accel* accel) {
+  return shares_of(evaluate_kinds(evaluate_material(scene, visible, accel), wi, visibility).rough);
 }
 
 }  // namespace cistern

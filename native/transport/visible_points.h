@@ -39,12 +39,13 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
 
 SurfacePoint surface_point(const VisiblePoint& visible);
 
-/// Its BSDF, evaluated again.
-Bsdf evaluate_material(const Scene& scene, const VisiblePoint& visible);
+/// Its BSDF, evaluated again: the same one, also where nodes trace rays (nodes_rays.h).
+Bsdf evaluate_material(const Scene& scene, const VisiblePoint& visible, const Accel* accel);
 
 /// Whether nothing has scattered the path before.
 inline bool is_first_vertex(const VisiblePoint& visible) { return visible.state.depth == 0; }
 /// By kinds, shares of what its rough lobes scatter of light from `wi`; `visibility` as evaluate_bsdf has it.
-KindColors rough_shares(const Scene& scene, const VisiblePoint& visible, Vec3 wi, uint8_t visibility);
+KindColors rough_shares(const Scene& scene, const VisiblePoint& visible, Vec3 wi, uint8_t visibility,
+                        const Accel* accel);
 
 }  // namespace cistern

@@ -136,6 +136,11 @@ class Compiler:
     def is_lamp(self) -> bool:
         return self.kind in (TreeKind.LAMP, TreeKind.AREA_LAMP)
 
+    @property
+    def traces_rays(self) -> bool:
+        """Whether nodes may: there is a surface to start from, and the scene is there."""
+        return self.is_surface and not (self.in_volume or self.moves_vertices)
+
     def warn(self, text: str) -> None:
         self._warnings[f"{self.owner}: {text}"] = None
 

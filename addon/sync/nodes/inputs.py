@@ -15,6 +15,7 @@ _PARTICLE_VECTORS = {"Location", "Velocity", "Angular Velocity"}
 _POWERS_OF_DISTANCE = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 DOT_PRODUCT, _LENGTH = VECTOR_MATH_VALUES.index("DOT_PRODUCT"), VECTOR_MATH_VALUES.index("LENGTH")
 _DIAGONAL = (3.0**-0.5,) * 3
+_DISTANCE_WITHOUT_WORLD = 10.0  # m
 DEFAULT_COLOR_ATTRIBUTE = "Color"  # Blender's name for a new colour attribute
 
 
@@ -253,8 +254,21 @@ def wireframe(node: NodeView, output: str) -> Value:
 
 @value_node("ShaderNodeAmbientOcclusion")
 def ambient_occlusion(node: NodeView, output: str) -> Value:
-    node.warn("Ambient Occlusion is not supported: everything counts as open")
-    return constant(1.0) if output == "AO" else node.value("Color")
+    color = node.value("Color")
+    if not node.compiler.traces_rays:
+        return constant(1.0) if output == "AO" else color
+    parameters = (node.node.samples, int(node.node.inside), int(node.node.only_local))
+    part = node.emit("AMBIENT_OCCLUSION", (_occlusion_distance(node), node.normal()), parameters)
+    return part if output == "AO" else node.vector_math("MULTIPLY", color, part).retyped(COLOR)
+
+
+def _occlusion_distance(node: NodeView) -> Value:
+    """Where the node shows 0, that of the world's Ambient Occlusion, or without a world Cycles' own."""
+    distance = node.value("Distance")
+    if node.linked("Distance") is not None or distance.constant[0] != 0.0:
+        return distance
+    of_world, *_, is_there = node.compiler.context.layer_value("light_settings.distance")
+    return constant(of_world if is_there else _DISTANCE_WITHOUT_WORLD)
 
 
 @value_node("ShaderNodeLightFalloff")

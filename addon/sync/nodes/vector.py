@@ -74,8 +74,14 @@ def bump_shift(step: int, filter_width: float) -> int:
 
 @value_node("ShaderNodeBevel")
 def bevel(node: NodeView, output: str) -> Value:
-    node.warn("Bevel is not supported: the shading normal is used")
-    return node.normal()
+    given, shading = node.normal(), node.shading_normal()
+    if not node.compiler.traces_rays:
+        return given
+    rounded = node.emit("BEVEL", (node.value("Radius"), shading), (node.node.samples,))
+    if given == shading:
+        return rounded
+    bent = node.vector_math("ADD", given, node.vector_math("SUBTRACT", rounded, shading))  # keeps what bends the normal
+    return node.vector_math("NORMALIZE", bent)
 
 
 @value_node("ShaderNodeNormal")

@@ -1,0 +1,145 @@
+#include "shading/nodes_rays.h"
+
+#include <array>
+#include <bit>
+
+#include "base/frame.h"
+#include "base/sobol.h"
+#include "base/warp.h"
+#include "shading/mesh_interpolation.h"
+
+namespace cistern {
+namespace {
+
+enum RayNode : uint32_t {
+  kOcclusion,
+  kBevel
+};  // sets of random numbers; all nodes of a kind have the same, as Cycles'
+
+/// Each point its own, see nodes_rays.h. Barycentric coordinates are finer than positions far from the origin.
+uint32_t seed_of(const SurfacePoint& point) {
+  const auto pair = [](float a, float b) {
+    return (uint64_t{std::bit_cast<uint32_t>(a)} << 32) | std::bit_cast<uint32_t>(b);
+  };
+  const uint64_t place = hash_combine(pair(point.position.x, point.position.y),
+                                      (uint64_t{std::bit_cast<uint32_t>(point.position.z)} << 32) | point.triangle);
+  return static_cast<uint32_t>(hash_combine(place, pair(point.barycentric.x, point.barycentric.y)) >> 32);
+}
+
+/// Rays are traced on meshes that are in an accel; alone, only in those of triangles.
+bool can_trace(const NodeContext& c, bool is_local) {
+  return c.accel != nullptr && c.has_mesh() && !(is_local && c.mesh().is_strands());
+}
+
+/// Where a probe through the disk of radius 1 passes it, with a density in proportion to (1 - r)^3: the r below which
+/// the part `u` of the probes lies, whose 1 - r = y is where (5 - 4 y) y^4 = 1 - u. Newton's steps from the inflection
+/// all go one way.
+float sample_disk_radius(float u) {
+  constexpr int kMostSteps = 12;
+  constexpr float kTolerance = 1e-6f;
+  const float above = 1.0f - u;
+  float y = 0.75f;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const float y2 = y * y, slope = 20.0f * y * y2 * (1.0f - y), excess = (5.0f - 4.0f * y) * y2 * y2 - above;
+    if (std::abs(excess) < kTolerance || !(slope > 0.0f)) break;
+    y = clamp01(y - excess / slope);
+  }
+  return 1.0f - y;
+}
+
+float disk_density(float r) { return r < 1.0f ? (1.0f - r) * (1.0f - r) * (1.0f - r) : 0.0f; }  // not normalised
+
+/// Normals of what lies within a radius, found by probes: lines across a ball, along the normal or one of two tangents.
+class BevelProbes {
+ public:
+  BevelProbes(const NodeContext& context, float radius) : c_(context), frame_(context.point.ng), radius_(radius) {}
+
+  void trace(Vec2 u) {
+    constexpr int kMostHits = 16;
+    const size_t along = u.x < kShares[0] ? 0 : (u.x < kShares[0] + kShares[1] ? 1 : 2);
+    constexpr std::array<float, 3> kBefore{0.0f, kShares[0], kShares[0] + kShares[1]};
+    const SineCosine azimuth = sine_cosine_of_turns((u.x - kBefore[along]) / kShares[along]);
+    const float r = sample_disk_radius(u.y), height = radius_ * safe_sqrt(1.0f - r * r);
+    const Vec3 axis = axes_[along], s = axes_[(along + 1) % 3], t = axes_[(along + 2) % 3];
+    Ray ray{c_.point.position + height * axis + (radius_ * r) * (azimuth.cosine * s + azimuth.sine * t), -axis, 0.0f,
+            2.0f * height};
+    for (int i = 0; i < kMostHits; ++i) {
+      const std::optional<Hit> hit = c_.accel->intersect_instance(ray, c_.point.instance);
+      if (!hit) return;
+      add(*hit, along, disk_density(r));
+      ray.t_min = std::nextafter(hit->t, INFINITY);
+    }
+  }
+
+  Vec3 sum() const { return sum_; }
+
+ private:
+  /// Of the probes, by axis; also what their densities on a surface are in proportion to, with the cosine.
+  static constexpr std::array<float, 3> kShares{0.5f, 0.25f, 0.25f};
+
+  void add(const Hit& hit, size_t along, float density) {
+    const Instance& instance = c_.instance();
+    const Vec3 ng = normalize_or(hit.normal, {});
+    float squares = 0.0f;
+    for (size_t i = 0; i < axes_.size(); ++i) squares += probe_density(i, ng) * probe_density(i, ng);
+    if (!(squares > 0.0f) || !(density > 0.0f)) return;
+    const Mesh& mesh = c_.mesh();
+    const Vec2 barycentric{hit.u, hit.v};
+    const Vec3 place = instance.object_to_world.point(interpolate_position(mesh, hit.triangle, barycentric));
+    const float wanted = disk_density(length(place - c_.point.position) / radius_);
+    Vec3 n = ng;
+    if (mesh.normals_domain != Domain::FACE && !mesh.normals.empty())
+      n = normalize_or(transform_normal(instance.object_to_world, blend_normals(mesh, hit.triangle, barycentric)), ng);
+    sum_ += (probe_density(along, ng) / squares * wanted / density) * n;
+  }
+  float probe_density(size_t along, Vec3 ng) const { return kShares[along] * std::abs(dot(axes_[along], ng)); }
+
+  const NodeContext& c_;
+  Frame frame_;
+  std::array<Vec3, 3> axes_{frame_.n, frame_.s, frame_.t};
+  float radius_;
+  Vec3 sum_;
+};
+
+}  // namespace
+
+float ambient_occlusion_node(const NodeContext& context, const OcclusionSettings& settings, float distance,
+                             Vec3 normal) {
+  if (!(distance > 0.0f) || !can_trace(context, settings.is_local)) return 1.0f;
+  const SurfacePoint& point = context.point;
+  const Vec3 n = normalize_or(normal, point.ns);
+  const Frame frame(settings.is_inside ? -n : n);
+  const uint32_t seed = seed_of(point);
+  constexpr int kPacket = 8;
+  std::array<Ray, kPacket> rays;
+  std::array<bool, kPacket> is_blocked;
+  int blocked = 0;
+  for (int begin = 0; begin < settings.rays; begin += kPacket) {
+    const int count = std::min(kPacket, settings.rays - begin);
+    for (int i = 0; i < count; ++i) {
+      const Vec2 u = sobol_point(static_cast<uint32_t>(begin + i), kOcclusion, seed).pair;
+      const Vec3 direction = normalize(frame.to_world(square_to_cosine_hemisphere(u)));
+      const Vec3 origin = offset_origin(point.position, point.clearance, point.ng, direction);
+      Ray& ray = rays[static_cast<size_t>(i)];
+      ray = {origin, direction, 0.0f, distance};
+      if (settings.is_local)
+        is_blocked[static_cast<size_t>(i)] = context.accel->obstructed_by_instance(ray, point.instance);
+    }
+    const auto used = static_cast<size_t>(count);
+    if (!settings.is_local) context.accel->obstructed({rays.data(), used}, kVisibleToShadow, {is_blocked.data(), used});
+    blocked += static_cast<int>(std::count(is_blocked.begin(), is_blocked.begin() + count, true));
+  }
+  return 1.0f - static_cast<float>(blocked) / static_cast<float>(settings.rays);
+}
+
+Vec3 bevel_node(const NodeContext& context, int probes, float radius, Vec3 normal) {
+  if (!(radius > 0.0f) || !std::isfinite(radius) || !can_trace(context, true)) return normal;
+  BevelProbes found(context, radius);
+  const uint32_t seed = seed_of(context.point);
+  for (int i = 0; i < probes; ++i) found.trace(sobol_point(static_cast<uint32_t>(i), kBevel, seed).pair);
+  const Vec3 mean = normalize_or(found.sum(), {});
+  if (mean == Vec3{}) return normal;
+  return context.point.is_backface ? -mean : mean;
+}
+
+}  // namespace cistern

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "shading/node_context.h"
+
+namespace cistern {
+
+// Nodes that look around a point with rays. Numbers are those of op_table.cpp.
+//
+// Their random numbers are a hash of where the point lies on its mesh, and of nothing else: not of the path, the pixel,
+// the frame or the thread. So what they make is one fixed texture of very fine grain, and everything that holds of
+// textures holds of them: whoever evaluates a point again, from another place, in another frame or for another pixel,
+// finds the same material there, as resampling and MIS weights need; and as no two samples of a picture fall on the
+// same point, its pixels are the means over many grains, without bias. Cycles takes the numbers of the path.
+//
+// Departures from Cycles: shadow rays and samples of mesh lights see what scattered rays see, where Cycles' see 1 and
+// the normal, so that its pictures depend on how its light samples are weighed; and Bevel is the same for all rays,
+// where Cycles takes it away from those that rough lobes have scattered.
+
+/// What Blender calls Samples, Inside and Only Local.
+struct OcclusionSettings {
+  int rays = 16;
+  bool is_inside = false, is_local = false;
+};
+
+/// Part of the cosine-weighted hemisphere around `normal`, or opposite to it, that meets nothing up to `distance`, in
+/// metres. Whatever shadow rays see blocks, opaque or not. 1 where the distance is not above 0.
+float ambient_occlusion_node(const NodeContext& context, const OcclusionSettings& settings, float distance,
+                             Vec3 normal);
+
+/// Mean of the shading normals, on the side of the point, of what the object has within `radius`, in metres: as if its
+/// edges were round. `normal` where nothing is found, or the radius is not above 0. [Christensen and Burley 2015,
+/// Approximate Reflectance Profiles for Efficient Subsurface Scattering; King et al. 2013, BSSRDF Importance Sampling:
+/// probes along three axes, of which the balance is by the power heuristic]
+Vec3 bevel_node(const NodeContext& context, int probes, float radius, Vec3 normal);
+
+}  // namespace cistern

@@ -1,0 +1,159 @@
+"""Nodes that trace rays, Ambient Occlusion and Bevel, against Cycles: what they return as what shines, so that the noise
+is theirs alone, and as what light falls on. Each comparison raises a false alarm with probability 0.01."""
+
+import math
+from collections.abc import Callable
+
+import bmesh
+import bpy
+import pytest
+
+from tests.support import blender_scenes as build
+from tests.support.engines import compare_with_cycles
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+Fill = Callable[[bpy.types.NodeTree], bpy.types.NodeSocket]
+
+
+def glow(name: str, fill: Fill) -> bpy.types.Material:
+    return build.material(name, lambda tree: build.shader(tree, "ShaderNodeEmission", Color=fill(tree)).outputs[0])
+
+
+def occlusion(samples: int = 16, is_inside: bool = False, is_local: bool = False, output: str = "AO", **inputs) -> Fill:
+    def fill(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        node = build.shader(tree, "ShaderNodeAmbientOcclusion", **inputs)
+        node.samples, node.inside, node.only_local = samples, is_inside, is_local
+        return node.outputs[output]
+
+    return fill
+
+
+def bevel(radius: float = 0.2, samples: int = 4) -> Fill:
+    def fill(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        node = build.shader(tree, "ShaderNodeBevel", Radius=radius)
+        node.samples = samples
+        return node.outputs[0]
+
+    return fill
+
+
+def shown_normal(fill: Fill) -> Fill:
+    """Half of it above a half: between 0 and 1."""
+
+    def shown(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        node = build.shader(tree, "ShaderNodeVectorMath", Vector=fill(tree))
+        node.operation = "MULTIPLY_ADD"
+        node.inputs[1].default_value = node.inputs[2].default_value = (0.5, 0.5, 0.5)
+        return node.outputs[0]
+
+    return shown
+
+
+def add_shape(scene, make, surface, location=(0.0, 0.0, 0.0), scale=(1.0, 1.0, 1.0), smooth=False, turn=0.4):
+    shape = bmesh.new()
+    make(shape)
+    result = bpy.data.objects.new("shape", bpy.data.meshes.new("shape"))
+    for face in shape.faces:
+        face.smooth = smooth
+    shape.to_mesh(result.data)
+    shape.free()
+    result.location, result.scale, result.rotation_euler = location, scale, (0.0, 0.0, turn)
+    result.data.materials.append(surface)
+    scene.collection.objects.link(result)
+    return result
+
+
+def add_head(scene, surface, **place):
+    return add_shape(scene, bmesh.ops.create_monkey, surface, **place)
+
+
+def add_cube(scene, surface, **place):
+    return add_shape(scene, lambda shape: bmesh.ops.create_cube(shape, size=1.0), surface, **place)
+
+
+def shapes(scene: bpy.types.Scene, surface: bpy.types.Material) -> bpy.types.Scene:
+    """A floor, a cube, a smooth head and a mirrored flat one; a card of clear glass leans over."""
+    build.add_floor(scene, surface)
+    add_cube(scene, surface, location=(-1.2, -0.4, 0.5))
+    add_head(scene, surface, location=(0.3, 0.4, 0.8), scale=(0.8, 0.8, 0.8), smooth=True)
+    add_head(scene, surface, location=(1.6, -0.3, 0.5), scale=(-0.6, 0.5, 0.7))
+    clear = build.material("clear", lambda tree: build.shader(tree, "ShaderNodeBsdfTransparent").outputs[0])
+    card = build.add_mesh(scene, "card", [(-2, 0, 0), (-2, 1.5, 0), (-2, 1.5, 2), (-2, 0, 2)], [(0, 1, 2, 3)], clear)
+    card.rotation_euler = (0.0, 0.5, 0.0)
+    build.add_camera(scene, (0.0, -5.0, 2.5), (math.radians(66), 0.0, 0.0), lens=45.0)
+    return scene
+
+
+def set_world_distance(scene: bpy.types.Scene, distance: float) -> None:
+    build.set_world(scene, strength=0.0).light_settings.distance = distance
+
+
+OCCLUSIONS = {
+    "far": occlusion(Distance=100.0),
+    "near": occlusion(Distance=0.4),
+    "one ray": occlusion(samples=1, Distance=1.0),
+    "inside": occlusion(is_inside=True, Distance=0.5),
+    "local": occlusion(is_local=True, Distance=0.7),
+    "inside and local": occlusion(is_inside=True, is_local=True, Distance=0.3, output="Color", Color=(0.9, 0.5, 0.2, 1)),
+    "of the world": occlusion(Distance=0.0),
+    "below 0": occlusion(Distance=-1.0),
+}
+
+
+@pytest.mark.parametrize("kind", OCCLUSIONS)
+def test_occlusion_is_the_same(empty_scene, kind):
+    set_world_distance(empty_scene, 0.6)
+    result = compare_with_cycles(shapes(empty_scene, glow("open", OCCLUSIONS[kind])))
+    print(kind, result)
+    assert result.agrees
+
+
+@pytest.mark.parametrize("kind", ["near", "local", "inside"])
+def test_a_distance_five_per_cent_too_large_is_seen(empty_scene, kind):
+    """Planted: in the picture of Cycles."""
+
+    def widen(scene: bpy.types.Scene) -> None:
+        node = next(n for n in bpy.data.materials["open"].node_tree.nodes if n.type == "AMBIENT_OCCLUSION")
+        node.inputs["Distance"].default_value *= 1.05
+
+    set_world_distance(empty_scene, 0.6)
+    result = compare_with_cycles(shapes(empty_scene, glow("open", OCCLUSIONS[kind])), plant=widen)
+    print(kind, result)
+    assert not result.agrees
+
+
+@pytest.mark.parametrize(("radius", "samples"), [(0.1, 4), (0.3, 16), (0.02, 2)])
+def test_bevelled_normals_are_the_same(empty_scene, radius, samples):
+    result = compare_with_cycles(shapes(empty_scene, glow("bevel", shown_normal(bevel(radius, samples)))))
+    print(radius, samples, result)
+    assert result.agrees
+
+
+def test_a_radius_a_tenth_too_large_is_seen(empty_scene):
+    """Planted: in the picture of Cycles."""
+
+    def widen(scene: bpy.types.Scene) -> None:
+        node = next(n for n in bpy.data.materials["bevel"].node_tree.nodes if n.type == "BEVEL")
+        node.inputs["Radius"].default_value *= 1.1
+
+    surface = glow("bevel", shown_normal(bevel(0.1)))
+    result = compare_with_cycles(shapes(empty_scene, surface), plant=widen)
+    print(result)
+    assert not result.agrees
+
+
+def lit(fill: Fill, name: str) -> bpy.types.Material:
+    return build.material(
+        name, lambda tree: build.shader(tree, "ShaderNodeBsdfPrincipled", **{name: fill(tree)}).outputs[0]
+    )
+
+
+@pytest.mark.parametrize("name", ["Base_Color", "Normal"])
+def test_lit_surfaces_are_the_same(empty_scene, name):
+    fill = bevel(0.15) if name == "Normal" else occlusion(Distance=0.5)
+    scene = shapes(empty_scene, lit(fill, name))
+    build.add_light(scene, "POINT", (1.0, -2.0, 3.0), energy=300.0, shadow_soft_size=0.1)
+    result = compare_with_cycles(scene)
+    print(name, result)
+    assert result.agrees
