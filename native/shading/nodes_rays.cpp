@@ -47,6 +47,9 @@ float sample_disk_radius(float u) {
   return 1.0f - y;
 }
 
+/// In metres. Embree ends the process for rays that are far away, also in the space of a very small object.
+constexpr float kMostRadius = 1e5f;
+
 float disk_density(float r) { return r < 1.0f ? (1.0f - r) * (1.0f - r) * (1.0f - r) : 0.0f; }  // not normalised
 
 /// Normals of what lies within a radius, found by probes: lines across a ball, along the normal or one of two tangents.
@@ -134,7 +137,7 @@ float ambient_occlusion_node(const NodeContext& context, const OcclusionSettings
 
 Vec3 bevel_node(const NodeContext& context, int probes, float radius, Vec3 normal) {
   if (!(radius > 0.0f) || !std::isfinite(radius) || !can_trace(context, true)) return normal;
-  BevelProbes found(context, radius);
+  BevelProbes found(context, std::min(radius, kMostRadius));
   const uint32_t seed = seed_of(context.point);
   for (int i = 0; i < probes; ++i) found.trace(sobol_point(static_cast<uint32_t>(i), kBevel, seed).pair);
   const Vec3 mean = normalize_or(found.sum(), {});

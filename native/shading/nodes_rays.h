@@ -28,9 +28,9 @@ float ambient_occlusion_node(const NodeContext& context, const OcclusionSettings
                              Vec3 normal);
 
 /// Mean of the shading normals, on the side of the point, of what the object has within `radius`, in metres: as if its
-/// edges were round. `normal` where nothing is found, or the radius is not above 0. [Christensen and Burley 2015,
-/// Approximate Reflectance Profiles for Efficient Subsurface Scattering; King et al. 2013, BSSRDF Importance Sampling:
-/// probes along three axes, of which the balance is by the power heuristic]
+/// edges were round, by weights that fall as (1 - r / radius)^3. `normal` where nothing is found, or the radius is not
+/// above 0. [King et al. 2013, BSSRDF Importance Sampling: probes along three axes, weighed by multiple importance
+/// sampling]; the weights and the shares of the axes are Cycles'.
 Vec3 bevel_node(const NodeContext& context, int probes, float radius, Vec3 normal);
 
 }  // namespace cistern

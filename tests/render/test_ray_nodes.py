@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tests.render.test_path_reuse import Answers, members_of, values
 from tests.support.core_scenes import SceneDescription, principled, render, replicas
-from tests.support.ray_node_scenes import SCENES, plain_room, shining_normal, shining_occlusion
+from tests.support.ray_node_scenes import SCENES, shining_normal, shining_occlusion
 from tests.support.statistics import Comparison, compare_replicas, compare_to_value, sidak
 
 REPLICAS = 16

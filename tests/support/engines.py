@@ -97,9 +97,10 @@ def compare_with_cycles(
     plant: Callable[[bpy.types.Scene], None] | None = None,
     floor: float = 0.0,
     preset: str = "PATH_TRACING",
+    bounces: int = BOUNCES,
 ) -> Comparison:
     """Cistern against Cycles. `plant` changes the scene before Cycles renders it: a planted bug."""
-    prepare(scene, *size)
+    prepare(scene, *size, bounces)
     scene.cistern.preset = preset
     ours = replicas(scene, "CISTERN", count, samples, blocks)
     if plant:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cistern_core as core
 
-from tests.support.core_scenes import Color, SceneDescription, principled
+from tests.support.core_scenes import Color, SceneDescription
 from tests.support.path_scenes import GRAY, GREEN, lamp_to_ceiling, room
 
 Operand = object
@@ -114,15 +114,6 @@ def bevelled_room() -> core.Scene:
     add_block(scene, (0.35, 0.3, 0.4), (-0.45, 0.2, 0.4), rounded((0.8, 0.5, 0.3), 0.25, 1.0))
     add_block(scene, (0.3, 0.3, 0.3), (0.45, -0.1, 0.3), rounded((0.5, 0.6, 0.8), 0.2, 0.3))
     scene.add_quad((-0.9, -0.9, 0.05), (0.6, 0, 0), (0, 0.6, 0), GRAY, name="card")
-    return scene.snapshot()
-
-
-def plain_room() -> core.Scene:
-    """No node traces rays."""
-    scene = SceneDescription()
-    room(scene)
-    lamp_to_ceiling(scene)
-    add_block(scene, (0.3, 0.3, 0.3), (0.4, -0.1, 0.3), principled((0.5, 0.6, 0.8), specular=0.5, roughness=0.3))
     return scene.snapshot()
 
 

@@ -78,6 +78,7 @@ TEST(Accel, TracesOneInstanceAlone) {
       if (expected.edge_distance < 1e-4) continue;
       const std::optional<Hit> hit = accel->intersect_instance(ray, instance);
       ASSERT_EQ(hit.has_value(), std::isfinite(expected.t)) << i << " " << instance;
+      EXPECT_EQ(accel->obstructed_by_instance(ray, instance), hit.has_value());
       if (!hit) continue;
       ++hits;
       EXPECT_EQ(hit->instance, instance);
@@ -105,6 +106,9 @@ TEST(Accel, AgreesWithBruteForce) {
     for (uint32_t k = 0; k < 4; ++k) intersect_reference(*scene, ray, k, expected);
     const std::optional<Hit> hit = accel->intersect(ray, kVisibleToCamera);
     ASSERT_EQ(accel->occluded(ray), hit.has_value());
+    bool is_obstructed = !hit;
+    accel->obstructed({&ray, 1}, kVisibleToCamera, {&is_obstructed, 1});
+    ASSERT_EQ(is_obstructed, hit.has_value());
     if (hit && expected.t < INFINITY && hit->triangle == expected.triangle && hit->instance == expected.instance) {
       ++hits;
       EXPECT_NEAR(hit->t, expected.t, 1e-4 * (1.0 + expected.t));
@@ -190,6 +194,9 @@ TEST(Accel, TransparentCastersAreApart) {
   EXPECT_FALSE(accel->occluded(ray));
   ASSERT_TRUE(accel->intersect_transparent(ray));
   EXPECT_EQ(accel->intersect_transparent(ray)->instance, 0u);
+  bool is_obstructed = false;
+  accel->obstructed({&ray, 1}, kVisibleToShadow, {&is_obstructed, 1});
+  EXPECT_TRUE(is_obstructed);
   EXPECT_FALSE(accel->occluded(ray, kVisibleToDiffuse));
   EXPECT_TRUE(accel->intersect_transparent(ray, kVisibleToDiffuse));
   ray.t_max = 10.0f;
