@@ -36,6 +36,14 @@ def read_attribute(kind: str, name: str) -> None:
     read("ShaderNodeAttribute", "Color", attribute_type=kind, attribute_name=name)
 
 
+def occlude_as_the_world() -> None:
+    read("ShaderNodeAmbientOcclusion", "Color")
+    for surface in bpy.data.materials:
+        for node in surface.node_tree.nodes if surface.node_tree else ():
+            if node.type == "AMBIENT_OCCLUSION":
+                node.inputs["Distance"].default_value = 0.0
+
+
 EDITS = {
     "colour": (
         lambda: read("ShaderNodeObjectInfo", "Color"),
@@ -76,6 +84,10 @@ EDITS = {
     "property of a world": (
         lambda: read_attribute("VIEW_LAYER", "tint"),
         lambda: set_property(lambda: bpy.context.scene.world, 0.5),
+    ),
+    "distance of a world's occlusion": (
+        occlude_as_the_world,
+        lambda: setattr(bpy.context.scene.world.light_settings, "distance", 0.5),
     ),
 }
 
