@@ -10,6 +10,7 @@ import pytest
 
 from tests.support import blender_scenes as build
 from tests.support.engines import BOUNCES, compare_with_cycles
+from tests.support.slow_cases import marked
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
@@ -103,7 +104,7 @@ OCCLUSIONS = {
 }
 
 
-@pytest.mark.parametrize("kind", OCCLUSIONS)
+@pytest.mark.parametrize("kind", marked(OCCLUSIONS, {"far", "one ray", "inside", "below 0"}))
 def test_occlusion_is_the_same(empty_scene, kind):
     set_world_distance(empty_scene, 0.6)
     result = compare_with_cycles(shapes(empty_scene, glow("open", OCCLUSIONS[kind])))
@@ -197,7 +198,7 @@ LINKED = {
 }
 
 
-@pytest.mark.parametrize("kind", LINKED)
+@pytest.mark.parametrize("kind", marked(LINKED, {"occlusion", "height"}))
 def test_linked_inputs_are_the_same(empty_scene, kind):
     result = compare_with_cycles(shapes(empty_scene, glow("linked", LINKED[kind])))
     assert result.agrees, result
@@ -243,7 +244,7 @@ CORNERS = {
 }
 
 
-@pytest.mark.parametrize("kind", CORNERS)
+@pytest.mark.parametrize("kind", marked(CORNERS, {"bevel from inside", "no shadow", "fog"}))
 def test_corner_cases_are_the_same(empty_scene, kind):
     CORNERS[kind](empty_scene)
     result = compare_with_cycles(empty_scene)

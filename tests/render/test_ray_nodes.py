@@ -178,7 +178,22 @@ def compare(answers: Answers, name: str, scale: float = 1.0) -> Comparison:
     return compare_replicas(scale * sessions(name, 1, **members), reference(name), CASE_RATE)
 
 
-@pytest.mark.parametrize(("answers", "name"), CASES, ids=["-".join([*answers, name]) for answers, name in CASES])
+QUICK = [
+    (("NEE", "NEE", "CELL_SHARED"), "dirty_room"),
+    (("RESTIR", "NEE", "PATH"), "dirty_room"),
+    (("NEE", "CELL_RESERVOIRS", "PATH"), "bevelled_room"),
+    (("NEE", "NEE", "SCREEN_REUSE"), "bevelled_room"),
+    (("NEE", "NEE", "WORLD_REUSE"), "dirty_room"),
+]
+
+
+@pytest.mark.parametrize(
+    ("answers", "name"),
+    [
+        pytest.param(*case, id="-".join([*case[0], case[1]]), marks=() if case in QUICK else pytest.mark.slow)
+        for case in CASES
+    ],
+)
 def test_reuse_agrees_with_path_tracing(answers: Answers, name: str) -> None:
     result = compare(answers, name)
     assert result.agrees, result
