@@ -24,16 +24,18 @@ using Lanes = __m256;
 Lanes all(float v) { return _mm256_set1_ps(v); }
 Lanes select(Lanes if_clear, Lanes if_set, Lanes mask) { return _mm256_blendv_ps(if_clear, if_set, mask); }
 Lanes at_least(Lanes a, Lanes b) { return _mm256_cmp_ps(a, b, _CMP_GE_OQ); }
-Lanes sine_of(Lanes cosine) { return _mm256_sqrt_ps(_mm256_max_ps(all(1.0f) - cosine * cosine, all(0.0f))); }
+/// Of a right triangle with the square of the hypotenuse and the other cathetus.
+Lanes cathetus(Lanes square, Lanes other) { return _mm256_sqrt_ps(_mm256_max_ps(square - other * other, all(0.0f))); }
 
-/// cos(max(a - b, 0)) and, for the next step, its sine.
-struct AngleDifference {
+/// An angle by its cosine and sine, both times the same length.
+struct Angle {
   Lanes cosine, sine;
 };
-AngleDifference angle_difference(Lanes cos_a, Lanes sin_a, Lanes cos_b, Lanes sin_b) {
-  const Lanes is_within = at_least(cos_a, cos_b);
-  return {select(cos_a * cos_b + sin_a * sin_b, all(1.0f), is_within),
-          select(sin_a * cos_b - cos_a * sin_b, all(0.0f), is_within)};
+/// max(a - b, 0), times both lengths.
+Angle angle_difference(const Angle& a, Lanes length_a, const Angle& b, Lanes length_b) {
+  const Lanes is_within = at_least(a.cosine * length_b, b.cosine * length_a);
+  return {select(a.cosine * b.cosine + a.sine * b.sine, length_a * length_b, is_within),
+          select(a.sine * b.cosine - a.cosine * b.sine, all(0.0f), is_within)};
 }
 
 /// Estimates of the irradiance each child causes: intensity x cosine at the emitter x cosine at the receiver /
@@ -69,42 +71,39 @@ int find_lane(const Importances& weights, float target) {
   return lane;
 }
 
+/// Cosines and sines come times the distance, or both distances of a product: nothing waits for its reciprocal.
 Importances importances(const Node& node, const Vec3& position, const Vec3& n) {
   const Lanes dx = _mm256_load_ps(node.center_x) - all(position.x);
   const Lanes dy = _mm256_load_ps(node.center_y) - all(position.y);
   const Lanes dz = _mm256_load_ps(node.center_z) - all(position.z);
   const Lanes d2 = _mm256_max_ps(dx * dx + dy * dy + dz * dz, all(kSmallestDistance2));
-  const Lanes inverse_d = all(1.0f) / _mm256_sqrt_ps(d2);
+  const Lanes d = _mm256_sqrt_ps(d2), inverse_d2 = all(1.0f) / d2;
   const Lanes signed_radius = _mm256_load_ps(node.radius);
   const Lanes sign_bit = all(-0.0f);
   const Lanes radius = _mm256_andnot_ps(sign_bit, signed_radius), r2 = radius * radius;
 
   // Half angle under which the receiver sees the bounding sphere; pi from inside.
   const Lanes is_inside = at_least(r2, d2);
-  const Lanes ratio = radius * inverse_d;
-  const Lanes cos_seen = select(sine_of(ratio), all(-1.0f), is_inside);
-  const Lanes sin_seen = select(ratio, all(0.0f), is_inside);
+  const Lanes cos_seen = select(cathetus(d2, radius), -d, is_inside);
+  const Lanes sin_seen = select(radius, all(0.0f), is_inside);
 
   // From the axis of the normals to the receiver, less the spread of the normals, less the extent of the cluster.
   const Lanes along =
       dx * _mm256_load_ps(node.axis_x) + dy * _mm256_load_ps(node.axis_y) + dz * _mm256_load_ps(node.axis_z);
-  const Lanes cos_one_sided = -along * inverse_d;
-  const Lanes cos_axis = select(cos_one_sided, _mm256_andnot_ps(sign_bit, cos_one_sided), signed_radius);
-  const Lanes cos_normals = _mm256_load_ps(node.cos_normals);
-  const AngleDifference off_normals =
-      angle_difference(cos_axis, sine_of(cos_axis), cos_normals, _mm256_load_ps(node.sin_normals));
-  const Lanes cos_out = angle_difference(off_normals.cosine, off_normals.sine, cos_seen, sin_seen).cosine;
+  const Lanes cos_axis = select(-along, _mm256_andnot_ps(sign_bit, along), signed_radius);
+  const Lanes cos_normals = _mm256_load_ps(node.cos_normals), sin_normals = _mm256_load_ps(node.sin_normals);
+  const Angle off_normals = angle_difference({cos_axis, cathetus(d2, along)}, d, {cos_normals, sin_normals}, all(1.0f));
+  const Lanes cos_out = angle_difference(off_normals, d, {cos_seen, sin_seen}, d).cosine * inverse_d2;
   const Lanes cos_emission = _mm256_load_ps(node.cos_emission) - all(kCosineSlack);
-  Lanes result = _mm256_load_ps(node.intensity) * _mm256_max_ps(cos_out, all(kCosineSlack));
+  Lanes result = _mm256_load_ps(node.intensity) / _mm256_max_ps(d2, r2) * _mm256_max_ps(cos_out, all(kCosineSlack));
   result = _mm256_and_ps(result, at_least(cos_out, cos_emission));
 
   if (n.x != 0.0f || n.y != 0.0f || n.z != 0.0f) {
-    const Lanes cos_n = (dx * all(n.x) + dy * all(n.y) + dz * all(n.z)) * inverse_d;
-    const Lanes cos_in = angle_difference(cos_n, sine_of(cos_n), cos_seen, sin_seen).cosine;
+    const Lanes cos_n = dx * all(n.x) + dy * all(n.y) + dz * all(n.z);
+    const Lanes cos_in = angle_difference({cos_n, cathetus(d2, cos_n)}, d, {cos_seen, sin_seen}, d).cosine * inverse_d2;
     result = result * _mm256_max_ps(cos_in, all(kCosineSlack));
     result = _mm256_and_ps(result, at_least(cos_in, all(-kCosineSlack)));
   }
-  result = result / _mm256_max_ps(d2, r2);
   return with_sums(result);
 }
 
