@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .shadow_catchers import SHADOW_PASS
 from .sync import MATTE_KINDS
+from .sync.light_groups import group_numbers
 
 # Since 5.0 Blender spells these passes out.
 HAS_LONG_NAMES = bpy.app.version >= (5, 0, 0)
@@ -148,7 +149,7 @@ def enabled_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
     kinds = [render_pass for render_pass in KIND_PASSES if render_pass.is_enabled(view_layer)]
     if kinds:
         fixed = [replace(p, core_name=BESIDE_KINDS.get(p.core_name, p.core_name)) for p in fixed]
-    return fixed + kinds + matte_passes(view_layer) + aov_passes(view_layer)
+    return fixed + kinds + matte_passes(view_layer) + aov_passes(view_layer) + light_group_passes(view_layer)
 
 
 def matte_kinds(view_layer: bpy.types.ViewLayer) -> list[str]:
@@ -175,6 +176,14 @@ def aov_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
         )
         for aov in view_layer.aovs
         if aov.is_valid
+    ]
+
+
+def light_group_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
+    """What emitters of each group bring to Combined, by Cycles' names."""
+    return [
+        RenderPass(f"Combined_{name}", f"Light Group {number}", "RGB", "COLOR", lambda layer: True)
+        for name, number in group_numbers(view_layer).items()
     ]
 
 

@@ -206,6 +206,13 @@ class CISTERN_VIEWLAYER_PT_passes_cryptomatte(CisternPanel, blenders_panel("View
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
 
+class CISTERN_VIEWLAYER_PT_passes_lightgroups(CisternPanel, blenders_panel("ViewLayerLightgroupsPanel"), Panel):
+    bl_label = "Light Groups"
+    bl_context = "view_layer"
+    bl_parent_id = "CISTERN_VIEWLAYER_PT_passes"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+
 def shared_panels() -> list[type[Panel]]:
     """Blender's panels that also make sense for our engine."""
     found = []
@@ -229,6 +236,7 @@ CLASSES = (
     CISTERN_VIEWLAYER_PT_passes_light,
     CISTERN_VIEWLAYER_PT_passes_cryptomatte,
     CISTERN_VIEWLAYER_PT_passes_aov,
+    CISTERN_VIEWLAYER_PT_passes_lightgroups,
     *ui_data.CLASSES,
 )
 

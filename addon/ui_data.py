@@ -8,6 +8,7 @@ from bpy_extras.node_utils import find_node_input
 from .ui_base import ENGINE, CisternPanel, split_layout
 
 GEOMETRY_TYPES = frozenset({"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"})
+EMITTER_TYPES = frozenset({"LIGHT", "VOLUME", "EMPTY"})  # and what instances emitters
 
 
 class CISTERN_MATERIAL_PT_surface(CisternPanel, Panel):
@@ -33,6 +34,19 @@ class CISTERN_WORLD_PT_surface(CisternPanel, Panel):
 
     def draw(self, context: Context) -> None:
         draw_node_socket(split_layout(self), context.world, "Surface")
+
+
+class CISTERN_WORLD_PT_light_group(CisternPanel, Panel):
+    bl_label = "Light Group"
+    bl_context = "world"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return context.engine == ENGINE and context.world is not None
+
+    def draw(self, context: Context) -> None:
+        draw_light_group(split_layout(self), context.world, context.view_layer)
 
 
 class CISTERN_LIGHT_PT_light(CisternPanel, Panel):
@@ -132,6 +146,21 @@ class CISTERN_OBJECT_PT_ray_visibility(CisternPanel, Panel):
             column.prop(obj, "visible_shadow", text="Shadow")
 
 
+class CISTERN_OBJECT_PT_light_group(CisternPanel, Panel):
+    bl_label = "Light Group"
+    bl_context = "object"
+    bl_parent_id = "OBJECT_PT_shading" if hasattr(bpy.types, "OBJECT_PT_shading") else ""  # from 4.3 on
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        obj = context.object
+        return context.engine == ENGINE and obj is not None and obj.type in GEOMETRY_TYPES | EMITTER_TYPES
+
+    def draw(self, context: Context) -> None:
+        draw_light_group(split_layout(self), context.object, context.view_layer)
+
+
 class LinkingPanel(CisternPanel):
     bl_context = "object"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
@@ -173,6 +202,17 @@ def draw_linking(layout: UILayout, obj: bpy.types.Object, role: str) -> None:
     buttons.operator(f"object.light_linking_{role}s_link", icon="ADD", text="").link_state = "INCLUDE"
     buttons.operator("object.light_linking_unlink_from_collection", icon="REMOVE", text="")
     buttons.operator(f"object.light_linking_{role}s_select", icon="RESTRICT_SELECT_OFF", text="")
+
+
+def draw_light_group(layout: UILayout, owner: bpy.types.ID, view_layer: bpy.types.ViewLayer) -> None:
+    """Any name may be given; a button adds it to the view layer, which is what makes it a group."""
+    row = layout.row(align=True)
+    row.column(align=True).prop_search(
+        owner, "lightgroup", view_layer, "lightgroups", text="Light Group", results_are_suggestions=True
+    )
+    button = row.column(align=True)
+    button.enabled = bool(owner.lightgroup) and owner.lightgroup not in view_layer.lightgroups
+    button.operator("scene.view_layer_add_lightgroup", icon="ADD", text="").name = owner.lightgroup
 
 
 def draw_existing(layout: UILayout, owner: bpy.types.ID, *names: str) -> None:
@@ -232,10 +272,12 @@ def draw_node_socket(layout: UILayout, owner: bpy.types.ID, socket: str) -> None
 CLASSES = (
     CISTERN_MATERIAL_PT_surface,
     CISTERN_WORLD_PT_surface,
+    CISTERN_WORLD_PT_light_group,
     CISTERN_LIGHT_PT_light,
     CISTERN_LIGHT_PT_beam_shape,
     CISTERN_LIGHT_PT_nodes,
     CISTERN_OBJECT_PT_visibility,
     CISTERN_OBJECT_PT_ray_visibility,
+    CISTERN_OBJECT_PT_light_group,
     *(() if HAS_LINKING_PANELS else LINKING_PANELS),
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Set
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 from operator import attrgetter
 from typing import TYPE_CHECKING
@@ -17,6 +17,7 @@ from .changes import EVERYTHING, Changes, original_uid
 from .fluid_grids import gas_domain
 from .instance_values import item_values, may_follow_moves, object_values
 from .lamp_table import KeptLamps, LampTable, edited_lamps
+from .light_groups import group_of_object
 from .light_linking import LightLinks
 from .lights import is_portal
 from .materials import MaterialTable, TreeUses
@@ -80,6 +81,7 @@ class InstanceSync:
         kept: KeptInstances | None = None,
         changes: Changes = EVERYTHING,
         space: bpy.types.SpaceView3D | None = None,
+        light_groups: Mapping[str, int] | None = None,
     ) -> None:
         self._depsgraph = depsgraph
         self._builder = builder
@@ -88,6 +90,7 @@ class InstanceSync:
         self._kept = kept if kept is not None else KeptInstances()
         self._changes = changes
         self._space = space
+        self._light_groups = light_groups or {}
         self._value_names = tuple(sorted(wanted.instance_values))
         # Whether the values of objects that were not edited may be those of the last sync.
         self._knows_values = self._value_names == self._kept.placements.value_names
@@ -258,7 +261,7 @@ class InstanceSync:
         self._warn_of_what_is_ignored(obj)
         self._links.read(obj)
         if obj.type == "LIGHT":
-            return self._lamp(obj, self._visibility(obj, instancer)[0], key)
+            return self._lamp(obj, instancer, key)
         if self._is_volume(obj):
             return self._volume(obj, instancer, key)
         if not isinstance(obj.data, bpy.types.Mesh | _ROUND):
@@ -325,17 +328,19 @@ class InstanceSync:
             mesh.flat_axis,
             key,
             values,
+            light_group=group_of_object(obj, instancer, self._light_groups),
         )
 
     def _warn_of_what_is_ignored(self, obj: bpy.types.Object) -> None:
         if versions.subdivides_adaptively(obj):
             self._report.warn(f"Object '{obj.name}': adaptive subdivision is not supported, its levels are used")
 
-    def _lamp(self, obj: bpy.types.Object, visibility: int, key: PrototypeKey) -> Lamp | None:
+    def _lamp(self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey) -> Lamp | None:
         if is_portal(obj.data):
             self._report.warn(f"Light '{obj.name}': portals are not supported, it is left out")
             return None
-        return Lamp(obj.name, visibility, key)
+        visibility = self._visibility(obj, instancer)[0]
+        return Lamp(obj.name, visibility, key, light_group=group_of_object(obj, instancer, self._light_groups))
 
     def _warn_of_flattened(self, arrays: dict[str, NDArray]) -> None:
         names = [name for name, *_ in self._kept.names]  # handles count up from 0

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from . import SyncReport
 from .changes import Changes, original_uid
+from .light_groups import NO_GROUP
 from .lights import light_call
 from .materials import MaterialTable
 from .placements import ALL_SETS, Lamp, Placements, PrototypeKey, identity_of
@@ -165,6 +166,8 @@ class LampTable:
         common = {"name": lamp.name, "visibility": lamp.visibility, "material": material, "key": key}
         if (lamp.lit_sets, lamp.blocker_sets) != (ALL_SETS, ALL_SETS):
             common |= {"lit_sets": lamp.lit_sets, "blocker_sets": lamp.blocker_sets}
+        if lamp.light_group != NO_GROUP:
+            common["light_group"] = lamp.light_group
         handle = add(**common, replace=handle, **call.arguments)
         self.exported += 1
         return PlacedLamp(handle, lamp, place, told)

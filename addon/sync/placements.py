@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .instance_values import NOTHING, Rgba
+from .light_groups import NO_GROUP
 
 _LARGEST_BELOW_ONE = np.nextafter(np.float32(1.0), np.float32(0.0))
 _UINT32_MASK = 0xFFFFFFFF
@@ -45,6 +46,7 @@ class Surface:
     shadow_set: int = 0
     lit_sets: int = ALL_SETS
     blocker_sets: int = ALL_SETS
+    light_group: int = NO_GROUP
 
     @property
     def links(self) -> tuple[int, int, int, int]:
@@ -64,6 +66,7 @@ class Lamp:
     key: PrototypeKey = (0, 0, 0)
     lit_sets: int = ALL_SETS
     blocker_sets: int = ALL_SETS
+    light_group: int = NO_GROUP
 
 
 def identity_of(*numbers: int) -> int:
@@ -130,6 +133,8 @@ def instance_arrays(
         }
     if any(isinstance(p, Surface) and p.shadow_catcher for p in placements.prototypes):
         extras["shadow_catcher"] = column("shadow_catcher", np.uint8)
+    if any(isinstance(p, Surface) and p.light_group != NO_GROUP for p in placements.prototypes):
+        extras["light_group"] = column("light_group", np.int16)
     random = column("random", np.float32)
     columns = np.ascontiguousarray(matrices[items])
     restore_normal_axis(columns, column("flat_axis", np.int32))

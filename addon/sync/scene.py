@@ -15,6 +15,7 @@ from . import SyncReport
 from .camera import camera_arguments
 from .images import ImageCache
 from .instances import InstanceSync
+from .light_groups import group_numbers
 from .materials import MaterialContext, MaterialTable, tree_uses
 from .motion import MotionStep, place_steps
 from .world import environment_arguments
@@ -101,10 +102,11 @@ def _sync(
     aov_names = frozenset(aov.name for aov in view_layer.aovs if aov.is_valid)
     context = MaterialContext(core, builder, depsgraph, images, report, aov_names)
     materials = MaterialTable(context, view_layer.material_override)
+    light_groups = group_numbers(view_layer)
     with timed(report, "world"):
-        builder.set_environment(**environment_arguments(depsgraph, materials))
+        builder.set_environment(**environment_arguments(depsgraph, materials, light_groups))
     with timed(report, "instances"):
-        instances = InstanceSync(depsgraph, builder, materials, uses, report)
+        instances = InstanceSync(depsgraph, builder, materials, uses, report, light_groups=light_groups)
         instances.run()
         if motion:
             place_steps(builder, motion, depsgraph, instances.surface_items)

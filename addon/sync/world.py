@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import bpy
 
 from . import versions
 from .instances import RAY_BITS
+from .light_groups import NO_GROUP, group_of_world
 from .materials import MaterialTable
 
 _BLACK = -1  # no material
 
 
-def environment_arguments(depsgraph: bpy.types.Depsgraph, materials: MaterialTable) -> dict[str, Any]:
+def environment_arguments(
+    depsgraph: bpy.types.Depsgraph, materials: MaterialTable, light_groups: Mapping[str, int] | None = None
+) -> dict[str, Any]:
     """Keyword arguments of `SceneBuilder.set_environment`; black without a world, or where the view layer hides it."""
     view_layer = depsgraph.view_layer_eval
     world = view_layer.world_override or depsgraph.scene_eval.world
@@ -22,11 +26,13 @@ def environment_arguments(depsgraph: bpy.types.Depsgraph, materials: MaterialTab
         return {"material": _BLACK}
     method = versions.cycles_setting(world, "sampling_method", "AUTOMATIC")
     resolution = versions.cycles_setting(world, "sample_map_resolution", 0) if method == "MANUAL" else 0
+    group = group_of_world(world, light_groups or {})
     return {
         "material": material,
         "visibility": world_visibility(world),
         "importance_width": resolution,
         "importance_sampling": method != "NONE",
+        **({} if group == NO_GROUP else {"light_group": group}),
     }
 
 

@@ -199,7 +199,7 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
                   const OptionalArray<uint8_t>& holdout, const OptionalArray<float>& random,
                   const OptionalArray<uint64_t>& keys, const OptionalArray<int32_t>& values,
                   const OptionalArray<uint8_t>& link_sets, const OptionalArray<uint64_t>& links,
-                  const OptionalArray<uint8_t>& shadow_catcher) {
+                  const OptionalArray<uint8_t>& shadow_catcher, const OptionalArray<LightGroup>& light_group) {
   const std::string owner = "instances";
   const auto count = static_cast<py::ssize_t>(checked_rows(mesh, 1, owner, "mesh"));
   const auto require_count = [&](const py::array& array, const char* what) {
@@ -211,6 +211,7 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
   require_count(visibility, "visibility");
   if (holdout) require_count(*holdout, "holdout");
   if (shadow_catcher) require_count(*shadow_catcher, "shadow_catcher");
+  if (light_group) require_count(*light_group, "light_group");
   if (random) require_count(*random, "random");
   if (keys) require_count(*keys, "keys");
   if (values) require_count(*values, "values");
@@ -233,6 +234,7 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
     instance.visibility = visibility.at(i);
     instance.is_holdout = holdout && holdout->at(i) != 0;
     instance.is_shadow_catcher = shadow_catcher && shadow_catcher->at(i) != 0;
+    if (light_group) instance.light_group = light_group->at(i);
     instance.random = random ? random->at(i) : 0.0f;
     instance.key = keys ? keys->at(i) : 0;
     instance.values = values ? values->at(i) : -1;
@@ -289,6 +291,8 @@ LightCommon light_common(const std::string& name, const py::kwargs& common) {
       result.light.links.lit = value.cast<uint64_t>();
     } else if (member == "blocker_sets") {
       result.light.links.blockers = value.cast<uint64_t>();
+    } else if (member == "light_group") {
+      result.light.light_group = value.cast<LightGroup>();
     } else if (member == "replace") {
       result.replace = value.cast<std::optional<int>>();
     } else {
@@ -378,7 +382,7 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
            py::arg("holdout").noconvert() = none, py::arg("random").noconvert() = none,
            py::arg("keys").noconvert() = none, py::arg("values").noconvert() = none,
            py::arg("link_sets").noconvert() = none, py::arg("links").noconvert() = none,
-           py::arg("shadow_catcher").noconvert() = none)
+           py::arg("shadow_catcher").noconvert() = none, py::arg("light_group").noconvert() = none)
       .def("set_motion_step", &set_motion_step, py::arg("step"), py::arg("object_to_world").noconvert())
       .def("set_instance_values", &set_instance_values, py::arg("names"), py::arg("rows").noconvert())
       .def("take_mesh", &take_mesh, py::arg("scene"), py::arg("handle"))
@@ -398,11 +402,11 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
 void bind_surroundings(py::class_<SceneBuilder>& builder) {
   builder.def(
       "set_environment",
-      [](SceneBuilder& b, int material, uint8_t visibility, int width, bool importance_sampling) {
-        b.set_environment({material, width, visibility, importance_sampling});
+      [](SceneBuilder& b, int material, uint8_t visibility, int width, bool importance_sampling, LightGroup group) {
+        b.set_environment({material, width, visibility, importance_sampling, group});
       },
       py::arg("material"), py::arg("visibility") = uint8_t{kVisibleToAll}, py::arg("importance_width") = 0,
-      py::arg("importance_sampling") = true);
+      py::arg("importance_sampling") = true, py::arg("light_group") = kNoLightGroup);
 }
 
 }  // namespace

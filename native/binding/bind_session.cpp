@@ -52,9 +52,12 @@ using Setter = std::function<void(Settings&, const py::handle&)>;
 Setter set_passes() {
   return [](Settings& s, const py::handle& value) {
     s.passes.clear();
+    s.light_groups = 0;
     for (const std::string& name : value.cast<std::vector<std::string>>()) {
       if (const std::optional<SurfaceLayer> layer = find_surface_layer(name))
         keep(*layer, s.surface_passes);
+      else if (const std::optional<int> group = find_light_group(name))
+        s.light_groups = std::max(s.light_groups, *group + 1);
       else
         s.passes.push_back(find_pass(name));
     }
@@ -222,16 +225,17 @@ Settings make_settings(const py::kwargs& members) {
 
 py::array read_pass(Session& session, const std::string& name) {
   const std::optional<SurfaceLayer> layer = find_surface_layer(name);
-  const Pass pass = layer ? Pass::COMBINED : find_pass(name);
+  const std::optional<int> group = find_light_group(name);
+  const Pass pass = layer || group ? Pass::COMBINED : find_pass(name);
   auto pixels = std::make_unique<std::vector<float>>();
   {
     const py::gil_scoped_release nogil;
-    *pixels = layer ? session.read(*layer) : session.read(pass);
+    *pixels = layer ? session.read(*layer) : group ? session.read_light_group(*group) : session.read(pass);
   }
   const Region& r = session.settings().region;
   const float* memory = pixels->data();
   const py::capsule owner(pixels.release(), [](void* p) { delete static_cast<std::vector<float>*>(p); });
-  const int channels = layer ? layer->channels : describe(pass).channels;
+  const int channels = layer ? layer->channels : group ? kLightGroupChannels : describe(pass).channels;
   return py::array_t<float>({r.height, r.width, channels}, memory, owner);
 }
 
@@ -240,6 +244,7 @@ std::vector<std::string> pass_names(const Session& session) {
   for (Pass pass : session.settings().passes)
     if (pass != Pass::COMBINED) names.emplace_back(describe(pass).name);
   for (const SurfaceLayer& layer : layers_of(session.settings().surface_passes)) names.push_back(name_of(layer));
+  for (int group = 0; group < session.settings().light_groups; ++group) names.push_back(light_group_name(group));
   return names;
 }
 

@@ -144,6 +144,7 @@ class SceneBuilder:
         link_sets: NDArray[np.uint8] | None = None,  # (n, 2) below 64: its set as a receiver of light and as a blocker
         links: NDArray[np.uint64] | None = None,  # (n, 2) bits: sets it lights, and those that block its light
         shadow_catcher: NDArray[np.uint8] | None = None,
+        light_group: NDArray[np.int16] | None = None,  # (n,) of the emitter; -1: none
     ) -> int:
         """Handle of the first; the others follow. Flat (singular) instances are left out and counted."""
     def set_motion_step(self, step: int, object_to_world: NDArray[np.float32]) -> None:
@@ -163,7 +164,7 @@ class SceneBuilder:
     ) -> int:
         """`intensity` W/sr; `common` for all lights: visibility=63, casts_shadow=True, use_mis=True, max_bounces=1024,
         material=-1, object_to_world (4, 4) of the lamp for what its material reads, key=0, lit_sets and blocker_sets
-        as `links` of instances (all bits set), replace=None."""
+        as `links` of instances (all bits set), light_group=-1, replace=None."""
     def add_spot_light(
         self,
         name: str,
@@ -193,7 +194,12 @@ class SceneBuilder:
     ) -> int:
         """Edges are full lengths; emits along `normal` only. `radiance` on axis before the spread factor."""
     def set_environment(
-        self, material: int, visibility: int = 63, importance_width: int = 0, importance_sampling: bool = True
+        self,
+        material: int,
+        visibility: int = 63,
+        importance_width: int = 0,
+        importance_sampling: bool = True,
+        light_group: int = -1,
     ) -> None: ...
     def set_camera(
         self,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <numeric>
 
@@ -57,6 +58,8 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
 /// in each.
 float half_sign(uint32_t sample) { return std::popcount(sample) % 2 == 0 ? 1.0f : -1.0f; }
 
+constexpr std::string_view kLightGroupPrefix = "Light Group ";
+
 bool is_mean_over_hits(Pass pass) { return pass == Pass::DEPTH || pass == Pass::NORMAL || pass == Pass::POSITION; }
 
 /// Far beyond any radiance or coordinate, and small enough that 2^24 of them do not overflow.
@@ -109,7 +112,19 @@ Pass find_pass(const std::string& name) {
   throw Error("pass '" + name + "'", "there is no pass of this name");
 }
 
-Film::Film(int width, int height, const std::vector<Pass>& passes) : width_(width), height_(height) {
+std::optional<int> find_light_group(const std::string& name) {
+  if (!name.starts_with(kLightGroupPrefix)) return std::nullopt;
+  const char *begin = name.data() + kLightGroupPrefix.size(), *end = name.data() + name.size();
+  int group = -1;
+  const auto [stop, error] = std::from_chars(begin, end, group);
+  const bool is_number = error == std::errc() && stop == end && group >= 0 && group < kMaxLightGroups;
+  return is_number ? std::optional(group) : std::nullopt;
+}
+
+std::string light_group_name(int group) { return std::string(kLightGroupPrefix) += std::to_string(group); }
+
+Film::Film(int width, int height, const std::vector<Pass>& passes, int light_groups)
+    : width_(width), height_(height), light_groups_(static_cast<size_t>(light_groups)) {
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
   const auto keep = [&](Pass pass) {
     sums_[static_cast<size_t>(pass)].assign(pixels * static_cast<size_t>(describe(pass).channels), 0.0f);
@@ -119,6 +134,7 @@ Film::Film(int width, int height, const std::vector<Pass>& passes) : width_(widt
   if (has(Pass::EMISSION_NOISE)) keep(Pass::EMISSION);
   for (const KindPasses& kind : kKindPasses)
     if (has(kind.direct) || has(kind.indirect)) keep(kind.color);
+  group_sums_.assign(pixels * light_groups_, Rgb());
   samples_.assign(pixels, 0);
   hits_.assign(pixels, 0);
   non_finite_.assign(pixels, 0);
@@ -134,7 +150,7 @@ void Film::add_color(Pass pass, uint32_t pixel, Rgb value) {
   target[0] += value.r, target[1] += value.g, target[2] += value.b;
 }
 
-void Film::add(uint32_t pixel, const PathRecord& record, const LightByKind* by_kind) {
+void Film::add(uint32_t pixel, const PathRecord& record, const LightByKind* by_kind, std::span<const Rgb> by_group) {
   const uint32_t sample = samples_[pixel]++;
   if (!fits(record)) {
     ++non_finite_[pixel];
@@ -158,6 +174,17 @@ void Film::add(uint32_t pixel, const PathRecord& record, const LightByKind* by_k
   add_color(Pass::DENOISING_NORMAL, pixel, to_rgb(record.denoising_normal));
   if (record.hit) add_first_hit(pixel, record);
   if (by_kind) add_by_kind(pixel, *by_kind);
+  if (light_groups_ > 0) add_by_group(pixel, by_group);
+}
+
+/// Not by halves: they fit where their record does, unless lamps of positive and of negative strength are beyond range.
+void Film::add_by_group(uint32_t pixel, std::span<const Rgb> light) {
+  if (!std::ranges::all_of(light, [](Rgb c) { return fits(c); })) {
+    ++non_finite_[pixel];
+    return;
+  }
+  const std::span<Rgb> sums = std::span(group_sums_).subspan(pixel * light_groups_, light_groups_);
+  for (size_t group = 0; group < std::min(light.size(), light_groups_); ++group) sums[group] += light[group];
 }
 
 /// Combined is the same whether it is split or not: parts that do not fit are but missing from their passes.
@@ -209,6 +236,20 @@ std::vector<float> Film::resolve(Pass pass) const {
   return mean;
 }
 
+std::vector<float> Film::resolve_light_group(int group) const {
+  const auto index = static_cast<size_t>(group);
+  if (group < 0 || index >= light_groups_)
+    throw Error("pass '" + light_group_name(group) + "'", "was not enabled for this render");
+  std::vector<float> mean;
+  mean.reserve(samples_.size() * kLightGroupChannels);
+  for (size_t pixel = 0; pixel < samples_.size(); ++pixel) {
+    const float scale = samples_[pixel] > 0 ? 1.0f / static_cast<float>(samples_[pixel]) : 0.0f;
+    const Rgb light = group_sums_[pixel * light_groups_ + index] * scale;
+    mean.insert(mean.end(), {light.r, light.g, light.b});
+  }
+  return mean;
+}
+
 void Film::divide_by_color(std::vector<float>& light, Pass color) const {
   const std::vector<float> colors = resolve(color);
   for (size_t i = 0; i < light.size(); i += 3) {
@@ -242,6 +283,7 @@ uint64_t Film::non_finite_samples() const {
 size_t Film::memory_bytes() const {
   size_t floats = samples_.size() + hits_.size() + non_finite_.size();
   for (const std::vector<float>& s : sums_) floats += s.size();
+  floats += group_sums_.size() * kLightGroupChannels;
   return floats * sizeof(float);
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -62,14 +64,20 @@ constexpr bool splits_kinds(Pass pass) { return pass >= Pass::DIFFUSE_DIRECT && 
 /// The pass called `name`; throws Error naming it if there is none.
 Pass find_pass(const std::string& name);
 
+/// Passes of light groups are called "Light Group 0" and so on: the number of the one called `name`, empty if it is
+/// none of them.
+std::optional<int> find_light_group(const std::string& name);
+std::string light_group_name(int group);
+inline constexpr int kLightGroupChannels = 3;
+
 /// Sums of path records per pixel. Each pixel keeps its own sample count, so a cancelled render is a valid picture
 /// everywhere. Different pixels may be added to from different threads at once; a pixel's sum is made in the order of
 /// the calls.
 class Film {
  public:
   /// Combined is always there, Emission with its noise, and a kind's colour with its light. Per pixel: 4 bytes for the
-  /// count and 4 per channel of the passes.
-  Film(int width, int height, const std::vector<Pass>& passes);
+  /// count and 4 per channel of the passes, also of `light_groups` of three channels.
+  Film(int width, int height, const std::vector<Pass>& passes, int light_groups = 0);
 
   int width() const { return width_; }
   int height() const { return height_; }
@@ -77,7 +85,8 @@ class Film {
 
   /// A record with a value that is not finite, or beyond 1e30, is counted instead of added; its pixel still counts the
   /// sample (as black).
-  void add(uint32_t pixel, const PathRecord& record, const LightByKind* by_kind = nullptr);
+  void add(uint32_t pixel, const PathRecord& record, const LightByKind* by_kind = nullptr,
+           std::span<const Rgb> by_group = {});
   /// Sets a pixel of a pass that shows one frame; nothing if that pass is not kept.
   void show(Pass pass, uint32_t pixel, Rgb value);
   /// Mean of the samples, row 0 at the bottom, channels interleaved. Depth, Normal and Position are means over the
@@ -89,6 +98,8 @@ class Film {
   /// of it; where a channel of the colour is 0, and so the light, the quotient is the mean of the others. Throws Error
   /// for a pass that is not kept.
   std::vector<float> resolve(Pass pass) const;
+  /// Mean light of a group, as above.
+  std::vector<float> resolve_light_group(int group) const;
   uint64_t non_finite_samples() const;
   size_t memory_bytes() const;
 
@@ -96,6 +107,7 @@ class Film {
   float* sum(Pass pass, uint32_t pixel);
   void add_color(Pass pass, uint32_t pixel, Rgb value);
   void add_by_kind(uint32_t pixel, const LightByKind& light);
+  void add_by_group(uint32_t pixel, std::span<const Rgb> light);
   void divide_by_color(std::vector<float>& light, Pass color) const;
   void add_first_hit(uint32_t pixel, const PathRecord& record);
   std::vector<float> resolve_emission_noise() const;
@@ -103,6 +115,8 @@ class Film {
   int width_, height_;
   std::vector<uint32_t> samples_, hits_, non_finite_;
   std::vector<float> sums_[static_cast<size_t>(Pass::COUNT)];
+  size_t light_groups_;
+  std::vector<Rgb> group_sums_;  // those of a pixel side by side
 };
 
 }  // namespace cistern

@@ -46,13 +46,14 @@ bool BandedFrame::render(uint32_t frame, Film& film, const StopCondition& stop) 
 void BandedFrame::add_band(int first_row, size_t pixels, uint32_t frame, Film& film) {
   constexpr size_t kBlock = 4096;
   parallel_blocks(pixels, kBlock, [&](size_t, size_t begin, size_t end) {
+    LightByGroup by_group;
     for (size_t i = begin; i < end; ++i) {
       const auto pixel = static_cast<uint32_t>(i);
       const int x = static_cast<int>(i) % film.width(), y = first_row + static_cast<int>(i) / film.width();
-      if (band_.splits_kinds()) {
+      if (band_.splits()) {
         LightByKind by_kind;
-        const PathRecord record = band_.record(pixel, by_kind);
-        add_to_film(context_, x, y, frame, record, film, &by_kind);
+        const PathRecord record = band_.record(pixel, by_kind, by_group);
+        add_to_film(context_, x, y, frame, record, film, band_.splits_kinds() ? &by_kind : nullptr, by_group);
       } else {
         add_to_film(context_, x, y, frame, band_.record(pixel), film);
       }

@@ -36,7 +36,11 @@ void CellSharedStage::set_region(const Region& region) {
     link_shares_.resize(pixels);
     reflected_by_kind_.resize(pixels);
   }
+  for (GroupTable& continuations : continuations_) continuations.resize(context_.paths, pixels);
+  group_sums_.resize(context_.paths, pixels);
+  group_evens_.resize(context_.paths, pixels);
   if (keeps_history()) current_.temporal.resize(pixels);
+  if (keeps_history()) temporal_groups_.resize(context_.paths, pixels);
   keys_.resize(pixels);
   classes_.resize(pixels);
 }
@@ -49,12 +53,15 @@ void CellSharedStage::take_over(PathStage&& earlier, const HistorySource& source
   std::swap(classes_, stage.classes_);
   std::swap(current_, stage.current_);
   std::swap(previous_, stage.previous_);
+  temporal_groups_ = std::move(stage.temporal_groups_);
   set_region(region_);
   set_source(source);
 }
 
 void CellSharedStage::swap_history(PathStage& other) {
-  std::swap(previous_.temporal, static_cast<CellSharedStage&>(other).previous_.temporal);
+  auto& stage = static_cast<CellSharedStage&>(other);
+  std::swap(previous_.temporal, stage.previous_.temporal);
+  temporal_groups_.swap_earlier(stage.temporal_groups_);
 }
 
 void CellSharedStage::set_source(const HistorySource& source) {
@@ -71,6 +78,7 @@ void CellSharedStage::start_pixel(const PathCapture& capture, uint32_t pixel) {
     link.to = capture.links[i].to;
     link.response = capture.links[i].response;
     link.even_response = capture.links[i].even_response;
+    if (splits_groups()) continuations_[i].set(pixel, capture.continuation_by_group[i]);
   }
   reuse_counts_[pixel] = 0;
   if (splits_at(VISIBLE)) link_shares_[pixel] = capture.link_shares;
@@ -78,6 +86,10 @@ void CellSharedStage::start_pixel(const PathCapture& capture, uint32_t pixel) {
 
 std::array<PathSample*, kMaxPathLinks> CellSharedStage::samples(uint32_t pixel) {
   return {&links_[VISIBLE][pixel].to, &links_[DEEP][pixel].to};
+}
+
+std::array<std::span<Rgb>, kMaxPathLinks> CellSharedStage::continuation_groups(uint32_t pixel) {
+  return {continuations_[VISIBLE].of(pixel), continuations_[DEEP].of(pixel)};
 }
 
 const SharingCells& CellSharedStage::cells(Vertex vertex) const {
@@ -110,16 +122,20 @@ bool CellSharedStage::merge_with_history(const FrameRun& run, std::span<const Vi
     temporal.W = 0.0f;
     if (!visible[pixel].exists) return;
     PathLink& link = links_[VISIBLE][pixel];
-    const PathReservoir found = ScreenSpacePaths::initial_sample(link);
+    PathReservoir found = ScreenSpacePaths::initial_sample(link);
+    temporal_groups_.start(pixel, found.sample, continuations_[VISIBLE].of(pixel));
     temporal = temporal_paths_.reuse_in_time(visible[pixel], found, previous_, pixel, run.frame, non_finite,
                                              reuse_counts_[pixel]);
     link.to = temporal.sample;
     link.W = temporal.W;
+    const std::span<const Rgb> groups = temporal_groups_.of(temporal.sample);
+    if (!groups.empty() && temporal.W > 0.0f) continuations_[VISIBLE].set(pixel, groups);
   });
 }
 
 void CellSharedStage::keep_history() {
   if (!keeps_history()) return;
+  temporal_groups_.keep({current_.temporal});
   current_.view = {context_.paths.scene.camera, image_region(context_.settings)};
   std::swap(current_, previous_);
   is_history_void_ = false;
@@ -136,6 +152,7 @@ bool CellSharedStage::divide_samples(Vertex vertex, const StopCondition& stop) {
       reflected_[pixel] = {};
       if (splits_at(vertex)) reflected_by_kind_[pixel] = {};
       PathLink& link = links_[vertex][pixel];
+      if (splits_groups()) divide_groups(vertex, static_cast<uint32_t>(pixel), is_shared);
       if (!link.from.exists || !(link.W > 0.0f)) continue;
       if (is_shared) {
         CellSharedPaths::divide(link, deep, reflected_[pixel]);
@@ -146,6 +163,25 @@ bool CellSharedStage::divide_samples(Vertex vertex, const StopCondition& stop) {
       if (splits_at(vertex)) reflected_by_kind_[pixel] = link_shares_[pixel] * reflected_[pixel].sum;
     }
   });
+}
+
+/// Of a pixel. What deep vertices reflect makes room for what visible points do.
+void CellSharedStage::divide_groups(Vertex vertex, uint32_t pixel, bool is_shared) {
+  const PathLink& link = links_[vertex][pixel];
+  const ReflectedGroups reflected = reflected_groups(pixel);
+  LightByGroup deep_sum(reflected.sum.size()), deep_even(reflected.even.size());
+  const ReflectedGroups deep{deep_sum, deep_even};
+  if (vertex == VISIBLE) {
+    std::ranges::copy(reflected.sum, deep.sum.begin());
+    std::ranges::copy(reflected.even, deep.even.begin());
+  }
+  group_sums_.clear(pixel);
+  group_evens_.clear(pixel);
+  if (!link.from.exists || !(link.W > 0.0f)) return;
+  const std::span<Rgb> continuation = continuations_[vertex].of(pixel);
+  if (!is_shared) return CellSharedPaths::keep_groups(link, continuation, deep, reflected);
+  CellSharedPaths::divide_groups(link, continuation, deep, reflected);
+  if (keeps_history()) group_evens_.clear(pixel);  // as below
 }
 
 bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopCondition& stop) {
@@ -203,11 +239,17 @@ void CellSharedStage::share_group(Vertex vertex, std::span<const uint32_t> pixel
   group.confidences.clear();
   group.reflected.clear();
   group.reflected_by_kind.clear();
+  group.continuations.clear();
+  group.reflected_groups.clear();
   for (const uint32_t pixel : pixels) {
     group.links.push_back(&links_[vertex][pixel]);
     group.confidences.push_back(is_resampled(vertex) ? current_.temporal[pixel].c : 1.0f);
     group.reflected.push_back(&reflected_[pixel]);
     if (splits_at(vertex)) group.reflected_by_kind.push_back(&reflected_by_kind_[pixel]);
+    if (splits_groups()) {
+      group.continuations.emplace_back(continuations_[vertex].of(pixel));
+      group.reflected_groups.push_back(reflected_groups(pixel));
+    }
     reuse_counts_[pixel] += static_cast<uint32_t>(pixels.size()) - 1;
   }
   paths_.share(group, scratch);
@@ -221,6 +263,11 @@ KindColors CellSharedStage::shade_by_kind(const VisiblePoint& visible, uint32_t 
   return reflected_by_kind_[pixel] * visible.throughput;
 }
 
+void CellSharedStage::shade_groups(const VisiblePoint& visible, uint32_t pixel, float factor,
+                                   std::span<Rgb> sums) const {
+  add_to_groups(sums, group_sums_.of(pixel), visible.throughput * factor);
+}
+
 std::optional<Rgb> CellSharedStage::shade_alone(const VisiblePoint& visible, uint32_t pixel) const {
   return visible.throughput * reflected_[pixel].own;
 }
@@ -231,6 +278,8 @@ size_t CellSharedStage::memory_bytes() const {
          (links_[VISIBLE].capacity() + links_[DEEP].capacity()) * sizeof(PathLink) +
          reflected_.capacity() * sizeof(ReflectedPaths) + keys_.capacity() * sizeof(CellKey) +
          (link_shares_.capacity() + reflected_by_kind_.capacity()) * sizeof(KindColors) +
+         continuations_[VISIBLE].memory_bytes() + continuations_[DEEP].memory_bytes() + group_sums_.memory_bytes() +
+         group_evens_.memory_bytes() + temporal_groups_.memory_bytes() +
          (classes_.capacity() + reuse_counts_.capacity()) * sizeof(uint32_t) + groups_.memory_bytes();
 }
 

@@ -15,10 +15,12 @@ class CellSharedStage final : public PathStage {
   bool leaves_deep_link() const override { return true; }
   void start_pixel(const PathCapture& capture, uint32_t pixel) override;
   std::array<PathSample*, kMaxPathLinks> samples(uint32_t pixel) override;
+  std::array<std::span<Rgb>, kMaxPathLinks> continuation_groups(uint32_t pixel) override;
   bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
              std::span<const VisiblePoint> previous) override;
   Rgb shade(const VisiblePoint& visible, uint32_t pixel) const override;
   KindColors shade_by_kind(const VisiblePoint& visible, uint32_t pixel, Rgb shaded) const override;
+  void shade_groups(const VisiblePoint& visible, uint32_t pixel, float factor, std::span<Rgb> sums) const override;
   std::optional<Rgb> shade_alone(const VisiblePoint& visible, uint32_t pixel) const override;
   uint32_t reuse_count(uint32_t pixel) const override { return reuse_counts_[pixel]; }
   void keep_history() override;
@@ -44,6 +46,9 @@ class CellSharedStage final : public PathStage {
   bool shares_at(Vertex vertex) const {
     return vertex == DEEP || is_resampled(vertex) || cells(vertex).groups.size > 1;
   }
+  bool splits_groups() const { return context_.paths.light_groups > 0; }
+  ReflectedGroups reflected_groups(uint32_t pixel) { return {group_sums_.of(pixel), group_evens_.of(pixel)}; }
+  void divide_groups(Vertex vertex, uint32_t pixel, bool is_shared);
   bool splits_at(Vertex vertex) const { return vertex == VISIBLE && context_.paths.splits_kinds; }
   bool divide_samples(Vertex vertex, const StopCondition& stop);
   bool share_at(Vertex vertex, uint32_t frame, const StopCondition& stop);
@@ -64,6 +69,10 @@ class CellSharedStage final : public PathStage {
   LazyVector<uint32_t> reuse_counts_;                      // by pixel
   // By pixel, where paths split kinds: PathCapture::link_shares, and what the visible point reflects of paths by kinds.
   LazyVector<KindColors> link_shares_, reflected_by_kind_;
+  // Light groups: by vertex and pixel of continuations; by pixel of what is reflected; of the history's samples.
+  std::array<GroupTable, kMaxPathLinks> continuations_;
+  GroupTable group_sums_, group_evens_;
+  ContinuationGroups temporal_groups_;
   PathFrame current_, previous_;  // temporal reservoirs, with history alone
   bool is_history_void_ = false;  // light has changed since
   LazyVector<CellKey> keys_;

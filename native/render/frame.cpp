@@ -64,8 +64,8 @@ void collect_records(const FrameContext& context, const PathScratch& scratch) {
 }
 
 void add_to_film(const FrameContext& context, int x, int y, uint32_t frame, const PathRecord& record, Film& film,
-                 const LightByKind* by_kind) {
-  film.add(static_cast<uint32_t>(y * film.width() + x), record, by_kind);
+                 const LightByKind* by_kind, std::span<const Rgb> by_group) {
+  film.add(static_cast<uint32_t>(y * film.width() + x), record, by_kind, by_group);
   if (!context.guiding || !context.guiding->observes(frame)) return;
   context.guiding->observe(x, y, luminance(record.direct + record.indirect + record.emission + record.environment));
 }
@@ -76,7 +76,8 @@ bool render_frames(const FrameContext& context, uint32_t first_frame, uint32_t c
   const auto render_pixel = [&](int x, int y, PathScratch& scratch) {
     for (uint32_t frame = first_frame; frame < first_frame + count; ++frame) {
       const PathRecord record = trace_pixel(context, x, y, frame, scratch);
-      add_to_film(context, x, y, frame, record, film, splits_kinds ? &scratch.light_by_kind : nullptr);
+      add_to_film(context, x, y, frame, record, film, splits_kinds ? &scratch.light_by_kind : nullptr,
+                  scratch.light_by_group);
       keep_seen(context, x, y, scratch);
     }
   };

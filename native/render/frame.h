@@ -38,9 +38,10 @@ PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame
 void keep_seen(const FrameContext& context, int x, int y, const PathScratch& scratch);
 /// Hands the records over, from any thread.
 void collect_records(const FrameContext& context, const PathScratch& scratch);
-/// A pixel's share of a frame, once that is known; from any thread. `by_kind` where paths split kinds, else null.
+/// A pixel's share of a frame, once that is known; from any thread. `by_kind` where paths split kinds, else null;
+/// `by_group` where they split light groups, else empty.
 void add_to_film(const FrameContext& context, int x, int y, uint32_t frame, const PathRecord& record, Film& film,
-                 const LightByKind* by_kind = nullptr);
+                 const LightByKind* by_kind = nullptr, std::span<const Rgb> by_group = {});
 
 /// Adds frames [first_frame, first_frame + count) of paths that share nothing to the film, of which at most the choice
 /// of lights and directions is learned: then all with the same tables. The picture does not depend on the number of

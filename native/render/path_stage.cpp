@@ -34,6 +34,7 @@ class ScreenPathStage final : public PathStage {
         paths_(context.paths, context.settings.screen_paths, image_region(context.settings), context.settings.seed) {
     resize(current_);
     reuse_counts_.resize(pixel_count(context));
+    groups_.resize(context.paths, pixel_count(context));
   }
 
   int link_count() const override { return 1; }
@@ -47,10 +48,14 @@ class ScreenPathStage final : public PathStage {
   }
   void start_pixel(const PathCapture& capture, uint32_t pixel) override {
     current_.temporal[pixel] = ScreenSpacePaths::initial_sample(capture.links[0]);
+    groups_.start(pixel, current_.temporal[pixel].sample, capture.continuation_by_group[0]);
     reuse_counts_[pixel] = 0;
   }
   std::array<PathSample*, kMaxPathLinks> samples(uint32_t pixel) override {
     return {&current_.temporal[pixel].sample, nullptr};
+  }
+  std::array<std::span<Rgb>, kMaxPathLinks> continuation_groups(uint32_t pixel) override {
+    return {groups_.found(pixel), {}};
   }
 
   bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
@@ -86,10 +91,15 @@ class ScreenPathStage final : public PathStage {
   KindColors shade_by_kind(const VisiblePoint& visible, uint32_t pixel, Rgb shaded) const override {
     return is_black(shaded) ? KindColors() : paths_.shares(visible, current_.spatial[pixel]) * shaded;
   }
+  void shade_groups(const VisiblePoint& visible, uint32_t pixel, float factor, std::span<Rgb> sums) const override {
+    const PathReservoir& shown = current_.spatial[pixel];
+    if (shown.W > 0.0f) paths_.add_groups(visible, shown, groups_.of(shown.sample), factor, sums);
+  }
   uint32_t reuse_count(uint32_t pixel) const override { return reuse_counts_[pixel]; }
 
   void keep_history() override {
     if (!context_.settings.screen_paths.temporal_reuse) return;
+    groups_.keep({current_.temporal, current_.spatial});
     current_.view = {context_.paths.scene.camera, image_region(context_.settings)};
     std::swap(current_, previous_);
     resize(current_);
@@ -102,6 +112,8 @@ class ScreenPathStage final : public PathStage {
     resize(current_);
     previous_.view = source.view();
     cameras_ = std::move(stage.cameras_);
+    groups_ = std::move(stage.groups_);
+    groups_.resize(context_.paths, pixel_count(context_));
     if (!source.earlier() && !stage.must_validate_) return;
     must_validate_ = validates() && previous_.temporal.size() == pixel_count(context_);
     if (must_validate_) return;
@@ -112,7 +124,7 @@ class ScreenPathStage final : public PathStage {
   size_t memory_bytes() const override {
     const auto count = [](const PathFrame& f) { return f.temporal.capacity() + f.spatial.capacity(); };
     return (count(current_) + count(previous_)) * sizeof(PathReservoir) + cameras_.capacity() * sizeof(Camera) +
-           reuse_counts_.capacity() * sizeof(uint32_t);
+           reuse_counts_.capacity() * sizeof(uint32_t) + groups_.memory_bytes();
   }
 
  private:
@@ -126,11 +138,12 @@ class ScreenPathStage final : public PathStage {
     PathCapture capture;
   };
 
-  /// Light that reservoirs brought to a sample point is no part of its path, and what is learned of lights changes.
+  /// Light that reservoirs brought to a sample point is no part of its path, and what is learned of lights changes; of
+  /// light groups, nothing is found again.
   bool validates() const {
     const Settings& s = context_.settings;
-    return s.screen_paths.validation_frames > 0 && s.secondary == SecondaryAnswer::NEE && !context_.paths.learned &&
-           !context_.paths.guiding;
+    return context_.paths.light_groups == 0 && s.screen_paths.validation_frames > 0 &&
+           s.secondary == SecondaryAnswer::NEE && !context_.paths.learned && !context_.paths.guiding;
   }
   bool is_validation_frame(uint32_t frame) const {
     return validates() && (frame + 1) % static_cast<uint32_t>(context_.settings.screen_paths.validation_frames) == 0;
@@ -174,6 +187,7 @@ class ScreenPathStage final : public PathStage {
   const FrameContext& context_;
   ScreenSpacePaths paths_;
   PathFrame current_, previous_;
+  ContinuationGroups groups_;
   LazyVector<uint32_t> reuse_counts_;  // by pixel
   std::vector<Camera> cameras_;        // by frame
   bool must_validate_ = false;         // light has changed since the history was found
@@ -189,6 +203,7 @@ class WorldPathStage final : public PathStage {
     spatial_.resize(pixel_count(context));
     reuse_counts_.resize(pixel_count(context));
     keys_.resize(current_.reservoirs.size());
+    groups_.resize(context.paths, current_.reservoirs.size());
   }
 
   /// Second links lie a bounce deeper than those of visible points: what counts bounces would give them other light.
@@ -200,10 +215,16 @@ class WorldPathStage final : public PathStage {
     current_.deep_points[pixel] = has_deep_vertex ? capture.links[1].from : VisiblePoint{};
     current_.reservoirs[entry] = WorldSpacePaths::initial_sample(capture.links[0]);
     current_.reservoirs[entry + 1] = WorldSpacePaths::initial_sample(capture.links[1]);
+    for (size_t link = 0; link < kMaxPathLinks; ++link)
+      groups_.start(entry + link, current_.reservoirs[entry + link].sample, capture.continuation_by_group[link]);
   }
   std::array<PathSample*, kMaxPathLinks> samples(uint32_t pixel) override {
     const size_t entry = 2 * size_t{pixel};
     return {&current_.reservoirs[entry].sample, &current_.reservoirs[entry + 1].sample};
+  }
+  std::array<std::span<Rgb>, kMaxPathLinks> continuation_groups(uint32_t pixel) override {
+    const size_t entry = 2 * size_t{pixel};
+    return {groups_.found(entry), groups_.found(entry + 1)};
   }
 
   bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
@@ -242,9 +263,14 @@ class WorldPathStage final : public PathStage {
   KindColors shade_by_kind(const VisiblePoint& visible, uint32_t pixel, Rgb shaded) const override {
     return is_black(shaded) ? KindColors() : paths_.shares(visible, spatial_[pixel]) * shaded;
   }
+  void shade_groups(const VisiblePoint& visible, uint32_t pixel, float factor, std::span<Rgb> sums) const override {
+    const PathReference& shown = spatial_[pixel];
+    if (shown.W > 0.0f) paths_.add_groups(visible, shown, groups_.of(*shown.sample), factor, sums);
+  }
   uint32_t reuse_count(uint32_t pixel) const override { return reuse_counts_[pixel]; }
 
   void keep_history() override {
+    groups_.keep({current_.reservoirs});
     current_.view = {context_.paths.scene.camera, image_region(context_.settings)};
     std::swap(current_, previous_);
     resize(current_);
@@ -252,6 +278,8 @@ class WorldPathStage final : public PathStage {
 
   void take_over(PathStage&& earlier, const HistorySource& source) override {
     auto& stage = static_cast<WorldPathStage&>(earlier);
+    groups_ = std::move(stage.groups_);
+    groups_.resize(context_.paths, 2 * pixel_count(context_));
     std::swap(current_, stage.current_);
     std::swap(previous_, stage.previous_);
     std::swap(spatial_, stage.spatial_);
@@ -269,7 +297,7 @@ class WorldPathStage final : public PathStage {
              c.cells.memory_bytes();
     };
     return bytes(current_) + bytes(previous_) + spatial_.capacity() * sizeof(PathReference) +
-           keys_.capacity() * sizeof(CellKey) + reuse_counts_.capacity() * sizeof(uint32_t);
+           keys_.capacity() * sizeof(CellKey) + reuse_counts_.capacity() * sizeof(uint32_t) + groups_.memory_bytes();
   }
 
  private:
@@ -282,6 +310,7 @@ class WorldPathStage final : public PathStage {
   WorldSpacePaths paths_;
   int link_count_;
   PathCells current_, previous_;
+  ContinuationGroups groups_;
   LazyVector<PathReference> spatial_;  // by pixel, into the reservoirs of both frames
   LazyVector<uint32_t> reuse_counts_;  // by pixel
   LazyVector<CellKey> keys_;           // by entry
@@ -290,9 +319,11 @@ class WorldPathStage final : public PathStage {
 }  // namespace
 
 void PathStage::add_to(const VisiblePoint& visible, uint32_t pixel, float clamp_indirect, PathRecord& record,
-                       PixelLight* by_kind) const {
+                       PixelLight* by_kind, std::span<Rgb> by_group) const {
   const Rgb shaded = shade(visible, pixel), reflected = clamp_contribution(shaded, clamp_indirect);
   record.indirect += reflected;
+  if (!by_group.empty() && record.caught == 0.0f)
+    shade_groups(visible, pixel, clamp_factor(shaded, clamp_indirect), by_group);
   if (by_kind && !by_kind->is_caught)
     by_kind->light.add_indirect(is_first_vertex(visible)
                                     ? shade_by_kind(visible, pixel, shaded) * Rgb(clamp_factor(shaded, clamp_indirect))

@@ -3,6 +3,7 @@
 #include "render/frame_run.h"
 #include "render/pixel_kinds.h"
 #include "render/render_history.h"
+#include "restir/continuation_groups.h"
 #include "restir/screen_space_paths.h"
 #include "restir/world_space_paths.h"
 
@@ -21,6 +22,8 @@ class PathStage {
   virtual void start_pixel(const PathCapture& capture, uint32_t pixel) = 0;
   /// Path samples of a pixel, by link, while light can still be added to them.
   virtual std::array<PathSample*, kMaxPathLinks> samples(uint32_t pixel) = 0;
+  /// Beside them, what their continuations are by light group; empty where paths split none.
+  virtual std::array<std::span<Rgb>, kMaxPathLinks> continuation_groups(uint32_t pixel) = 0;
   /// All reuse; by pixel, `previous` as `visible` of the frame before or empty. False if stopped.
   virtual bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
                      std::span<const VisiblePoint> previous) = 0;
@@ -28,6 +31,8 @@ class PathStage {
   virtual Rgb shade(const VisiblePoint& visible, uint32_t pixel) const = 0;
   /// The same, `shaded`, by kinds of scattering at a visible point that is the first vertex.
   virtual KindColors shade_by_kind(const VisiblePoint& visible, uint32_t pixel, Rgb shaded) const = 0;
+  /// Adds `factor` times `shade` to light groups.
+  virtual void shade_groups(const VisiblePoint& visible, uint32_t pixel, float factor, std::span<Rgb> sums) const = 0;
   /// The same without what other pixels found, where that is known too.
   virtual std::optional<Rgb> shade_alone(const VisiblePoint&, uint32_t) const { return std::nullopt; }
   /// Samples of other paths that the pixel was handed in the last frame.
@@ -42,9 +47,9 @@ class PathStage {
   virtual void set_source(const HistorySource&) {}
   virtual size_t memory_bytes() const = 0;
 
-  /// Adds `shade` to a record, and where it is not null to light by kinds.
+  /// Adds `shade` to a record, where it is not null to light by kinds, and where it is not empty to light by groups.
   void add_to(const VisiblePoint& visible, uint32_t pixel, float clamp_indirect, PathRecord& record,
-              PixelLight* by_kind) const;
+              PixelLight* by_kind, std::span<Rgb> by_group) const;
 
   /// Null for PATH.
   static std::unique_ptr<PathStage> make(const FrameContext& context);

@@ -64,7 +64,8 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             surfaces != nullptr,
             media.get(),
             scene->has_shadow_links(),
-            wants_kinds(settings)},
+            wants_kinds(settings),
+            static_cast<size_t>(settings.light_groups)},
       sequences(std::move(the_sequences)),
       context{settings, paths, filter, *sequences, learning.get(), guiding.get(), surfaces.get()} {}
 

@@ -19,6 +19,7 @@ ReuseFrame::ReuseFrame(std::shared_ptr<const RenderWorld> world, std::shared_ptr
   const size_t pixels = static_cast<size_t>(s.region.width) * static_cast<size_t>(s.region.height);
   records_.resize(pixels);
   kinds_.resize(context_.paths, pixels);
+  groups_.resize(context_.paths, pixels);
   visible_points_.resize(pixels);
 }
 
@@ -95,6 +96,7 @@ bool ReuseFrame::trace_paths(const FrameRun& run) {
     records_[pixel] = trace_pixel(context_, x, y, run.frame, scratch.path, &capture);
     keep_seen(context_, x, y, scratch.path);
     kinds_.start_pixel(pixel, records_[pixel], scratch.path, capture);
+    groups_.set(pixel, scratch.path.light_by_group);
     visible_points_[pixel] = capture.visible;
     if (direct_) direct_->start_pixel(capture.visible, pixel, run.frame, scratch.non_finite);
     if (secondary_) scratch.batch.add(pixel, capture);
@@ -114,7 +116,9 @@ bool ReuseFrame::reuse_secondary_light(const FrameRun& run) {
     std::array<PathSample*, kMaxPathLinks> samples{};
     if (paths_) samples = paths_->samples(pixel);
     const auto count = static_cast<size_t>(paths_ ? paths_->link_count() : 0);
-    secondary_->shade(pixel, records_[pixel], std::span(samples.data(), count), kinds_.of(pixel));
+    SecondaryStage::PixelGroups groups{groups_.of(pixel), {}};
+    if (paths_) groups.continuations = paths_->continuation_groups(pixel);
+    secondary_->shade(pixel, records_[pixel], std::span(samples.data(), count), kinds_.of(pixel), groups);
   });
 }
 
@@ -124,20 +128,23 @@ bool ReuseFrame::shade(const FrameRun& run, Film& film) {
     PathRecord& record = records_[pixel];
     const VisiblePoint& visible = visible_points_[pixel];
     PixelLight* by_kind = kinds_.of(pixel);
-    if (visible.exists && direct_) add_direct_light(visible, pixel, record, by_kind);
-    if (visible.exists && paths_) paths_->add_to(visible, pixel, limits.clamp_indirect, record, by_kind);
+    const std::span<Rgb> by_group = groups_.of(pixel);
+    if (visible.exists && direct_) add_direct_light(visible, pixel, record, by_kind, by_group);
+    if (visible.exists && paths_) paths_->add_to(visible, pixel, limits.clamp_indirect, record, by_kind, by_group);
     const auto width = static_cast<uint32_t>(film.width());
     add_to_film(context_, static_cast<int>(pixel % width), static_cast<int>(pixel / width), run.frame, record, film,
-                by_kind ? &by_kind->light : nullptr);
+                by_kind ? &by_kind->light : nullptr, by_group);
     if (direct_) show_reservoir(film, pixel, direct_->reservoir(pixel));
     film.show(Pass::REUSE_COUNT, pixel, Rgb(reuse_count(pixel)));
   });
 }
 
-void ReuseFrame::add_direct_light(const VisiblePoint& visible, uint32_t pixel, PathRecord& record,
-                                  PixelLight* by_kind) const {
+void ReuseFrame::add_direct_light(const VisiblePoint& visible, uint32_t pixel, PathRecord& record, PixelLight* by_kind,
+                                  std::span<Rgb> by_group) const {
   const Rgb light = clamp_contribution(direct_->shade(visible, pixel), context_.paths.limits.clamp_direct);
   record.direct += light;
+  if (!by_group.empty() && record.caught == 0.0f && !is_black(light))
+    add_to_group(by_group, light_group_of(context_.paths, direct_->reservoir(pixel).sample.emitter), light);
   if (!by_kind || by_kind->is_caught || is_black(light)) return;
   if (is_first_vertex(visible)) {
     by_kind->light.add_direct(direct_->shares(visible, pixel) * light);
@@ -171,7 +178,7 @@ size_t ReuseFrame::memory_bytes() const {
   const size_t points = visible_points_.capacity() + previous_visible_points_.capacity();
   return records_.capacity() * sizeof(PathRecord) + points * sizeof(VisiblePoint) +
          (direct_ ? direct_->memory_bytes() : 0) + (secondary_ ? secondary_->memory_bytes() : 0) +
-         (paths_ ? paths_->memory_bytes() : 0) + kinds_.memory_bytes();
+         (paths_ ? paths_->memory_bytes() : 0) + kinds_.memory_bytes() + groups_.memory_bytes();
 }
 
 }  // namespace cistern

@@ -53,7 +53,8 @@ class ReuseFrame {
   bool trace_paths(const FrameRun& run);
   bool reuse_secondary_light(const FrameRun& run);
   bool shade(const FrameRun& run, Film& film);
-  void add_direct_light(const VisiblePoint& visible, uint32_t pixel, PathRecord& record, PixelLight* by_kind) const;
+  void add_direct_light(const VisiblePoint& visible, uint32_t pixel, PathRecord& record, PixelLight* by_kind,
+                        std::span<Rgb> by_group) const;
   /// Samples of other points that a pixel was handed in this frame, for all of its light.
   float reuse_count(uint32_t pixel) const;
   void keep_history();
@@ -74,6 +75,7 @@ class ReuseFrame {
   // By pixel.
   LazyVector<PathRecord> records_;
   PixelKinds kinds_;
+  GroupTable groups_;
   LazyVector<VisiblePoint> visible_points_, previous_visible_points_;
 };
 

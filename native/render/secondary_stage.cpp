@@ -137,22 +137,29 @@ bool SecondaryStage::merge_with_cells(const FrameRun& run, const VertexCells& ce
 }
 
 void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSample* const> samples,
-                           PixelLight* by_kind) const {
+                           PixelLight* by_kind, const PixelGroups& groups) const {
   const PathLimits& limits = context_.paths.limits;
   for (uint32_t i = first_vertex_[pixel]; i < first_vertex_[pixel] + counts_[pixel]; ++i) {
     const LightVertex& vertex = vertices_[i];
     const std::optional<ArrivingLight> light = light_.shade(vertex.point, cells_.reservoirs[i]);
     if (!light) continue;
     const Rgb reflected = light->f_cos * light->radiance;
-    record.direct += clamp_contribution(vertex.to_direct * reflected, limits.clamp_direct);
-    record.indirect += clamp_contribution(vertex.to_indirect * reflected, limits.clamp_indirect);
+    const LightGroup group = group_of(cells_.reservoirs[i].sample);
+    const Rgb direct = clamp_contribution(vertex.to_direct * reflected, limits.clamp_direct);
+    const Rgb indirect = clamp_contribution(vertex.to_indirect * reflected, limits.clamp_indirect);
+    record.direct += direct;
+    record.indirect += indirect;
+    if (record.caught == 0.0f) add_to_group(groups.light, group, direct + indirect);
     if (by_kind && !by_kind->is_caught) add_by_kind(i, *light, by_kind->light);
     for (size_t link = 0; link < samples.size(); ++link) {
       if (static_cast<int>(link) == vertex.sample_point_of) {
         samples[link]->light = {light->wi, light->radiance, light->f_cos, light->even_cos};
         samples[link]->light_visibility = light->visibility;
+        samples[link]->light_group = group;
       } else {
-        samples[link]->continuation.radiance += vertex.to_continuation[link] * reflected;
+        const Rgb continuation = vertex.to_continuation[link] * reflected;
+        samples[link]->continuation.radiance += continuation;
+        add_to_group(groups.continuations[link], group, continuation);
       }
     }
   }

@@ -28,15 +28,24 @@ class SecondaryStage {
   void add_batch(Batch&& batch);
   /// All reuse, after the last batch. False if stopped.
   bool reuse(const FrameRun& run);
+  /// Light groups of a pixel and of the continuations of its samples, empty where paths split none.
+  struct PixelGroups {
+    std::span<Rgb> light;
+    std::array<std::span<Rgb>, kMaxPathLinks> continuations;
+  };
   /// Adds the light of a pixel's vertices to its record, to the samples of its links and, if not null, to light by
-  /// kinds.
-  void shade(uint32_t pixel, PathRecord& record, std::span<PathSample* const> samples, PixelLight* by_kind) const;
+  /// kinds; all that by groups as well.
+  void shade(uint32_t pixel, PathRecord& record, std::span<PathSample* const> samples, PixelLight* by_kind,
+             const PixelGroups& groups = {}) const;
   /// Of other vertices, merged into those of a pixel's vertices.
   uint32_t reuse_count(uint32_t pixel) const;
   void keep_history();
   size_t memory_bytes() const;
 
  private:
+  LightGroup group_of(const LightSample& sample) const {
+    return context_.paths.light_groups > 0 ? light_group_of(context_.paths, sample.emitter) : kNoLightGroup;
+  }
   void add_by_kind(uint32_t vertex, const ArrivingLight& light, LightByKind& by_kind) const;
   bool join_batches(const FrameRun& run);
   Rng random_numbers(uint32_t vertex, uint32_t frame, uint32_t pass) const;

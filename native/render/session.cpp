@@ -39,6 +39,7 @@ Session::Session(Settings settings) : settings_(std::move(settings)) {
   check_settings(settings_);
   published_.resize(static_cast<size_t>(Pass::COUNT));
   published_surfaces_.resize(layers_of(settings_.surface_passes).size());
+  published_groups_.resize(static_cast<size_t>(settings_.light_groups));
 }
 
 Session::~Session() {
@@ -119,6 +120,14 @@ std::vector<float> Session::read(const SurfaceLayer& layer) {
   return read_published(published_surfaces_[static_cast<size_t>(found - layers.begin())], layer.channels);
 }
 
+std::vector<float> Session::read_light_group(int group) {
+  std::lock_guard lock(mutex_);
+  if (group < 0 || group >= settings_.light_groups)
+    throw Error("pass '" + light_group_name(group) + "'", "was not enabled for this render");
+  if (progress_.status != Status::RUNNING && film_) return film_->resolve_light_group(group);
+  return read_published(published_groups_[static_cast<size_t>(group)], kLightGroupChannels);
+}
+
 /// Under the lock.
 std::vector<float> Session::read_published(const std::vector<float>& pixels, int channels) {
   wants_pixels_ = true;
@@ -132,7 +141,8 @@ void Session::run() {
   try {
     tbb::task_arena arena(settings_.threads > 0 ? settings_.threads : tbb::task_arena::automatic);
     arena.execute([this, &reuse] {
-      film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes);
+      film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes,
+                                     settings_.light_groups);
       if (settings_.surface_passes.any())
         surfaces_ = std::make_shared<SurfaceFilm>(
             settings_.surface_passes, film_->width(), film_->height(),
@@ -314,9 +324,12 @@ void Session::publish() {
     if (film_->has(static_cast<Pass>(i))) resolved[i] = film_->resolve(static_cast<Pass>(i));
   std::vector<std::vector<float>> surfaces;
   for (const SurfaceLayer& layer : layers_of(settings_.surface_passes)) surfaces.push_back(surfaces_->resolve(layer));
+  std::vector<std::vector<float>> groups;
+  for (int group = 0; group < settings_.light_groups; ++group) groups.push_back(film_->resolve_light_group(group));
   std::lock_guard lock(mutex_);
   published_ = std::move(resolved);
   published_surfaces_ = std::move(surfaces);
+  published_groups_ = std::move(groups);
   wants_pixels_ = false;
   ++progress_.version;
 }
@@ -331,6 +344,7 @@ void Session::end(Status status, const std::string& error) {
   ++progress_.version;
   published_.assign(published_.size(), {});
   published_surfaces_.assign(published_surfaces_.size(), {});
+  published_groups_.assign(published_groups_.size(), {});
   scene_.reset();
   cache_.reset();
   ended_.notify_all();

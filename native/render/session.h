@@ -60,6 +60,7 @@ class Session {
   /// published state, zeros before the first one; asking makes the next frames publish again.
   std::vector<float> read(Pass pass);
   std::vector<float> read(const SurfaceLayer& layer);
+  std::vector<float> read_light_group(int group);
   const Settings& settings() const { return settings_; }
 
  private:
@@ -97,6 +98,7 @@ class Session {
   Progress progress_;
   std::vector<std::vector<float>> published_;           // by Pass
   std::vector<std::vector<float>> published_surfaces_;  // by layer of the settings
+  std::vector<std::vector<float>> published_groups_;    // by light group
   bool wants_pixels_ = true;
   Clock::time_point started_, rendering_since_, last_frame_;
 };

@@ -167,6 +167,7 @@ void check_settings(Settings& s) {
   if (s.light_samples == 0) s.light_samples = 1;
   require("light_samples", s.light_samples, 1, 64);
   require("filter_width", s.filter_width, 0.01f, 10.0f);
+  require("light_groups", s.light_groups, 0, kMaxLightGroups);
   require("time_limit", s.time_limit, 0.0, 1e9);
   check_limits(s.limits);
   check_direct_reuse(s.direct_reuse);

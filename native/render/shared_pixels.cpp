@@ -12,6 +12,7 @@ bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopC
   sharing_.set_region({all.x + first.x, all.y + first.y, pixels.width(), pixels.height()});
   records_.resize(pixels.size());
   kinds_.resize(context_.paths, pixels.size());
+  groups_.resize(context_.paths, pixels.size());
   const auto trace = [&](int x, int y, Scratch& scratch) {
     const auto pixel = static_cast<uint32_t>(y * pixels.width() + x);
     const PixelBlocks::Pixel place = pixels.place(x, y);
@@ -20,22 +21,26 @@ bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopC
     keep_seen(context_, place.x, place.y, scratch.path);
     sharing_.start_pixel(scratch.capture, pixel);
     kinds_.start_pixel(pixel, records_[pixel], scratch.path, scratch.capture);
+    groups_.set(pixel, scratch.path.light_by_group);
   };
   const auto finish_tile = [&](const Scratch& scratch) { collect_records(context_, scratch.path); };
   return for_each_pixel<Scratch>(pixels.width(), pixels.height(), stop, trace, finish_tile) &&
          sharing_.share(frame, stop);
 }
 
-PathRecord SharedPixels::record(uint32_t pixel, PixelLight* by_kind) const {
+PathRecord SharedPixels::record(uint32_t pixel, PixelLight* by_kind, std::span<Rgb> by_group) const {
   PathRecord record = records_[pixel];
   const VisiblePoint& visible = sharing_.visible_point(pixel);
-  if (visible.exists) sharing_.add_to(visible, pixel, context_.paths.limits.clamp_indirect, record, by_kind);
+  if (visible.exists) sharing_.add_to(visible, pixel, context_.paths.limits.clamp_indirect, record, by_kind, by_group);
   return record;
 }
 
-PathRecord SharedPixels::record(uint32_t pixel, LightByKind& by_kind) const {
+PathRecord SharedPixels::record(uint32_t pixel, LightByKind& by_kind, LightByGroup& by_group) const {
+  const std::span<const Rgb> groups = groups_.of(pixel);
+  by_group.assign(groups.begin(), groups.end());
+  if (!splits_kinds()) return record(pixel, nullptr, by_group);
   PixelLight light = *kinds_.of(pixel);
-  const PathRecord result = record(pixel, &light);
+  const PathRecord result = record(pixel, &light, by_group);
   by_kind = light.light;
   return result;
 }
@@ -45,7 +50,8 @@ uint32_t SharedPixels::reuse_count(uint32_t pixel) const {
 }
 
 size_t SharedPixels::memory_bytes() const {
-  return sharing_.memory_bytes() + records_.capacity() * sizeof(PathRecord) + kinds_.memory_bytes();
+  return sharing_.memory_bytes() + records_.capacity() * sizeof(PathRecord) + kinds_.memory_bytes() +
+         groups_.memory_bytes();
 }
 
 }  // namespace cistern

@@ -15,21 +15,23 @@ class SharedPixels {
 
   /// Of the sample of a pixel, by its number in the small picture: what it found and was handed, and by how many
   /// others.
-  PathRecord record(uint32_t pixel) const { return record(pixel, nullptr); }
-  /// The same with what it is by kinds of scattering; for contexts that split it.
-  PathRecord record(uint32_t pixel, LightByKind& by_kind) const;
+  PathRecord record(uint32_t pixel) const { return record(pixel, nullptr, {}); }
+  /// The same with what it is by kinds of scattering and by light groups; for contexts that split it.
+  PathRecord record(uint32_t pixel, LightByKind& by_kind, LightByGroup& by_group) const;
+  bool splits() const { return context_.paths.splits(); }
   bool splits_kinds() const { return context_.paths.splits_kinds; }
   uint32_t reuse_count(uint32_t pixel) const;
 
   size_t memory_bytes() const;
 
  private:
-  PathRecord record(uint32_t pixel, PixelLight* by_kind) const;
+  PathRecord record(uint32_t pixel, PixelLight* by_kind, std::span<Rgb> by_group) const;
 
   const FrameContext& context_;
   CellSharedStage sharing_;
   LazyVector<PathRecord> records_;  // by pixel
   PixelKinds kinds_;
+  GroupTable groups_;
 };
 
 }  // namespace cistern

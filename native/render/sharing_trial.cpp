@@ -85,6 +85,7 @@ Settings settings_of_trial(const Settings& s) {
   trial.guiding = Guiding::OFF;
   trial.passes = {};
   trial.surface_passes = {};
+  trial.light_groups = 0;
   return trial;
 }
 

@@ -33,10 +33,10 @@ PairResponse respond(const PathContext& context, const Bsdf& bsdf, Vec3 wi, Foun
   return {f.rough_cos, even_part(f.even_cos, kind), f.pdf};
 }
 
-/// Radiance that a divided sample sends along a connection.
-Rgb sent_evenly(const PathSample& sample, const PathConnection& way) {
+/// What is left of a divided sample's radiance along a connection.
+float sent_share(const PathSample& sample, const PathConnection& way) {
   const VisiblePoint& point = sample.point;
-  return sample.continuation.radiance * even_transmittance(point.even_shade, -dot(point.even_normal, way.wi));
+  return even_transmittance(point.even_shade, -dot(point.even_normal, way.wi));
 }
 
 /// Makes it send that radiance, head-on, and the same in all directions but for layers.
@@ -75,6 +75,33 @@ void CellSharedPaths::divide(PathLink& link, const ReflectedPaths& deep, Reflect
   reflected.even += link.even_response * rest;
   reflected.own += link.response * rest;
   send_evenly(link.to, even);
+}
+
+/// The light sample of the link's sample point is of one group.
+void CellSharedPaths::keep_groups(const PathLink& link, std::span<const Rgb> continuation, const ReflectedGroups& deep,
+                                  const ReflectedGroups& reflected) {
+  const PathSample& sample = link.to;
+  add_to_group(reflected.sum, sample.light_group, link.response * sample.light.f_cos * sample.light.radiance);
+  for (size_t group = 0; group < continuation.size(); ++group)
+    reflected.sum[group] += link.response * (sample.continuation.f_cos * continuation[group] + deep.sum[group]);
+}
+
+void CellSharedPaths::divide_groups(const PathLink& link, std::span<Rgb> continuation, const ReflectedGroups& deep,
+                                    const ReflectedGroups& reflected) {
+  const PathSample& sample = link.to;
+  const VisiblePoint& point = sample.point;
+  const float transmittance = even_transmittance(point.even_shade, dot(point.even_normal, point.receiver.wo));
+  for (size_t group = 0; group < continuation.size(); ++group) {
+    const bool is_lights = static_cast<size_t>(sample.light_group) == group;
+    const Rgb light = is_lights ? sample.light.radiance : Rgb();
+    const Rgb found = sample.light.f_cos * light + sample.continuation.f_cos * continuation[group] + deep.sum[group];
+    const Rgb even =
+        sample.light.even_cos * light + sample.continuation.even_cos * continuation[group] + deep.even[group];
+    const Rgb rest = found - even * transmittance;
+    reflected.sum[group] += link.response * rest;
+    reflected.even[group] += link.even_response * rest;
+    continuation[group] = even;
+  }
 }
 
 void CellSharedPaths::share(Group& group, Scratch& scratch) const {
@@ -180,12 +207,18 @@ void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch
   for (size_t k = 0; k < group.size(); ++k) {
     const Scratch::Pair& pair = scratch.pairs[k];
     if (is_black(pair.transmittance)) continue;
-    const Rgb radiance = sent_evenly(found.to, pair.way) * pair.transmittance * pair.way.geometry;
+    const float sent = sent_share(found.to, pair.way);
+    const Rgb radiance = found.to.continuation.radiance * sent * pair.transmittance * pair.way.geometry;
     ReflectedPaths& reflected = *group.reflected[k];
     reflected.sum += pair.f_cos * radiance * weight;
     if (!group.reflected_by_kind.empty())
       *group.reflected_by_kind[k] += pair_shares(k, scratch, found.to.kind) * (pair.f_cos * radiance * weight);
     reflected.even += pair.even_cos * radiance * weight;
+    if (!group.continuations.empty()) {
+      const Rgb factor = pair.transmittance * (sent * pair.way.geometry * weight);
+      add_to_groups(group.reflected_groups[k].sum, group.continuations[finder], pair.f_cos * factor);
+      add_to_groups(group.reflected_groups[k].even, group.continuations[finder], pair.even_cos * factor);
+    }
     if (k == finder) reflected.own += pair.f_cos * radiance * found.W;
   }
 }

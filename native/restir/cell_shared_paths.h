@@ -45,6 +45,11 @@ struct ReflectedPaths {
   Rgb own;   // what the vertex's own sample would give it alone
 };
 
+/// The first two by light group; empty where paths split none.
+struct ReflectedGroups {
+  std::span<Rgb> sum, even;
+};
+
 /// All-pairs sharing of path samples in the groups of cells: our own estimator.
 ///
 /// Each vertex of a group found one sample point y by BSDF sampling (or none), with density p_i(y) per area. All of
@@ -76,6 +81,9 @@ class CellSharedPaths {
     std::vector<float> confidences;
     std::vector<ReflectedPaths*> reflected;
     std::vector<KindColors*> reflected_by_kind;  // of `sum`; empty where nobody asks
+    // By light group, where paths split them: what continuations of the links' divided samples are, and `reflected`.
+    std::vector<std::span<const Rgb>> continuations;
+    std::vector<ReflectedGroups> reflected_groups;
 
     size_t size() const { return links.size(); }
   };
@@ -103,6 +111,12 @@ class CellSharedPaths {
 
   /// Keeps of a fresh sample only what is for all, and adds the rest to what its finder reflects.
   static void divide(PathLink& link, const ReflectedPaths& deep, ReflectedPaths& reflected);
+
+  /// The same by light group, to be called before: `continuation` of the sample, which becomes that of what is left.
+  static void keep_groups(const PathLink& link, std::span<const Rgb> continuation, const ReflectedGroups& deep,
+                          const ReflectedGroups& reflected);
+  static void divide_groups(const PathLink& link, std::span<Rgb> continuation, const ReflectedGroups& deep,
+                            const ReflectedGroups& reflected);
 
   /// Adds what each vertex of a group reflects of divided samples.
   void share(Group& group, Scratch& scratch) const;

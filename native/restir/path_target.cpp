@@ -151,4 +151,19 @@ KindColors reflected_shares(const PathContext& context, const VisiblePoint& visi
              : KindColors();
 }
 
+/// By the reflected light of each of the two directions alone, for which a ray each is traced, whatever groups there
+/// are.
+void add_reflected_groups(const PathContext& context, const VisiblePoint& visible, const PathSample& sample,
+                          Reflection reflection, std::span<const Rgb> continuation, Rgb factor, std::span<Rgb> sums) {
+  PathSample alone = sample;
+  if (!is_black(sample.light.radiance)) {
+    alone.continuation.radiance = Rgb();
+    add_to_group(sums, sample.light_group, factor * reflected_path(context, visible, alone, reflection));
+  }
+  if (continuation.empty()) return;
+  alone.light.radiance = Rgb();
+  alone.continuation.radiance = Rgb(1.0f);
+  add_to_groups(sums, continuation, factor * reflected_path(context, visible, alone, reflection));
+}
+
 }  // namespace cistern

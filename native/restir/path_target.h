@@ -58,6 +58,10 @@ Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, cons
 /// Shares that kinds of scattering have in it.
 KindColors reflected_shares(const PathContext& context, const VisiblePoint& visible, const PathSample& sample);
 
+/// Adds `factor` times its light to the groups that it is of; `continuation`: radiance of the sample's, by group.
+void add_reflected_groups(const PathContext& context, const VisiblePoint& visible, const PathSample& sample,
+                          Reflection reflection, std::span<const Rgb> continuation, Rgb factor, std::span<Rgb> sums);
+
 /// The lobes that `evaluate_kind` knows, as RayVisibility bits.
 inline uint8_t lobes_of_kind(const PathContext& context, FoundKind kind) {
   return kind != 0 && context.divides_kinds ? kind : uint8_t{kVisibleToAll};

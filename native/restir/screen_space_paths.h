@@ -80,6 +80,12 @@ class ScreenSpacePaths {
   KindColors shares(const VisiblePoint& visible, const PathReservoir& reservoir) const {
     return reflected_shares(context_, visible, reservoir.sample);
   }
+  /// Adds `factor` times it to light groups.
+  void add_groups(const VisiblePoint& visible, const PathReservoir& reservoir, std::span<const Rgb> continuation,
+                  float factor, std::span<Rgb> sums) const {
+    add_reflected_groups(context_, visible, reservoir.sample, reuse_.rules.reflection, continuation,
+                         Rgb(factor * reservoir.W), sums);
+  }
 
  private:
   std::optional<uint32_t> previous_pixel(const VisiblePoint& visible, const PathFrame& previous, uint32_t pixel) const;

@@ -81,6 +81,12 @@ class WorldSpacePaths {
   KindColors shares(const VisiblePoint& visible, const PathReference& reservoir) const {
     return reflected_shares(context_, visible, *reservoir.sample);
   }
+  /// Adds `factor` times it to light groups.
+  void add_groups(const VisiblePoint& visible, const PathReference& reservoir, std::span<const Rgb> continuation,
+                  float factor, std::span<Rgb> sums) const {
+    add_reflected_groups(context_, visible, *reservoir.sample, reuse_.rules.reflection, continuation,
+                         Rgb(factor * reservoir.W), sums);
+  }
 
  private:
   const PathContext& context_;

@@ -12,6 +12,7 @@ struct Environment {
   int importance_width = 0;            // 0: chosen from the largest image it uses
   uint8_t visibility = kVisibleToAll;  // RayVisibility bits of the rays that may see it
   bool use_importance_sampling = true;
+  LightGroup light_group = kNoLightGroup;
   friend bool operator==(const Environment&, const Environment&) = default;
 };
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "base/transform.h"
+#include "scene/light_group.h"
 #include "scene/light_linking.h"
 
 namespace cistern {
@@ -26,12 +27,13 @@ struct Instance {
   int object = -1;        // index into Scene::object_names
   uint8_t visibility = kVisibleToAll;
   bool is_holdout = false, is_shadow_catcher = false;
-  uint8_t light_set = 0, shadow_set = 0;  // as a receiver and as a blocker of light: below kLightSets
-  float random = 0.0f;                    // Object Info > Random, in [0, 1)
-  int values = -1;                        // row of Scene::instance_values; -1: reads 0
-  LightLinks links;                       // as an emitter
-  Transform object_to_world;              // finite and invertible; may mirror
-  uint64_t key = 0;                       // the same in all snapshots that show this thing; 0: known by its handle
+  uint8_t light_set = 0, shadow_set = 0;   // as a receiver and as a blocker of light: below kLightSets
+  LightGroup light_group = kNoLightGroup;  // as an emitter
+  float random = 0.0f;                     // Object Info > Random, in [0, 1)
+  int values = -1;                         // row of Scene::instance_values; -1: reads 0
+  LightLinks links;                        // as an emitter
+  Transform object_to_world;               // finite and invertible; may mirror
+  uint64_t key = 0;                        // the same in all snapshots that show this thing; 0: known by its handle
   friend bool operator==(const Instance&, const Instance&) = default;
 };
 

@@ -59,6 +59,7 @@ struct Light {
   bool use_mis = true;     // false: sampled by next-event estimation only
   int max_bounces = 1024;  // paths with more bounces do not receive it
   LightLinks links;
+  LightGroup light_group = kNoLightGroup;
   int material = -1;          // emission program multiplying the light, or -1
   Transform object_to_world;  // of the lamp object, for that program; the shape is in world space already
   bool removed = false;

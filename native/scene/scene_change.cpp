@@ -50,10 +50,11 @@ bool is_there(const Instance& instance) { return instance.mesh >= 0; }
 bool is_lit(const Light& light) { return !light.removed; }
 
 bool has_same_links(const Instance& a, const Instance& b) {
-  return a.light_set == b.light_set && a.shadow_set == b.shadow_set && a.links == b.links;
+  return a.light_set == b.light_set && a.shadow_set == b.shadow_set && a.links == b.links &&
+         a.light_group == b.light_group;
 }
 
-/// Where it is, how it looks from there, who sees it and what light links it has; not what it is made of.
+/// Where it is, how it looks from there, who sees it and what light links and group it has; not what it is made of.
 bool has_same_surface(const Scene& earlier, const Instance& a, const Scene& later, const Instance& b) {
   if (is_there(a) != is_there(b)) return false;
   if (!is_there(a)) return true;

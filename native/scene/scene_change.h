@@ -11,7 +11,7 @@ namespace cistern {
 /// the same thing where their keys are equal, those without a key where their handles are; of things with one key the
 /// first counts. Whatever has other handles counts as changed.
 struct SceneChange {
-  bool surfaces = false;   // some instance moved, came, went, or has another mesh, ray visibility or light links
+  bool surfaces = false;   // some instance moved, came, went, or has another mesh, ray visibility, light links or group
   bool materials = false;  // of surfaces
   bool environment = false;
   bool lamps = false;

@@ -140,6 +140,10 @@ bool Media::shine_on(const MediaStack& stack, uint8_t receiver) const {
   return fills_world_ || stack.is_empty() || has_set(scene_.instances[stack.begin()->instance].links.lit, receiver);
 }
 
+LightGroup Media::light_group(const MediaStack& stack) const {
+  return stack.is_empty() ? scene_.environment.light_group : scene_.instances[(stack.end() - 1)->instance].light_group;
+}
+
 Medium Media::uneven_at(const SegmentMedia& segment, const PathState& path, Vec3 position) const {
   Medium medium;
   for (const MediaStack::Entry& entry : segment.uneven)

@@ -51,6 +51,8 @@ class Media {
   /// are none, as in Cycles: the set they are as a receiver, and whether what they emit reaches a receiver.
   uint8_t light_set(const MediaStack& stack) const;
   bool shine_on(const MediaStack& stack, uint8_t receiver) const;
+  /// The light group of what they emit together is that of the medium that was entered last, as in Cycles.
+  LightGroup light_group(const MediaStack& stack) const;
 
   /// A choice of emitters that does not look at the receiver; see LightSet::receiver_free_pmf. Empty without emitters.
   const AliasTable& emitters() const { return emitters_; }

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "transport/light_by_group.h"
 #include "transport/visible_points.h"
 
 namespace cistern {
@@ -37,7 +38,9 @@ struct PathSample {
   IncidentRadiance light, continuation;
   uint8_t light_visibility = kVisibleToAll;  // RayVisibility bits of `light`
   FoundKind kind = 0;                        // of the ray that arrived at the sample point
+  LightGroup light_group = kNoLightGroup;    // of `light`
   PathOrigin origin;
+  uint32_t groups = 0;  // where ContinuationGroups has `continuation` by light group
 
   /// Radiance sent to the vertex that found the sample point.
   Rgb radiance_as_found() const { return light.f_cos * light.radiance + continuation.f_cos * continuation.radiance; }
@@ -99,6 +102,9 @@ struct PathCapture {
   KindColors seen_shares;
   KindColors link_shares;  // the same of the first link's `response`, at visible points that are the first vertex
   std::vector<LightVertexKinds> vertex_kinds;  // beside `vertices`
+
+  /// Captured with PathContext::light_groups: radiance of the links' continuations by group.
+  std::array<LightByGroup, kMaxPathLinks> continuation_by_group;
 
   void clear() {
     visible.exists = false;

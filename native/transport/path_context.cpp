@@ -43,4 +43,11 @@ bool emitters_tell_kinds(const Scene& scene) {
   return std::ranges::any_of(scene.lights, is_lamp) || std::ranges::any_of(scene.instances, is_surface);
 }
 
+LightGroup light_group_of(const PathContext& context, uint32_t emitter) {
+  if (const auto lamp = context.lights.lamp_of(emitter)) return context.scene.lights[*lamp].light_group;
+  if (const auto triangle = context.lights.triangle_of(emitter))
+    return context.scene.instances[triangle->instance].light_group;
+  return context.scene.environment.light_group;
+}
+
 }  // namespace cistern

@@ -70,7 +70,15 @@ struct PathContext {
   bool has_shadow_links = false;
   /// Whether light is also wanted by kinds of scattering: LightByKind, and what PathCapture has of that.
   bool splits_kinds = false;
+  /// How many light groups it is wanted by: PathScratch::light_by_group, and what PathCapture has of that.
+  size_t light_groups = 0;
+
+  /// Whether light is wanted in parts at all.
+  bool splits() const { return splits_kinds || light_groups > 0; }
 };
+
+/// Group of an emitter of the context's lights.
+LightGroup light_group_of(const PathContext& context, uint32_t emitter);
 
 /// Whether what a scattered ray meets, or how far its path goes on, depends on the kind of its scattering: by ray
 /// visibility, bounce limits or materials that read the path.

@@ -31,9 +31,10 @@ PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& s
     PathRecord nothing;
     if (context.limits.film_transparent) nothing.alpha = 0.0f;
     scratch.light_by_kind = {};
+    scratch.light_by_group.assign(context.light_groups, Rgb());
     return nothing;
   }
-  if (context.splits_kinds) return trace_split_path(context, ray, sampler, scratch, capture);
+  if (context.splits()) return trace_split_path(context, ray, sampler, scratch, capture);
   if (context.media && !capture) return trace_media_path(context, ray, sampler, scratch);
   if (learns(context, scratch)) return trace_learned_path(context, ray, sampler, scratch, capture);
   if (capture) return Walk<CapturingWalk>(context, ray, sampler, scratch, capture).run();

@@ -2,6 +2,7 @@
 
 #include "lights/light_record.h"
 #include "transport/guide_table.h"
+#include "transport/light_by_group.h"
 #include "transport/light_by_kind.h"
 #include "transport/path_capture.h"
 #include "transport/path_sampler.h"
@@ -51,6 +52,7 @@ struct PathScratch {
   std::vector<TaughtVertex> taught_vertices;  // of the path under way
   std::vector<SeenSurface> seen_surfaces;     // of the last path, where PathContext::record_seen asks for them
   LightByKind light_by_kind;                  // the same, where PathContext::splits_kinds
+  LightByGroup light_by_group;                // the same, of PathContext::light_groups
 };
 
 /// The reference estimator: unidirectional path tracing with next-event estimation at every vertex and multiple

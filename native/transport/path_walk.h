@@ -27,7 +27,7 @@ PathRecord trace_learned_path(const PathContext& context, const Ray& ray, PathSa
 /// trace_path for a context with media.
 PathRecord trace_media_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch);
 
-/// trace_path for a context that splits_kinds.
+/// trace_path for a context that splits.
 PathRecord trace_split_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
                             PathCapture* capture);
 
@@ -48,7 +48,7 @@ class Walk {
       capture_.out = capture;
       capture->clear();
     }
-    if constexpr (Kind::splits) scratch.light_by_kind = {};
+    if constexpr (Kind::splits) start_parts();
     if constexpr (Kind::has_media)
       media_.stack = context.media->around(context.accel, ray.origin + ray.t_min * ray.direction);
   }
@@ -194,7 +194,17 @@ class Walk {
   /// Whether the current vertex is the sample point of a second link whose light is left to the caller.
   bool is_left_deep() const;
   /// Light reflected at the current vertex, or other that is met, as the continuations of the captured sample points.
-  void add_to_continuations(Rgb by_rough_lobes, Rgb other);
+  void add_to_continuations(Rgb by_rough_lobes, Rgb other, LightGroup group);
+
+  // --- by the group of the emitter: path_walk_groups.h --------------------------------------------------------------
+
+  void start_parts();
+  LightSource source_of(uint32_t emitter) const;
+  LightSource source_of(const Instance& instance) const;
+  /// What was just added to the record.
+  void add_to_group_of(const LightSource& source, Rgb light);
+  /// As split_environment_behind_film.
+  void add_environment_behind_film_to_group();
 
   // --- by the kind of the first scattering: path_walk_kinds.h ------------------------------------------------------
 
@@ -224,7 +234,7 @@ class Walk {
   float emitter_weight(std::optional<uint32_t> emitter, float pdf) const;
   /// The same where reservoirs take the light samples.
   float captured_emitter_weight(uint32_t emitter, float pdf) const;
-  void add(Rgb radiance, SourceKind source);
+  void add(Rgb radiance, const LightSource& source);
   void add_lamps(const std::optional<Hit>& hit);
   void add_surface_emission(const SurfacePoint& point, Rgb emission);
   /// Light of emitters that some surfaces let pass. A scattered ray meets them on its first segment, wherever they are.
@@ -247,9 +257,10 @@ class Walk {
   int light_samples() const;
   /// Next-event estimation with light sample `index` of these.
   void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter, int index);
-  void keep_incident_light(const IncidentLight& light, Rgb radiance, const BsdfEvaluation& f);
+  void keep_incident_light(const IncidentLight& light, Rgb radiance, const BsdfEvaluation& f,
+                           const LightSource& source);
   /// Adds what the current vertex reflects of a light sample.
-  void add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, SourceKind source);
+  void add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, const LightSource& source);
 
   /// Sets the chooser of the current vertex; false where the light set chooses.
   bool choose_by_learning(const SurfacePoint& point, const Bsdf& bsdf);
@@ -299,8 +310,10 @@ class Walk {
   /// After an event that the path took with `probability`.
   void scale_by_chance(Rgb weight, float probability) {
     throughput_.scale(weight * (1.0f / probability));
-    if constexpr (Kind::splits)
-      for (Throughput& part : kinds_.throughput) part.scale(weight * (1.0f / probability));
+    if constexpr (Kind::splits) {
+      if (context_.splits_kinds)
+        for (Throughput& part : kinds_.throughput) part.scale(weight * (1.0f / probability));
+    }
     if constexpr (Kind::captures) {
       capture_.link_probability *= probability;
       capture_.response *= weight * (1.0f / probability);
@@ -493,6 +506,7 @@ class Walk {
 }  // namespace cistern
 
 #include "transport/path_walk_capture.h"
+#include "transport/path_walk_groups.h"
 #include "transport/path_walk_kinds.h"
 #include "transport/path_walk_light.h"
 #include "transport/path_walk_media.h"

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "transport/path_walk.h"
 
 // What a walk leaves to others: the captured vertices and links. Included by path_walk.h.
@@ -42,7 +44,9 @@ inline void Walk<Kind>::capture_vertex(const SurfacePoint& point, const Bsdf& bs
   const VisiblePoint captured = captured_point(point, bsdf);
   if (is_visible_point) {
     capture_.out->visible = captured;
-    if constexpr (Kind::splits) capture_.out->seen_shares = kind_shares_of_seen();
+    if constexpr (Kind::splits) {
+      if (context_.splits_kinds) capture_.out->seen_shares = kind_shares_of_seen();
+    }
     capture_.vertex.light_candidates = capture_.out->direct_candidates;
     if (capture_.out->link_count > 0) start_link(0, captured);
   }
@@ -69,6 +73,8 @@ inline void Walk<Kind>::capture_sample_point(int index, const VisiblePoint& capt
   link.to.point = captured;
   link.to.light = link.to.continuation = {};
   link.to.light_visibility = kVisibleToAll;
+  link.to.light_group = kNoLightGroup;
+  if constexpr (Kind::splits) std::ranges::fill(capture_.out->continuation_by_group[static_cast<size_t>(index)], Rgb());
   link.to.kind = found_kind(state_.ray_kind);
   link.to.origin = {};
   capture_.vertex.sample_point_of = index;
@@ -89,7 +95,9 @@ inline void Walk<Kind>::capture_light_vertex(const VisiblePoint& captured) {
   if (capture_.vertex.sample_point_of != 0) vertex.to_indirect = throughput_.direct + throughput_.indirect;
   if (is_left_deep()) vertex.to_continuation[0] = Rgb();
   capture_.out->vertices.push_back(vertex);
-  if constexpr (Kind::splits) capture_.out->vertex_kinds.push_back(kinds_of_vertex());
+  if constexpr (Kind::splits) {
+    if (context_.splits_kinds) capture_.out->vertex_kinds.push_back(kinds_of_vertex());
+  }
 }
 
 template <class Kind>
@@ -98,11 +106,14 @@ inline bool Walk<Kind>::is_left_deep() const {
 }
 
 template <class Kind>
-inline void Walk<Kind>::add_to_continuations(Rgb by_rough_lobes, Rgb other) {
+inline void Walk<Kind>::add_to_continuations(Rgb by_rough_lobes, Rgb other, LightGroup group) {
   if constexpr (Kind::captures) {
-    const auto continuation = [&](size_t i) -> Rgb& { return capture_.out->links[i].to.continuation.radiance; };
-    continuation(0) += throughput_.continuation[0] * (is_left_deep() ? other : by_rough_lobes + other);
-    continuation(1) += throughput_.continuation[1] * (by_rough_lobes + other);
+    const auto add = [&](size_t i, Rgb light) {
+      capture_.out->links[i].to.continuation.radiance += light;
+      if constexpr (Kind::splits) add_to_group(capture_.out->continuation_by_group[i], group, light);
+    };
+    add(0, throughput_.continuation[0] * (is_left_deep() ? other : by_rough_lobes + other));
+    add(1, throughput_.continuation[1] * (by_rough_lobes + other));
   }
 }
 

@@ -15,13 +15,13 @@ namespace cistern {
 
 template <class Kind>
 inline void Walk<Kind>::add_color(const Bsdf& bsdf) {
-  if (!sees_film_ || last_segment_ || !bsdf.scatters()) return;
+  if (!context_.splits_kinds || !sees_film_ || last_segment_ || !bsdf.scatters()) return;
   light_by_kind().color += albedo_by_kind(bsdf) * throughput_.total();
 }
 
 template <class Kind>
 inline void Walk<Kind>::split_met_light(Rgb radiance, SourceKind source) {
-  if (record_.caught > 0.0f) return;
+  if (!context_.splits_kinds || record_.caught > 0.0f) return;
   LightByKind& sum = light_by_kind();
   if (is_unscattered()) {
     (source == SourceKind::ENVIRONMENT ? sum.environment : sum.emission) += throughput_.smooth * radiance;
@@ -41,7 +41,7 @@ inline void Walk<Kind>::split_met_light(Rgb radiance, SourceKind source) {
 template <class Kind>
 inline void Walk<Kind>::split_environment_behind_film() {
   const bool is_seen = (context_.scene.environment.visibility & state_.ray_kind) != 0;
-  if (!is_seen || !is_unscattered() || record_.caught > 0.0f) return;
+  if (!context_.splits_kinds || !is_seen || !is_unscattered() || record_.caught > 0.0f) return;
   light_by_kind().environment += throughput_.smooth * evaluate_environment(context_.scene, ray_.direction, state_);
 }
 
@@ -60,7 +60,7 @@ inline void Walk<Kind>::split_reflected_light(const BsdfKinds& f, Rgb rough_cos,
 
 template <class Kind>
 inline void Walk<Kind>::split_scattered_light(Rgb phase_cos, Rgb radiance) {
-  if (record_.caught > 0.0f) return;
+  if (!context_.splits_kinds || record_.caught > 0.0f) return;
   if (!is_unscattered()) return split_later_light(phase_cos, {}, radiance);
   const float limit = context_.limits.clamp_direct / static_cast<float>(light_samples());
   const Rgb light = throughput_.smooth * phase_cos * radiance;
@@ -85,6 +85,7 @@ inline void Walk<Kind>::split_later_light(Rgb rough_cos, Rgb smooth_cos, Rgb rad
 
 template <class Kind>
 inline void Walk<Kind>::scatter_kinds(const Bsdf& bsdf, const BsdfSample& sample, Rgb rough_weight, Rgb smooth_weight) {
+  if (!context_.splits_kinds) return;
   if (!is_unscattered()) return scatter_kinds(rough_weight, smooth_weight);
   BsdfKinds shares;
   if (sample.is_delta) {
@@ -105,6 +106,7 @@ inline void Walk<Kind>::scatter_kinds(const Bsdf& bsdf, const BsdfSample& sample
 
 template <class Kind>
 inline void Walk<Kind>::scatter_kinds(Rgb rough_weight, Rgb smooth_weight) {
+  if (!context_.splits_kinds) return;
   const bool is_captured = vertex_use().sample_point_of == 0;
   for (Throughput& part : kinds_.throughput)
     is_captured ? part.scatter_captured(rough_weight, smooth_weight) : part.scatter(rough_weight, smooth_weight);
@@ -112,6 +114,7 @@ inline void Walk<Kind>::scatter_kinds(Rgb rough_weight, Rgb smooth_weight) {
 
 template <class Kind>
 inline void Walk<Kind>::scatter_kinds_in_medium() {
+  if (!context_.splits_kinds) return;
   if (!is_unscattered()) return scatter_kinds(Rgb(1.0f), {});
   kinds_.throughput[kVolumeLight] = {{}, throughput_.smooth, {}};
 }

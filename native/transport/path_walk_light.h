@@ -27,15 +27,20 @@ inline float Walk<Kind>::captured_emitter_weight(uint32_t emitter, float pdf) co
 }
 
 template <class Kind>
-inline void Walk<Kind>::add(Rgb radiance, SourceKind source) {
+inline void Walk<Kind>::add(Rgb radiance, const LightSource& source) {
   const PathLimits& limits = context_.limits;
-  Rgb& seen = source == SourceKind::ENVIRONMENT ? record_.environment : record_.emission;
   const Rgb seen_light = throughput_.smooth * radiance;
-  seen += state_.depth == 0 ? seen_light : clamp_contribution(seen_light, limits.clamp_direct);
-  record_.direct += clamp_contribution(throughput_.direct * radiance, limits.clamp_direct);
-  record_.indirect += clamp_contribution(throughput_.indirect * radiance, limits.clamp_indirect);
-  if constexpr (Kind::splits) split_met_light(radiance, source);
-  add_to_continuations({}, radiance);
+  const Rgb seen = state_.depth == 0 ? seen_light : clamp_contribution(seen_light, limits.clamp_direct);
+  const Rgb direct = clamp_contribution(throughput_.direct * radiance, limits.clamp_direct);
+  const Rgb indirect = clamp_contribution(throughput_.indirect * radiance, limits.clamp_indirect);
+  (source.kind == SourceKind::ENVIRONMENT ? record_.environment : record_.emission) += seen;
+  record_.direct += direct;
+  record_.indirect += indirect;
+  if constexpr (Kind::splits) {
+    split_met_light(radiance, source.kind);
+    add_to_group_of(source, seen + direct + indirect);
+  }
+  add_to_continuations({}, radiance, source.group);
   if constexpr (Kind::learns) gather(radiance);
 }
 
@@ -60,18 +65,19 @@ inline void Walk<Kind>::add_lamps(const std::optional<Hit>& hit) {
       // Light samples of lamps without shadows are dimmed by nothing either.
       if (Kind::has_media && !(passes_surfaces && !lamp.casts_shadow))
         radiance *= segment_transmittance(lamp.distance - travelled_);
-      add(radiance, SourceKind::SURFACE);
+      add(radiance, source_of(lamp.emitter));
     }
   }
 }
 
 template <class Kind>
 inline void Walk<Kind>::add_surface_emission(const SurfacePoint& point, Rgb emission) {
-  const LightLinks& links = context_.scene.instances[point.instance].links;
+  const Instance& instance = context_.scene.instances[point.instance];
+  const LightLinks& links = instance.links;
   if (!has_set(links.lit, state_.light_set) || is_met_past_blockers(links.blockers)) return;
   const std::optional<uint32_t> emitter = context_.lights.emitter_of(point.instance, point.triangle);
   const float pdf = emitter && mis_receiver_ ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
-  add(emission * emitter_weight(emitter, pdf), SourceKind::SURFACE);
+  add(emission * emitter_weight(emitter, pdf), source_of(instance));
 }
 
 template <class Kind>
@@ -95,7 +101,7 @@ inline void Walk<Kind>::add_lamps_past_blockers(PathState receiver) {
     light.distance = lamp.distance;
     light.blockers = lamp.blockers;
     if (lamp.casts_shadow) radiance *= transmittance_ahead(light, receiver);
-    add(radiance, SourceKind::SURFACE);
+    add(radiance, source_of(lamp.emitter));
   }
 }
 
@@ -107,7 +113,8 @@ inline void Walk<Kind>::add_surfaces_past_blockers(PathState receiver) {
     const std::optional<Hit> hit = context_.accel.intersect_shadow_linked(ray, state_.ray_kind);
     if (!hit) return;
     ray.t_min = std::nextafter(hit->t, INFINITY);
-    const LightLinks& links = context_.scene.instances[hit->instance].links;
+    const Instance& instance = context_.scene.instances[hit->instance];
+    const LightLinks& links = instance.links;
     if (!has_set(links.lit, state_.light_set)) continue;
     SurfacePoint point = make_surface_point(context_.scene, ray, *hit);
     point.footprint = context_.pixel.size + context_.pixel.angle * (path_length_ + hit->t);
@@ -122,7 +129,7 @@ inline void Walk<Kind>::add_surfaces_past_blockers(PathState receiver) {
     light.normal = point.ng;
     light.clearance = point.clearance;
     light.blockers = links.blockers;
-    add(emission * emitter_weight(emitter, pdf) * transmittance_ahead(light, receiver), SourceKind::SURFACE);
+    add(emission * emitter_weight(emitter, pdf) * transmittance_ahead(light, receiver), source_of(instance));
   }
 }
 
@@ -140,7 +147,10 @@ template <class Kind>
 inline void Walk<Kind>::add_environment() {
   if (context_.limits.film_transparent && sees_film_) {
     record_.alpha -= average(throughput_.total());
-    if constexpr (Kind::splits) split_environment_behind_film();
+    if constexpr (Kind::splits) {
+      split_environment_behind_film();
+      add_environment_behind_film_to_group();
+    }
     return;
   }
   if ((context_.scene.environment.visibility & state_.ray_kind) == 0) return;
@@ -151,7 +161,7 @@ inline void Walk<Kind>::add_environment() {
   const Rgb radiance = evaluate_environment(context_.scene, ray_.direction, state_);
   if (is_black(radiance)) return;
   if (!features_done_ && state_.depth > 0) record_.albedo = throughput_.smooth * min(radiance, Rgb(1.0f));
-  add(radiance * emitter_weight(emitter, pdf), SourceKind::ENVIRONMENT);
+  add(radiance * emitter_weight(emitter, pdf), {SourceKind::ENVIRONMENT, context_.scene.environment.light_group});
 }
 
 template <class Kind>
@@ -205,38 +215,44 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
   Rgb radiance = light->radiance * (weight / pdf);
   if (light->casts_shadow) radiance *= transmittance_to(point, *light);
   if (is_black(radiance)) return;
+  const LightSource source = source_of(choice->sample.emitter);
   if constexpr (Kind::captures) {
-    if (keeps_light) keep_incident_light(*light, radiance, f);
+    if (keeps_light) keep_incident_light(*light, radiance, f, source);
   }
   if constexpr (Kind::learns) gather(f.total_cos() * radiance);
-  if constexpr (Kind::splits)
-    split_reflected_light(evaluate_kinds(bsdf, light->wi, light->visibility), leaves_rough ? Rgb() : f.rough_cos,
-                          f.smooth_cos, radiance);
-  const bool is_environment = choice->sample.emitter == context_.lights.environment_emitter();
-  add_reflected_light(leaves_rough ? Rgb() : f.rough_cos, f.smooth_cos, radiance,
-                      is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
+  if constexpr (Kind::splits) {
+    if (context_.splits_kinds)
+      split_reflected_light(evaluate_kinds(bsdf, light->wi, light->visibility), leaves_rough ? Rgb() : f.rough_cos,
+                            f.smooth_cos, radiance);
+  }
+  add_reflected_light(leaves_rough ? Rgb() : f.rough_cos, f.smooth_cos, radiance, source);
 }
 
 template <class Kind>
-inline void Walk<Kind>::keep_incident_light(const IncidentLight& light, Rgb radiance, const BsdfEvaluation& f) {
+inline void Walk<Kind>::keep_incident_light(const IncidentLight& light, Rgb radiance, const BsdfEvaluation& f,
+                                            const LightSource& source) {
   PathSample& sample = capture_.out->links[static_cast<size_t>(*capture_.vertex.sample_point_of)].to;
   sample.light = {light.wi, radiance, f.rough_cos, f.even_cos};
   sample.light_visibility = light.visibility;
+  sample.light_group = source.group;
 }
 
 template <class Kind>
-inline void Walk<Kind>::add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, SourceKind source) {
-  Rgb& seen = source == SourceKind::ENVIRONMENT ? record_.environment : record_.emission;
+inline void Walk<Kind>::add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, const LightSource& source) {
   const PathLimits& limits = context_.limits;
   const Rgb total_cos = rough_cos + smooth_cos;
   const float clamp_direct = limits.clamp_direct / static_cast<float>(light_samples());  // of all samples together
   const bool is_captured = vertex_use().sample_point_of == 0;
-  seen += clamp_contribution(throughput_.smooth * smooth_cos * radiance, clamp_direct);
-  record_.direct += clamp_contribution(throughput_.smooth * rough_cos * radiance, clamp_direct);
+  const Rgb seen = clamp_contribution(throughput_.smooth * smooth_cos * radiance, clamp_direct);
+  const Rgb direct = clamp_contribution(throughput_.smooth * rough_cos * radiance, clamp_direct);
   const Rgb indirect_cos = is_captured ? smooth_cos : total_cos;
-  record_.indirect +=
+  const Rgb indirect =
       clamp_contribution((throughput_.direct + throughput_.indirect) * indirect_cos * radiance, limits.clamp_indirect);
-  add_to_continuations(rough_cos * radiance, smooth_cos * radiance);
+  (source.kind == SourceKind::ENVIRONMENT ? record_.environment : record_.emission) += seen;
+  record_.direct += direct;
+  record_.indirect += indirect;
+  if constexpr (Kind::splits) add_to_group_of(source, seen + direct + indirect);
+  add_to_continuations(rough_cos * radiance, smooth_cos * radiance, source.group);
 }
 
 template <class Kind>
@@ -272,16 +288,17 @@ inline void Walk<Kind>::add_learned_light(const SurfacePoint& point, const Bsdf&
     if (record) scratch_.light_records.push_back(*record);
   }
   if (is_black(radiance)) return;
+  const LightSource source = source_of(sample->emitter);
   if constexpr (Kind::captures) {
-    if (vertex.keeps_light) keep_incident_light(sample->light, radiance, sample->f);
+    if (vertex.keeps_light) keep_incident_light(sample->light, radiance, sample->f, source);
   }
   gather(sample->f.total_cos() * radiance);
-  if constexpr (Kind::splits)
-    split_reflected_light(evaluate_kinds(bsdf, sample->light.wi, sample->light.visibility), sample->f.rough_cos,
-                          sample->f.smooth_cos, radiance);
-  const bool is_environment = sample->emitter == context_.lights.environment_emitter();
-  add_reflected_light(sample->f.rough_cos, sample->f.smooth_cos, radiance,
-                      is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
+  if constexpr (Kind::splits) {
+    if (context_.splits_kinds)
+      split_reflected_light(evaluate_kinds(bsdf, sample->light.wi, sample->light.visibility), sample->f.rough_cos,
+                            sample->f.smooth_cos, radiance);
+  }
+  add_reflected_light(sample->f.rough_cos, sample->f.smooth_cos, radiance, source);
 }
 
 template <class Kind>

@@ -21,10 +21,11 @@ inline void Walk<Kind>::enter_segment(const std::optional<Hit>& hit) {
   media_.segment = context_.media->together(media_.stack, state_, !hit);
   // To light links of media the camera is an object without any, as in Cycles.
   if (!context_.media->shine_on(media_.stack, state_.light_set == kEveryLight ? 0 : state_.light_set)) return;
+  const LightSource source{SourceKind::SURFACE, context_.media->light_group(media_.stack)};
   if (media_.segment.varies())
-    add(estimate_radiance(uneven_ray(), media_.length, sampler_), SourceKind::SURFACE);
+    add(estimate_radiance(uneven_ray(), media_.length, sampler_), source);
   else if (!is_black(media_.segment.even.emission))
-    add(medium_radiance(media_.segment.even, media_.length), SourceKind::SURFACE);
+    add(medium_radiance(media_.segment.even, media_.length), source);
 }
 
 template <class Kind>
@@ -164,9 +165,7 @@ inline void Walk<Kind>::add_light_in_medium(const Sample& sample_inside, const P
   const Rgb passed =
       varies ? estimate_transmittance(uneven_ray(), distance, sampler_) : medium_transmittance(medium, distance);
   if constexpr (Kind::splits) split_scattered_light(passed * medium.scattering * phase, radiance);
-  const bool is_environment = light_sample.emitter == context_.lights.environment_emitter();
-  add_reflected_light(passed * medium.scattering * phase, {}, radiance,
-                      is_environment ? SourceKind::ENVIRONMENT : SourceKind::SURFACE);
+  add_reflected_light(passed * medium.scattering * phase, {}, radiance, source_of(light_sample.emitter));
 }
 
 template <class Kind>

@@ -19,6 +19,12 @@ inline constexpr int kMostEmittersAhead = 1024;
 
 enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
 
+/// Where light comes from; its group where walks split light.
+struct LightSource {
+  SourceKind kind = SourceKind::SURFACE;
+  LightGroup group = kNoLightGroup;
+};
+
 /// What a walk does. Each is compiled by itself, so that the reference estimator pays for nothing but its own.
 template <bool kCaptures, bool kLearns, bool kHasMedia = false, bool kSplits = false>
 struct WalkKind {
@@ -26,7 +32,7 @@ struct WalkKind {
   static constexpr bool captures = kCaptures;  // leaves something to others
   static constexpr bool learns = kLearns;      // chooses lights or directions by what earlier frames learned
   static constexpr bool has_media = kHasMedia;
-  static constexpr bool splits = kSplits;  // light by kinds of scattering as well
+  static constexpr bool splits = kSplits;  // light in parts as well: PathContext::splits
   // NOLINTEND(readability-identifier-naming)
 };
 using ReferenceWalk = WalkKind<false, false>;

@@ -93,6 +93,16 @@ class RecordingLayout:
         self.prop(owner, name)
         self.prop(active_owner, active_name)
 
+    def prop_search(self, owner, name, searched, collection, **_options):
+        self.prop(owner, name)
+        assert collection in searched.bl_rna.properties
+
+    def menu(self, identifier, **_options):
+        assert hasattr(bpy.types, identifier)
+
+    def separator(self):
+        pass
+
     def label(self, text=""):
         self.drawn.append(f"label {text}")
 
@@ -255,3 +265,24 @@ def test_the_header_of_a_viewport_has_pause_and_views_while_it_renders(shading, 
     header = SimpleNamespace(layout=RecordingLayout(drawn))
     ui_viewport.draw_header(header, SimpleNamespace(engine=engine, scene=fresh_scene(), space_data=space))
     assert drawn == (["viewport_pause", "viewport_view"] if is_drawn else [])
+
+
+def test_light_groups_have_panels_of_objects_and_worlds():
+    scene = fresh_scene()
+    layer, lamp = scene.view_layers[0], bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    world = bpy.data.worlds.new("World")
+    for cls, owner in (
+        (ui_data.CISTERN_OBJECT_PT_light_group, {"object": lamp}),
+        (ui_data.CISTERN_WORLD_PT_light_group, {"world": world}),
+    ):
+        context = {**owner, "view_layer": layer}
+        assert cls.poll(editor(300, **context))
+        assert draw(cls, **context) == ["lightgroup", "scene.view_layer_add_lightgroup"]
+    assert ui_data.CISTERN_OBJECT_PT_light_group.poll(editor(300, object=bpy.data.objects.new("Empty", None)))
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    assert not ui_data.CISTERN_OBJECT_PT_light_group.poll(editor(300, object=camera))
+
+
+def test_light_groups_of_the_view_layer_have_a_panel():
+    drawn = draw(ui.CISTERN_VIEWLAYER_PT_passes_lightgroups, view_layer=fresh_scene().view_layers[0])
+    assert {"lightgroups", "scene.view_layer_add_lightgroup", "scene.view_layer_remove_lightgroup"} <= set(drawn)

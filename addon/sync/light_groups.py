@@ -1,0 +1,26 @@
+"""Light groups: which group of the view layer an emitter belongs to, by the number that the core knows it by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import bpy
+
+NO_GROUP = -1
+
+
+def group_numbers(view_layer: bpy.types.ViewLayer) -> dict[str, int]:
+    """By name: the order of the view layer's list."""
+    return {group.name: number for number, group in enumerate(view_layer.lightgroups)}
+
+
+def group_of_object(obj: bpy.types.Object, instancer: bpy.types.Object | None, numbers: Mapping[str, int]) -> int:
+    """Its own, or if it names none that of what instances it; as in Cycles. Names that are not in the view layer are of
+    no group."""
+    if not numbers:
+        return NO_GROUP
+    return numbers.get(obj.lightgroup or getattr(instancer, "lightgroup", ""), NO_GROUP)
+
+
+def group_of_world(world: bpy.types.World, numbers: Mapping[str, int]) -> int:
+    return numbers.get(world.lightgroup, NO_GROUP)
