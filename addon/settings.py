@@ -160,6 +160,8 @@ def core_settings(
         "time_limit": scene.cistern.time_limit,
         **scene_settings(core, scene, technique, core_passes),
         **(mist_settings(depsgraph) if "Mist" in core_passes else {}),
+        # Cycles looks at the sky there for the pass Environment alone.
+        "groups_behind_film": depsgraph.view_layer_eval.use_pass_environment,
     }
 
 

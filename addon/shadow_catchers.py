@@ -40,6 +40,7 @@ class ShadowPlan:
         return self.arguments | {
             "passes": [*self.arguments["passes"], CAUGHT_PASS],
             "film_transparent": self.needs_backdrop or self.arguments["film_transparent"],
+            "groups_behind_film": self.needs_backdrop or self.arguments["groups_behind_film"],
             "time_limit": self.arguments["time_limit"] * SCENE_SHARE,
         }
 

@@ -136,6 +136,7 @@ std::map<std::string, Setter> make_setters() {
       {"time_limit", member(&Settings::time_limit)},
       {"passes", set_passes()},
       {"mist_range", set_mist_range()},
+      {"groups_behind_film", member(&Settings::groups_behind_film)},
   };
 }
 

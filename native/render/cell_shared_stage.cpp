@@ -129,7 +129,9 @@ bool CellSharedStage::merge_with_history(const FrameRun& run, std::span<const Vi
     link.to = temporal.sample;
     link.W = temporal.W;
     const std::span<const Rgb> groups = temporal_groups_.of(temporal.sample);
-    if (!groups.empty() && temporal.W > 0.0f) continuations_[VISIBLE].set(pixel, groups);
+    if (groups.empty() || !(temporal.W > 0.0f)) return;
+    continuations_[VISIBLE].set(pixel, groups);
+    temporal_groups_.start(pixel, temporal.sample, continuations_[VISIBLE].of(pixel));  // history may be given back
   });
 }
 

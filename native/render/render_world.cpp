@@ -65,7 +65,8 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             media.get(),
             scene->has_shadow_links(),
             wants_kinds(settings),
-            static_cast<size_t>(settings.light_groups)},
+            static_cast<size_t>(settings.light_groups),
+            settings.groups_behind_film},
       sequences(std::move(the_sequences)),
       context{settings, paths, filter, *sequences, learning.get(), guiding.get(), surfaces.get()} {}
 

@@ -83,7 +83,8 @@ struct Settings {
   double time_limit = 0.0;   // seconds of rendering, 0: none
   std::vector<Pass> passes;  // besides Combined
   SurfacePasses surface_passes;
-  int light_groups = 0;  // the first so many have a pass each
+  int light_groups = 0;             // the first so many have a pass each
+  bool groups_behind_film = false;  // see PathContext
 
   /// Reservoirs resample light samples many times, the BSDF's once: theirs have to find all light.
   EnvironmentDensity environment_density() const;

@@ -10,8 +10,8 @@ namespace cistern {
 
 // Light by the group of what emitted it, whatever it met on its way: seen straight, direct or indirect, clamped as
 // Combined is. An array of it has an entry for each group that is asked for, and none where nobody asks; light of other
-// groups, or of none, is not in it. Shadow catchers have none, as in Cycles; the environment has it behind a
-// transparent film as well. [Cycles, kernel/film/light_passes.h]
+// groups, or of none, is not in it. Shadow catchers have none, as in Cycles, and the environment has it behind a
+// transparent film only where PathContext asks for that. [Cycles, kernel/film/light_passes.h]
 //
 // All that is done to radiance between emitter and film multiplies it, so each group takes the way of the whole: what
 // groups add up to is the light of all grouped emitters, to rounding, in every sample.

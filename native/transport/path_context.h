@@ -72,6 +72,8 @@ struct PathContext {
   bool splits_kinds = false;
   /// How many light groups it is wanted by: PathScratch::light_by_group, and what PathCapture has of that.
   size_t light_groups = 0;
+  /// Whether the environment behind a transparent film, which Combined leaves out, is in its group.
+  bool groups_behind_film = false;
 
   /// Whether light is wanted in parts at all.
   bool splits() const { return splits_kinds || light_groups > 0; }

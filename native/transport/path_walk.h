@@ -203,7 +203,7 @@ class Walk {
   LightSource source_of(const Instance& instance) const;
   /// What was just added to the record.
   void add_to_group_of(const LightSource& source, Rgb light);
-  /// As split_environment_behind_film.
+  /// Where that is asked for, as split_environment_behind_film.
   void add_environment_behind_film_to_group();
 
   // --- by the kind of the first scattering: path_walk_kinds.h ------------------------------------------------------

@@ -66,6 +66,7 @@ _COMMON_OF_LIGHTS = {
     "use_mis",
     "max_bounces",
     "material",
+    "light_group",
     "key",
     "lit_sets",
     "blocker_sets",
@@ -185,9 +186,12 @@ class SceneBuilder:
         link_sets=None,
         links=None,
         shadow_catcher=None,
+        light_group=None,
     ) -> None:
         if shadow_catcher is not None:
             check_array(shadow_catcher, np.uint8, len(mesh))
+        if light_group is not None:
+            check_array(light_group, np.int16, len(mesh))
         assert (link_sets is None) == (links is None)
         if links is not None:
             check_array(link_sets, np.uint8, len(mesh), 2)

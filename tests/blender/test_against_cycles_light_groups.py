@@ -36,11 +36,21 @@ def build_footage(scene: bpy.types.Scene) -> None:
 
 
 def build_cut_out(scene: bpy.types.Scene) -> None:
-    """Through a leaf that is held out, and clamped."""
+    """Through a leaf that is held out."""
     groups.build_surfaces(scene)
     bpy.data.objects["leaf"].is_holdout = True
-    scene.cistern.clamp_direct = scene.cycles.sample_clamp_direct = 2.0
-    scene.cistern.clamp_indirect = scene.cycles.sample_clamp_indirect = 0.5
+
+
+def build_sky_behind(scene: bpy.types.Scene) -> None:
+    """The same with the pass Environment: then the sky's group has what is behind the film."""
+    build_footage(scene)
+    scene.view_layers[0].use_pass_environment = True
+
+
+def build_backdrop(scene: bpy.types.Scene) -> None:
+    """On a floor that catches shadows, before the sky itself."""
+    groups.build_surfaces(scene)
+    bpy.data.objects["floor"].is_shadow_catcher = True
 
 
 SCENES = {
@@ -48,6 +58,8 @@ SCENES = {
     "media": groups.build_media,
     "instances": groups.build_instances,
     "footage": build_footage,
+    "sky_behind": build_sky_behind,
+    "backdrop": build_backdrop,
     "cut_out": build_cut_out,
 }
 
@@ -59,8 +71,6 @@ def replicas(name: str, engine: str, preset: str = "") -> list[dict[str, NDArray
     scene = bpy.context.scene
     SCENES[name](scene)
     kinds.save_layers(scene, SIZE, preset or "PATH_TRACING")
-    if name == "cut_out":
-        scene.cycles.sample_clamp_direct, scene.cycles.sample_clamp_indirect = 2.0, 0.5
     first = 1 if engine == "CISTERN" else 1001
 
     def found(layers: Layers) -> dict[str, NDArray]:

@@ -10,6 +10,7 @@ import addon
 from addon import techniques
 from tests.support import hair_scenes
 from tests.support import kind_scenes as kinds
+from tests.support.pass_changes import CHANGES, DIFFERENT, see_through_film
 from tests.support.pass_scenes import Layers, render_layers
 from tests.support.slow_cases import marked
 
@@ -17,48 +18,6 @@ pytestmark = pytest.mark.usefixtures("registered_addon", "empty_scene")
 
 SIZE, SAMPLES = (40, 32), 6
 ROUNDING = 2e-6  # of a value, and as much of 0.5: sums of eight products of single precision
-
-
-def see_through_film(scene: bpy.types.Scene) -> None:
-    scene.render.film_transparent = scene.cistern.film_transparent_glass = True
-
-
-def clamped(scene: bpy.types.Scene) -> None:
-    scene.cistern.clamp_direct, scene.cistern.clamp_indirect = 0.5, 0.1
-
-
-def learned(scene: bpy.types.Scene) -> None:
-    scene.cistern.direct = scene.cistern.secondary = "LEARNED"
-
-
-def guided(scene: bpy.types.Scene) -> None:
-    scene.cistern.guiding = "ON"
-
-
-def light_samples(scene: bpy.types.Scene) -> None:
-    scene.cistern.light_samples = 4
-
-
-def hidden_from_kinds(scene: bpy.types.Scene) -> None:
-    """The sign from glossy rays, the panel from diffuse ones: then reuse has to tell kinds of rays apart."""
-    bpy.data.objects["sign"].visible_glossy = False
-    next(o for o in scene.objects if o.type == "LIGHT" and o.data.type == "AREA").visible_diffuse = False
-
-
-def few_bounces(scene: bpy.types.Scene) -> None:
-    scene.cistern.max_bounces, scene.cistern.max_diffuse_bounces, scene.cistern.max_glossy_bounces = 2, 1, 1
-
-
-def held_out(scene: bpy.types.Scene) -> None:
-    bpy.data.objects["leaf"].is_holdout = True
-
-
-CHANGES: dict[str, Callable[[bpy.types.Scene], None]] = {
-    f.__name__: f
-    for f in (see_through_film, clamped, learned, guided, light_samples, hidden_from_kinds, few_bounces, held_out)
-}
-# Each answer to how light is found, once.
-DIFFERENT = ("PATH_TRACING", "FINAL", "INTERACTIVE", "RESTIR_DI", "CELL_RESERVOIRS", "RESTIR_GI", "WORLD_PATHS")
 
 
 def check(scene: bpy.types.Scene, preset: str, change: Callable[[bpy.types.Scene], None] | None = None) -> Layers:

@@ -216,5 +216,27 @@ TEST(Film, PassesAreFoundByName) {
   }
 }
 
+TEST(Film, KeepsLightGroupsAsMeansOverSamples) {
+  Film film(2, 1, {}, 2);
+  const std::vector<Rgb> first{{1, 2, 3}, {4, 5, 6}}, second{{3, 2, 1}, {0, 1, 2}};
+  film.add(1, make_record(1.0f), nullptr, first);
+  film.add(1, make_record(1.0f), nullptr, second);
+  EXPECT_EQ(film.resolve_light_group(0), (std::vector<float>{0, 0, 0, 2, 2, 2}));
+  EXPECT_EQ(film.resolve_light_group(1), (std::vector<float>{0, 0, 0, 2, 3, 4}));
+  EXPECT_THROW(film.resolve_light_group(2), Error);
+  const std::vector<Rgb> broken{{NAN, 0, 0}, {1, 1, 1}};
+  film.add(0, make_record(1.0f), nullptr, broken);
+  EXPECT_EQ(film.non_finite_samples(), 1u);
+  EXPECT_EQ(film.resolve_light_group(1)[0], 0.0f);
+  EXPECT_GT(film.resolve(Pass::COMBINED)[0], 0.0f);
+}
+
+TEST(Film, LightGroupsHaveNamesByNumber) {
+  EXPECT_EQ(light_group_name(12), "Light Group 12");
+  EXPECT_EQ(find_light_group("Light Group 12"), 12);
+  for (const char* name : {"Light Group ", "Light Group -1", "Light Group 1x", "Light Group 1024", "Light Choice 1"})
+    EXPECT_EQ(find_light_group(name), std::nullopt) << name;
+}
+
 }  // namespace
 }  // namespace cistern::test

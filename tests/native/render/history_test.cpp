@@ -59,6 +59,20 @@ double mean(const std::vector<float>& picture) {
   return sum / (0.75 * static_cast<double>(picture.size()));
 }
 
+void expect_groups_add_up(const Film& film, int groups) {
+  const std::vector<float> combined = film.resolve(Pass::COMBINED);
+  std::vector<float> sum(combined.size() / 4 * 3);
+  for (int group = 0; group < groups; ++group) {
+    const std::vector<float> light = film.resolve_light_group(group);
+    EXPECT_GT(*std::ranges::max_element(light), 0.0f);
+    for (size_t i = 0; i < sum.size(); ++i) sum[i] += light[i];
+  }
+  for (size_t i = 0; i < sum.size(); ++i) {
+    const float all = combined[i / 3 * 4 + i % 3];
+    ASSERT_NEAR(sum[i], all, 1e-5f * all + 1e-6f);
+  }
+}
+
 Camera looking_down(Vec3 eye) {
   Camera camera;
   camera.camera_to_world.translation = eye;  // along -z
@@ -224,6 +238,48 @@ TEST(SharesHistory, AsksForEqualSettingsButForTheSizeOfThePicture) {
   EXPECT_FALSE(shares_history(a, b));
   b = a, b.seed = 7;
   EXPECT_FALSE(shares_history(a, b));
+}
+
+/// Also of paths that an earlier render left, and of those borrowed from a finer picture.
+TEST(History, LightGroupsOfWhatWasFoundBeforeAddUp) {
+  PathScene scene;
+  scene.floor(0.0f, 4.0f, scene.diffuse(0.8f));
+  scene.quad({0, 1, 1}, {2, 0, 0}, {0, 0, 2}, scene.diffuse(0.8f));
+  for (int i = 0; i < 3; ++i) {
+    Light lamp = scene.area_lamp({0.6f * static_cast<float>(i) - 0.6f, 0.1f, 0.8f}, 0.3f, -1.0f, 3.0f);
+    lamp.light_group = static_cast<LightGroup>(i);
+    scene.builder.add_light(lamp);
+  }
+  scene.builder.set_camera(looking_down({0, 0, 3}), "camera");
+  const std::shared_ptr<const Scene> snapshot = scene.builder.snapshot();
+  for (const IndirectAnswer answer :
+       {IndirectAnswer::SCREEN_REUSE, IndirectAnswer::WORLD_REUSE, IndirectAnswer::CELL_SHARED}) {
+    for (const bool borrows : {false, true}) {
+      if (borrows && answer != IndirectAnswer::CELL_SHARED) continue;
+      Settings finer = reuse_settings(), settings = reuse_settings(borrows ? 12 : 24, borrows ? 12 : 24);
+      finer.indirect = settings.indirect = answer;
+      finer.light_groups = settings.light_groups = 3;
+      settings.is_draft = borrows;
+      check_settings(finer);
+      check_settings(settings);
+      const auto new_film = [](const Settings& s) { return Film(s.region.width, s.region.height, {}, 3); };
+      SCOPED_TRACE(testing::Message() << "answer " << static_cast<int>(answer) << " borrows " << borrows);
+      Film before = new_film(finer), film = new_film(settings), again = new_film(finer);
+      auto earlier = std::make_unique<ReuseFrame>(world_of(finer, snapshot), nullptr, std::function<void(float)>());
+      for (int i = 0; i < 3; ++i) EXPECT_TRUE(earlier->render(before, kNeverStop));
+      ReuseFrame frame(world_of(settings, snapshot), nullptr, {});
+      if (borrows)
+        frame.borrow(std::move(earlier), compare_scenes(*snapshot, *snapshot));
+      else
+        frame.take_over(std::move(*earlier), compare_scenes(*snapshot, *snapshot));
+      expect_groups_add_up(before, 3);
+      for (int i = 0; i < 2; ++i) EXPECT_TRUE(frame.render(film, kNeverStop));
+      expect_groups_add_up(film, 3);
+      if (!borrows) continue;
+      EXPECT_TRUE(frame.give_back()->render(again, kNeverStop));
+      expect_groups_add_up(again, 3);
+    }
+  }
 }
 
 }  // namespace
