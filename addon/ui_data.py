@@ -8,6 +8,7 @@ from bpy_extras.node_utils import find_node_input
 from .ui_base import ENGINE, CisternPanel, split_layout
 
 GEOMETRY_TYPES = frozenset({"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"})
+HAS_SHADING_PANEL = bpy.app.version >= (4, 3, 0)  # of objects, for all engines
 EMITTER_TYPES = frozenset({"LIGHT", "VOLUME", "EMPTY"})  # and what instances emitters
 
 
@@ -149,7 +150,8 @@ class CISTERN_OBJECT_PT_ray_visibility(CisternPanel, Panel):
 class CISTERN_OBJECT_PT_light_group(CisternPanel, Panel):
     bl_label = "Light Group"
     bl_context = "object"
-    bl_parent_id = "OBJECT_PT_shading" if hasattr(bpy.types, "OBJECT_PT_shading") else ""  # from 4.3 on
+    if HAS_SHADING_PANEL:
+        bl_parent_id = "OBJECT_PT_shading"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     @classmethod
