@@ -70,7 +70,7 @@ class ScreenPathStage final : public PathStage {
     previous_.visible_points = previous_.temporal.empty() ? std::span<const VisiblePoint>() : previous;
     bool done = run.for_pixels([&](uint32_t pixel, uint64_t& non_finite) {
       if (!visible[pixel].exists) return;
-      current_.temporal[pixel].sample.origin = {full_frame_pixel_of(pixel), run.frame};
+      if (validates()) current_.temporal[pixel].sample.origin = {full_frame_pixel_of(pixel), run.frame};
       const PathReservoir found = paths_.keep_one_direction(visible[pixel], current_.temporal[pixel], pixel, run.frame);
       current_.temporal[pixel] =
           paths_.reuse_in_time(visible[pixel], found, previous_, pixel, run.frame, non_finite, reuse_counts_[pixel]);

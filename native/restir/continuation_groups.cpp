@@ -13,7 +13,7 @@ void ContinuationGroups::keep(std::initializer_list<std::span<PathReservoir>> al
       if (reservoir.W > 0.0f) {
         const std::span<const Rgb> groups = of(reservoir.sample);
         if (!groups.empty()) next_.set(entry, groups);
-        reservoir.sample.groups = kEarlier | static_cast<uint32_t>(entry);
+        reservoir.sample.origin.pixel = kEarlier | static_cast<uint32_t>(entry);
       }
       ++entry;
     }

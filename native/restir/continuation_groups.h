@@ -18,13 +18,15 @@ class ContinuationGroups {
   }
   /// Of a sample that a path of this frame left, by its number.
   void start(size_t number, PathSample& sample, std::span<const Rgb> groups) {
-    sample.groups = static_cast<uint32_t>(number);
-    if (is_kept()) found_.set(number, groups);
+    if (!is_kept()) return;
+    sample.origin.pixel = static_cast<uint32_t>(number);
+    found_.set(number, groups);
   }
   std::span<Rgb> found(size_t number) { return is_kept() ? found_.of(number) : std::span<Rgb>(); }
   std::span<const Rgb> of(const PathSample& sample) const {
     if (!is_kept() || is_black(sample.continuation.radiance)) return {};
-    return sample.groups & kEarlier ? earlier_.of(sample.groups & ~kEarlier) : found_.of(sample.groups);
+    const uint32_t number = sample.origin.pixel;
+    return number & kEarlier ? earlier_.of(number & ~kEarlier) : found_.of(number);
   }
 
   /// Before samples are found anew: the groups of those in `reservoirs`, which stay, and were all that is left of

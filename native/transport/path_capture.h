@@ -26,7 +26,8 @@ struct IncidentRadiance {
 };
 
 /// The path that found a sample: its pixel in the full frame, and its frame. With the seed and the camera of that frame
-/// it can be traced again.
+/// it can be traced again. That finds no light groups: where paths split those, ContinuationGroups has its own numbers
+/// of samples in `pixel`, for which path samples have no room to spare.
 struct PathOrigin {
   uint32_t pixel = 0, frame = 0;
 };
@@ -40,7 +41,6 @@ struct PathSample {
   FoundKind kind = 0;                        // of the ray that arrived at the sample point
   LightGroup light_group = kNoLightGroup;    // of `light`
   PathOrigin origin;
-  uint32_t groups = 0;  // where ContinuationGroups has `continuation` by light group
 
   /// Radiance sent to the vertex that found the sample point.
   Rgb radiance_as_found() const { return light.f_cos * light.radiance + continuation.f_cos * continuation.radiance; }
