@@ -56,6 +56,7 @@ def build_backdrop(scene: bpy.types.Scene) -> None:
 SCENES = {
     "surfaces": groups.build_surfaces,
     "media": groups.build_media,
+    "nested_media": groups.build_nested_media,
     "instances": groups.build_instances,
     "footage": build_footage,
     "sky_behind": build_sky_behind,

@@ -54,6 +54,30 @@ def build_media(scene: bpy.types.Scene) -> None:
     add_groups(scene, "fill", "cloud", "sky")
 
 
+def build_nested_media(scene: bpy.types.Scene) -> None:
+    """A glowing cloud inside of another, in fog that glows as well."""
+    build.add_floor(scene)
+    build.set_world(scene, strength=0.3)
+    build.add_camera(scene, (0.0, -3.6, 1.6), (math.radians(72), 0.0, 0.0), lens=45.0)
+    for name, size, glow in (("outer", 0.6, 0.2), ("inner", 0.3, 1.0)):
+        cloud = bpy.data.materials.new(name)
+        add_volume(cloud, "ShaderNodeOutputMaterial", Density=0.5, Emission_Strength=glow)
+        kinds.block(scene, name, (0.0, 0.0, 0.65), size, cloud).lightgroup = name
+    add_volume(scene.world, "ShaderNodeOutputWorld", Density=0.05, Emission_Strength=0.02)
+    scene.world.lightgroup = "sky"
+    add_groups(scene, "outer", "inner", "sky")
+
+
+def add_volume(owner: bpy.types.Material | bpy.types.World, output: str, **inputs: object) -> None:
+    """A Principled Volume; of materials it is all there is."""
+    owner.use_nodes = True
+    tree = owner.node_tree
+    if isinstance(owner, bpy.types.Material):
+        tree.nodes.clear()
+    end = next((node for node in tree.nodes if node.bl_idname == output), None) or tree.nodes.new(output)
+    tree.links.new(build.shader(tree, "ShaderNodeVolumePrincipled", **inputs).outputs[0], end.inputs["Volume"])
+
+
 def build_instances(scene: bpy.types.Scene) -> None:
     """Two empties bring a lantern, of a lamp and a glowing pane: what names no group is of the empty's. The sun names
     one that the view layer does not have, the sky none."""

@@ -78,6 +78,15 @@ def upright(scene: bpy.types.Scene, name: str, x: float, y: float, surface: bpy.
     return build.add_mesh(scene, name, points, [(0, 1, 2, 3)], surface)
 
 
+def block(
+    scene: bpy.types.Scene, name: str, center: tuple[float, float, float], size: float, inside: bpy.types.Material
+) -> bpy.types.Object:
+    """A cube of twice this size."""
+    cube = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return build.add_mesh(scene, name, (size * np.array(cube) + np.array(center)).tolist(), sides, inside)
+
+
 def light_surfaces(scene: bpy.types.Scene) -> None:
     build.add_light(scene, "AREA", (1.5, -1.0, 2.5), (0.4, 0.5, 0.0), energy=60.0, size=1.0)
     build.add_light(scene, "POINT", (-1.5, -1.5, 1.5), energy=30.0, shadow_soft_size=0.25)
@@ -115,16 +124,13 @@ def build_media(scene: bpy.types.Scene) -> None:
     """A cloud that hides a part of a ball and shines a little, in fog."""
     build.add_floor(scene, build.principled("floor", Roughness=0.4))
     ball(scene, -0.4, 0.0, of("metal", "ShaderNodeBsdfGlossy", Roughness=0.3))
-    cube = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     cloud = bpy.data.materials.new("cloud")
     cloud.use_nodes = True
     tree = cloud.node_tree
     tree.nodes.clear()
     smoke = build.shader(tree, "ShaderNodeVolumePrincipled", Density=1.2, Anisotropy=0.3, Emission_Strength=0.1)
     tree.links.new(smoke.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Volume"])
-    points = 0.45 * np.array(cube) + np.array([0.4, -0.3, 0.6])
-    build.add_mesh(scene, "cloud", points.tolist(), sides, cloud)
+    block(scene, "cloud", (0.4, -0.3, 0.6), 0.45, cloud)
     lamp = build.add_light(scene, "POINT", (1.0, -1.0, 2.5), energy=100.0, shadow_soft_size=0.1)
     lamp.data.cycles.use_multiple_importance_sampling = False  # see test_against_cycles_volumes
     build.set_world(scene, strength=0.3)
