@@ -64,8 +64,10 @@ def build_nested_media(scene: bpy.types.Scene) -> None:
         add_volume(cloud, "ShaderNodeOutputMaterial", Density=0.5, Emission_Strength=glow)
         kinds.block(scene, name, (0.0, 0.0, 0.65), size, cloud).lightgroup = name
     add_volume(scene.world, "ShaderNodeOutputWorld", Density=0.05, Emission_Strength=0.02)
-    scene.world.lightgroup = "sky"
-    add_groups(scene, "outer", "inner", "sky")
+    add_groups(scene, "outer", "inner")
+    if bpy.app.version >= (5, 0, 0):  # before, Cycles has the glow of the world's fog in no group
+        scene.world.lightgroup = "sky"
+        add_groups(scene, "sky")
 
 
 def add_volume(owner: bpy.types.Material | bpy.types.World, output: str, **inputs: object) -> None:
