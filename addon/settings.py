@@ -193,7 +193,7 @@ def scene_settings(
         "max_transparent_bounces": settings.max_transparent_bounces,
         "min_bounces": settings.min_bounces,
         "film_transparent": scene.render.film_transparent,
-        "film_transparent_glass": settings.film_transparent_glass,
+        "film_transparent_glass": scene.render.film_transparent and settings.film_transparent_glass,
         "clamp_direct": settings.clamp_direct,
         "clamp_indirect": settings.clamp_indirect,
         "passes": core_passes,

@@ -325,6 +325,7 @@ void Session::publish() {
   std::vector<std::vector<float>> surfaces;
   for (const SurfaceLayer& layer : layers_of(settings_.surface_passes)) surfaces.push_back(surfaces_->resolve(layer));
   std::vector<std::vector<float>> groups;
+  groups.reserve(static_cast<size_t>(settings_.light_groups));
   for (int group = 0; group < settings_.light_groups; ++group) groups.push_back(film_->resolve_light_group(group));
   std::lock_guard lock(mutex_);
   published_ = std::move(resolved);

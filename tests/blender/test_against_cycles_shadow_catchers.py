@@ -57,6 +57,18 @@ def test_catchers_behind_what_is_half_transparent(empty_scene, monkeypatch):
     assert compare_with_cycles(footage(empty_scene, alpha=0.4), SIZE, SAMPLES).agrees
 
 
+@pytest.mark.parametrize("film_transparent", [False, True], ids=["opaque", "transparent, where it matters"])
+def test_transparent_glass_is_of_transparent_films_alone(empty_scene, film_transparent):
+    """As in Cycles, whose pictures with an opaque film and catchers are the same with it and without."""
+    scene = footage(empty_scene)
+    bpy.data.objects["Red"].data.materials[0] = build.principled("glass", Transmission_Weight=1.0, Roughness=0.0)
+    scene.render.film_transparent = film_transparent
+    prepare(scene, *SIZE)
+    without_it = render(scene, "CISTERN", 8, 1)
+    scene.cistern.film_transparent_glass = True
+    assert np.array_equal(render(scene, "CISTERN", 8, 1), without_it) != film_transparent
+
+
 def test_an_ordinary_floor_is_seen(empty_scene):
     """Planted: Cycles has one."""
 
