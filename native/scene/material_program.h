@@ -17,8 +17,8 @@ enum class ValueType : uint8_t { FLOAT, COLOR, VECTOR };
 enum class Op : uint8_t {
   // Coordinates and geometry. `shift` = step + 4 * 1000 * filter width (for Bump). Step 0, 1, 2: at the
   // point, beside it along dP/dx, along dP/dy. Filter width: distance in pixels, in steps of 1/1000.
-  ATTRIBUTE, ATTRIBUTE_ALPHA, GENERATED, OBJECT_COORDINATE, NORMAL_COORDINATE, REFLECTION_COORDINATE,
-  CAMERA_COORDINATE, WINDOW_COORDINATE,
+  ATTRIBUTE, ATTRIBUTE_FACTOR, ATTRIBUTE_ALPHA, GENERATED, OBJECT_COORDINATE, NORMAL_COORDINATE,
+  REFLECTION_COORDINATE, CAMERA_COORDINATE, WINDOW_COORDINATE,
   POSITION, NORMAL, TRUE_NORMAL, TANGENT, STRAND_TANGENT, INCOMING, BACKFACING, OBJECT_RANDOM, OBJECT_LOCATION,
   INSTANCE_VALUE, INSTANCE_VALUE_ALPHA, GRID_FACTOR,
   // Path state.
@@ -82,7 +82,7 @@ struct MaterialProgram {
   std::vector<Operand> inputs;
   std::vector<Vec3> constants;
   std::vector<std::string>
-      attribute_names;  // parameter 0 of ATTRIBUTE, INSTANCE_VALUE, GRID_FACTOR; "" = the first UV map
+      attribute_names;  // parameter 0 of ATTRIBUTE..., INSTANCE_VALUE, GRID_FACTOR; "" = the first UV map
   std::vector<std::vector<Vec3>> tables;         // ramps and curves: 257 samples over [0, 1]
   std::vector<std::vector<float>> table_alphas;  // alpha of ramps, beside `tables`
   std::vector<int> images;                       // image handles used; IMAGE's parameter 0 indexes this

@@ -12,6 +12,7 @@ namespace {
 constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // Coordinates: [shift] last everywhere.
     {"ATTRIBUTE", "", 'v', 2, false},              // [name index, shift]: UV maps give (u, v, 0), colours rgb
+    {"ATTRIBUTE_FACTOR", "", 'f', 2, false},       // the same: the mean of three numbers, the first of two
     {"ATTRIBUTE_ALPHA", "", 'f', 3, false},        // [name index, alpha of a mesh without it (0 or 1), shift]
     {"GENERATED", "", 'v', 1, false},              // [shift]: mesh bounds mapped to [0,1]; world: the direction
     {"OBJECT_COORDINATE", "", 'v', 1, false},      // [shift]: object space position

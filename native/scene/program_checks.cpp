@@ -36,6 +36,7 @@ constexpr int kMaxProjectionBits = (1 << 17) - 1;
 ParameterRules parameter_rules(Op op) {
   switch (op) {
     case Op::ATTRIBUTE:
+    case Op::ATTRIBUTE_FACTOR:
       return {kName, kShift};
     case Op::ATTRIBUTE_ALPHA:
       return {kName, kFlag, kShift};

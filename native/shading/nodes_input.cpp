@@ -33,6 +33,14 @@ AttributeValue attribute_node(const NodeContext& c, int name_index, AttributeVal
   return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), index);
 }
 
+/// Of two numbers the first, else the mean of three: those of one are the same.
+float attribute_factor(const NodeContext& c, int name_index, BumpShift shift) {
+  const Vec3 value = attribute_node(c, name_index, {}, shift).value;
+  const int index = resolve_attribute(c, name_index);
+  const bool is_pair = index >= 0 && c.mesh().attributes[static_cast<size_t>(index)].components == 2;
+  return is_pair ? value.x : (value.x + value.y + value.z) * (1.0f / 3.0f);
+}
+
 bool is_ball(const NodeContext& c) { return c.has_mesh() && c.mesh().strand_shape == StrandShape::BALLS; }
 
 Vec3 object_position(const NodeContext& c, BumpShift shift) {
@@ -174,6 +182,8 @@ Vec3 input_node(const Instruction& instruction, const NodeContext& c) {
   switch (instruction.op) {
     case Op::ATTRIBUTE:
       return attribute_node(c, parameters[0], {}, unpack_bump_shift(parameters[1])).value;
+    case Op::ATTRIBUTE_FACTOR:
+      return as_register(attribute_factor(c, parameters[0], unpack_bump_shift(parameters[1])));
     case Op::ATTRIBUTE_ALPHA:
       return as_register(
           attribute_node(c, parameters[0], {{}, static_cast<float>(parameters[1])}, unpack_bump_shift(parameters[2]))

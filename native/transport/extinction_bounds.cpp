@@ -98,8 +98,8 @@ ExtinctionBounds find_extinction_bounds(const Scene& scene, uint32_t index) {
     for (size_t b = begin; b < end; ++b) {
       Rng rng(index, static_cast<uint32_t>(b), 0, 0);
       const int i = static_cast<int>(b);
-      const Vec3 corner{static_cast<float>(i / (n[1] * n[2])), static_cast<float>(i / n[2] % n[1]),
-                        static_cast<float>(i % n[2])};
+      const int x = i / (n[1] * n[2]), y = i / n[2] % n[1], z = i % n[2];
+      const Vec3 corner{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
       float largest = 0.0f;
       for (int k = 0; k < kPlacesInBlock; ++k) {
         const Vec2 u = rng.next_vec2();

@@ -56,6 +56,17 @@ LAYER_READS = [
 ]
 
 
+MESH_VALUES = {
+    "FLOAT": ("value", 0.35),
+    "FLOAT2": ("vector", (0.3, 0.5)),
+    "FLOAT_VECTOR": ("vector", (0.2, 0.7, 0.4)),
+    "FLOAT_COLOR": ("color", (0.6, 0.1, 0.3, 0.7)),
+}
+MESH_READS = [
+    attribute("GEOMETRY", f"a {kind}", output) for kind in MESH_VALUES for output in ("Color", "Fac", "Vector", "Alpha")
+]
+
+
 def add_cards(scene: bpy.types.Scene, collection: bpy.types.Collection, reads: list[Read]) -> None:
     for index, read in enumerate(reads):
         surface = build.material(
@@ -95,6 +106,24 @@ def test_objects(empty_scene) -> None:
     add_cards(empty_scene, empty_scene.collection, OBJECT_READS)
     look_down(empty_scene)
     expect_equal(empty_scene, other_tint)
+
+
+def test_meshes(empty_scene) -> None:
+    """The same in all corners or points."""
+    add_cards(empty_scene, empty_scene.collection, MESH_READS)
+    for index, card in enumerate(empty_scene.collection.objects):
+        for kind, (part, value) in MESH_VALUES.items():
+            layer = card.data.attributes.new(f"a {kind}", kind, ("CORNER", "POINT")[index % 2])
+            for element in layer.data:
+                setattr(element, part, value)
+    look_down(empty_scene)
+
+    def other_pair(scene: bpy.types.Scene) -> None:
+        for card in scene.collection.objects:
+            for element in card.data.attributes["a FLOAT2"].data if card.type == "MESH" else ():
+                element.vector = (0.31, 0.5)
+
+    expect_equal(empty_scene, other_pair)
 
 
 def test_instances_of_a_collection(empty_scene) -> None:

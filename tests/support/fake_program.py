@@ -115,6 +115,7 @@ class MaterialProgram:
         limits = {"RAMP_LOOKUP": self.tables, "RAMP_LOOKUP_ALPHA": self.tables, "CURVE_LOOKUP": self.tables}
         limits |= {"IMAGE": self.images, "IMAGE_ALPHA": self.images, "ENVIRONMENT_IMAGE": self.images}
         limits |= {"TILED_IMAGE": self.tile_tables, "TILED_IMAGE_ALPHA": self.tile_tables}
-        limits |= {"ATTRIBUTE": self.attributes, "ATTRIBUTE_ALPHA": self.attributes, "TANGENT": self.attributes}
+        of_attributes = ("ATTRIBUTE", "ATTRIBUTE_FACTOR", "ATTRIBUTE_ALPHA", "TANGENT")
+        limits |= dict.fromkeys(of_attributes, self.attributes)
         if op in limits and parameters[0] >= len(limits[op]):
             raise Error(f"{self.name}: {op} points at {parameters[0]} of {len(limits[op])}")

@@ -222,8 +222,7 @@ def mesh_attribute(node: NodeView, name: str, output: str, missing_alpha: int) -
     index = node.compiler.code.program.attribute(name)
     if output == "Alpha":
         return node.at_shift("ATTRIBUTE_ALPHA", (index, missing_alpha))
-    value = node.at_shift("ATTRIBUTE", (index,))
-    return node.emit("AVERAGE", (value,)) if output == "Fac" else value
+    return node.at_shift("ATTRIBUTE_FACTOR" if output == "Fac" else "ATTRIBUTE", (index,))
 
 
 @value_node("ShaderNodeCameraData")

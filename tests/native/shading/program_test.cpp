@@ -55,6 +55,19 @@ TEST(Program, CoordinatesAtAKnownPoint) {  // the point is (0.5, 0.5, 0) of a tr
   expect_near(at(Op::CAMERA_COORDINATE, {0}), {0.5f, 0.5f, 0.0f});
 }
 
+TEST(Program, FactorsOfAttributesAreMeansButOfPairs) {
+  ProgramBuilder b;
+  b.program.attribute_names = {"UV", "Tint", "Nothing"};
+  const auto factor = [&](int name) {
+    return value_of(b, b.add(Op::BROADCAST, {b.add(Op::ATTRIBUTE_FACTOR, {}, {name, 0})})).x;
+  };
+  const auto value = [&](int name) { return value_of(b, b.add(Op::ATTRIBUTE, {}, {name, 0})); };
+  EXPECT_EQ(factor(0), value(0).x);
+  EXPECT_NE(value(0).y, 0.0f);
+  EXPECT_FLOAT_EQ(factor(1), (value(1).x + value(1).y + value(1).z) / 3.0f);
+  EXPECT_EQ(factor(2), 0.0f);
+}
+
 TEST(Program, AlphaOfAMissingAttributeIsTheParameter) {
   ProgramBuilder b;
   b.program.attribute_names = {"Tint", "Nothing"};
