@@ -139,6 +139,8 @@ KIND_PASSES = (
 # glossy light.
 BESIDE_KINDS = {"Emission": "Unscattered Emission", "Environment": "Unscattered Environment"}
 
+MOST_NAME_BYTES = 63
+
 # Those that show cells, by the core's names.
 CELL_PASSES = frozenset({"Cells", "Cell Occupancy", "Cell Level", "Normal Bin"})
 
@@ -179,10 +181,15 @@ def aov_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
     ]
 
 
+def cut_name(name: str) -> str:
+    """That of a pass as Blender keeps it: 63 bytes, in whole characters."""
+    return name.encode()[:MOST_NAME_BYTES].decode(errors="ignore")
+
+
 def light_group_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
-    """What emitters of each group bring to Combined, by Cycles' names."""
+    """What emitters of each group bring to Combined, by Cycles' names as Blender cuts them."""
     return [
-        RenderPass(f"Combined_{name}", f"Light Group {number}", "RGB", "COLOR", lambda layer: True)
+        RenderPass(cut_name(f"Combined_{name}"), f"Light Group {number}", "RGB", "COLOR", lambda layer: True)
         for name, number in group_numbers(view_layer).items()
     ]
 

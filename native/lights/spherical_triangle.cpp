@@ -32,13 +32,14 @@ std::optional<SphericalTriangle> SphericalTriangle::of(const EmissiveTriangle& t
 
 /// Arvo's two steps: a corner c' on the arc from a to c, so that the triangle a b c' has the share u.x of the area, and
 /// then the point of the arc from b to c' that has u.y of the height. With t the angle from a to c', the tangent of
-/// half the area of a b c' is tan(t/2) volume / (1 + a b + tan(t/2) b t_a), t_a being the tangent at a.
+/// half the area of a b c' is tan(t/2) volume / (1 + a b + tan(t/2) b t_a), t_a being the tangent at a. Next to an edge
+/// a and b are nearly opposite: what matters of b is then its sum with a, which t_a is at right angles to.
 Vec3 SphericalTriangle::direction(Vec2 u) const {
-  const Vec3 tangent = normalize(c_ - dot(a_, c_) * a_);
-  const float volume = std::abs(dot(a_, cross(b_, tangent)));
+  const Vec3 tangent = normalize(c_ - dot(a_, c_) * a_), middle = a_ + b_;
+  const float volume = std::abs(dot(middle, cross(b_, tangent)));
   const SineCosine half_area = sine_cosine_of_turns(u.x * half_turns_);
-  const float along = half_area.sine * (1.0f + dot(a_, b_));
-  const float across = half_area.cosine * volume - half_area.sine * dot(b_, tangent);
+  const float along = half_area.sine * 0.5f * length_squared(middle);
+  const float across = half_area.cosine * volume - half_area.sine * dot(middle, tangent);
   const float scale = 1.0f / (sqr(along) + sqr(across));
   const Vec3 corner = ((sqr(across) - sqr(along)) * scale) * a_ + (2.0f * along * across * scale) * tangent;
   const Vec3 from_b = corner - b_;

@@ -343,9 +343,8 @@ void Session::end(Status status, const std::string& error) {
   progress_.error = error;
   progress_.status = status;
   ++progress_.version;
-  published_.assign(published_.size(), {});
-  published_surfaces_.assign(published_surfaces_.size(), {});
-  published_groups_.assign(published_groups_.size(), {});
+  for (auto* pictures : {&published_, &published_surfaces_, &published_groups_})
+    *pictures = std::vector<std::vector<float>>(pictures->size());  // assigned to, each would keep its memory
   scene_.reset();
   cache_.reset();
   ended_.notify_all();

@@ -15,7 +15,7 @@ constexpr int kBlocksOfMesh = 16;    // along an axis, of media inside of meshes
 constexpr int kPlacesInBlock = 4;    // at random, beside those that grids know
 constexpr float kBoundSlack = 1.2f;  // by how much more random places are taken for
 /// Steps of tracking from one end of a medium to the other: fewer are no gain, more have more noise where it is denser.
-constexpr float kFewestSteps = 1.0f, kMostSteps = 4096.0f;
+constexpr float kFewestSteps = 1.0f, kMostSteps = 65536.0f;
 constexpr size_t kBlocksPerTask = 64;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 

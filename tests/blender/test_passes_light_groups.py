@@ -175,6 +175,19 @@ def test_passes_have_the_names_of_cycles_and_the_order_of_the_list(core, tmp_pat
             np.testing.assert_array_equal(channels[f"ViewLayer.Combined_{name}.{channel}"], np.float32(number))
 
 
+@pytest.mark.parametrize(
+    "name", ["a very long name " * 3 + "of sixty", "光" * 20], ids=["letters", "of three bytes each"]
+)
+def test_names_are_cut_as_blender_cuts_them(core, tmp_path, name):
+    """Under the whole name their passes were not found, and stayed black. (Cycles' are.)"""
+    scene = fresh_scene()
+    groups.add_groups(scene, name, "sky")
+    channels, _ = render(scene, tmp_path)
+    found = [pixels for channel, pixels in channels.items() if f"Combined_{name[:5]}" in channel and channel[-1] == "R"]
+    assert len(found) == 1
+    np.testing.assert_array_equal(found[0], np.float32(NUMBERS["Light Group 0"][0]))
+
+
 def test_groups_go_through_the_compositor(core, tmp_path):
     scene = fresh_scene()
     groups.add_groups(scene, "warm", "sky")

@@ -116,28 +116,34 @@ def test_attribute_reads_nothing_where_there_is_no_grid() -> None:
     assert np.allclose(render(scene.snapshot(), samples=4)["Combined"][..., :3], 1.0)
 
 
-def test_constant_grid_is_a_homogeneous_cube() -> None:
+@pytest.mark.parametrize(
+    ("density", "glow", "plant"),
+    [(1.0, (0.3, 0.2, 0.1), 1.02), (4000.0, (0.0, 0.0, 0.0), 1.1)],
+    ids=["thin", "dense, without glow"],
+)
+def test_constant_grid_is_a_homogeneous_cube(density: float, glow: tuple, plant: float) -> None:
     """All that media do: scattering, absorption, emission, in an even one, with a lamp. The box ends where the grid is
-    still constant. False-alarm rate 1 %. Planted: 2 %."""
+    still constant. In the dense one, which paths enter by a tenth of a millimetre, no sample is infinite. False-alarm
+    rate 1 % per case. Planted: 2 %, 10 % of the dense one."""
     pictures = []
     for is_grid in (True, False):
         scene = SceneDescription()
-        values = ((1.0, 2.0, 0.5), (0.5, 0.1, 0.2))
+        values = [tuple(density * np.array(v)) for v in ((1.0, 2.0, 0.5), (0.5, 0.1, 0.2))]
         if is_grid:
-            program = grid_medium(*values, anisotropy=0.3, glow=(0.3, 0.2, 0.1))
+            program = grid_medium(*values, anisotropy=0.3, glow=glow)
             grid = ("density", np.ones((6, 6, 6), np.float32), scaling(2.5, 2.5), 0.0)
             mesh = scene.builder.add_volume("cube", scaling(2.5, 2.0), (4, 4, 4), [grid])
             materials = scene.builder.add_material_set([scene.builder.add_material(program)], "cube")
             scene.instances.append((mesh, materials, np.eye(4)))
             scene.visibility.append(63)
         else:
-            scene.add_box(0.8, medium(*values, anisotropy=0.3, glow=(0.3, 0.2, 0.1)))
+            scene.add_box(0.8, medium(*values, anisotropy=0.3, glow=glow))
         scene.add_box(1.0, medium((0.3, 0.3, 0.3)))
         scene.builder.add_point_light("lamp", (0.2, -0.1, 1.5), 0.0, (3.0, 3.0, 3.0))
         scene.set_camera((0.0, -4.0, 0.5), (0.0, 0.0, 0.0), 0.3)
         pictures.append(np.array([block_means(i, 2, 2) for i in replicas(scene.snapshot(), REPLICAS, samples=64)]))
     assert compare_replicas(*pictures).agrees, compare_replicas(*pictures)
-    assert not compare_replicas(1.02 * pictures[0], pictures[1]).agrees
+    assert not compare_replicas(plant * pictures[0], pictures[1]).agrees
 
 
 def sparse_cloud(size: int = 40, peak: float = 60.0) -> np.ndarray:
