@@ -149,10 +149,12 @@ def _voxels(vdb: Any, lowest: NDArray, highest: NDArray, channels: int) -> NDArr
 
 
 def stored(voxels: NDArray, is_half: bool) -> NDArray[np.floating]:
-    """As the core keeps them: finite, in single or half precision."""
-    finite = np.nan_to_num(voxels.astype(np.float32, copy=False), nan=0.0, posinf=0.0, neginf=0.0)
+    """As the core keeps them: finite, in single or half precision. Large grids have no room for more than one copy: what
+    comes in single precision and can be written to is."""
+    finite = voxels.astype(np.float32, copy=not voxels.flags.writeable)
+    np.nan_to_num(finite, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
     if is_half:
-        finite = np.clip(finite, -_LARGEST_HALF, _LARGEST_HALF).astype(np.float16)
+        finite = np.clip(finite, -_LARGEST_HALF, _LARGEST_HALF, out=finite).astype(np.float16)
     return np.ascontiguousarray(finite)
 
 
