@@ -149,8 +149,8 @@ def _voxels(vdb: Any, lowest: NDArray, highest: NDArray, channels: int) -> NDArr
 
 
 def stored(voxels: NDArray, is_half: bool) -> NDArray[np.floating]:
-    """As the core keeps them: finite, in single or half precision. Large grids have no room for more than one copy: what
-    comes in single precision and can be written to is."""
+    """As the core keeps them: finite, in single or half precision. What comes in single precision, and can be written
+    to, is overwritten: large grids leave no room for copies."""
     finite = voxels.astype(np.float32, copy=not voxels.flags.writeable)
     np.nan_to_num(finite, copy=False, nan=0.0, posinf=0.0, neginf=0.0)
     if is_half:
