@@ -175,6 +175,7 @@ def test_passes_have_the_names_of_cycles_and_the_order_of_the_list(core, tmp_pat
             np.testing.assert_array_equal(channels[f"ViewLayer.Combined_{name}.{channel}"], np.float32(number))
 
 
+@pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="files of Blender before 5.0 cut names of channels as well")
 @pytest.mark.parametrize(
     "name", ["a very long name " * 3 + "of sixty", "光" * 20], ids=["letters", "of three bytes each"]
 )
