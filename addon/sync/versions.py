@@ -67,6 +67,11 @@ def materials_are_trees() -> bool:
     return getattr(bpy.types.Material.bl_rna.properties["use_nodes"], "is_deprecated", False)
 
 
+def films_cover_metal() -> bool:
+    """Whether Cycles lets a thin film lie on metal, too: from 5.0 on, as materials have been trees."""
+    return materials_are_trees()
+
+
 def bump_filter_width() -> float:
     """Of a new Bump node, in pixels, which is that of displacement too; 1 before it could be chosen (Blender 4.2)."""
     return 0.1 if hasattr(bpy.types, "ShaderNodeBsdfMetallic") else 1.0

@@ -139,18 +139,22 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // 9 specular ior level, 10 specular tint c, 11 anisotropic, 12 anisotropic rotation, 13 tangent v, 14 transmission weight,
     // 15 coat weight, 16 coat roughness, 17 coat ior, 18 coat tint c, 19 coat normal v, 20 sheen weight, 21 sheen roughness,
     // 22 sheen tint c, 23 emission colour c, 24 emission strength, 25 subsurface radius v, 26 subsurface scale, 27 subsurface ior,
-    // 28 subsurface anisotropy; [1 = multiple-scattering GGX, 0 = plain GGX; 0 BURLEY, walked as 1 RANDOM_WALK, 2 RANDOM_WALK_SKIN]
-    {"CLOSURE_PRINCIPLED", "fcffffvfffcffvffffcvffccfvfff", 0, 2, true},
+    // 28 subsurface anisotropy, 29 thin film thickness in nm, 30 its ior; [1 = multiple-scattering GGX, 0 = plain GGX; 0 BURLEY,
+    // walked as 1 RANDOM_WALK, 2 RANDOM_WALK_SKIN; 1 = the film covers metal too]
+    {"CLOSURE_PRINCIPLED", "fcffffvfffcffvffffcvffccfvfffff", 0, 3, true},
     {"CLOSURE_DIFFUSE", "fcfv", 0, 0, true},          // weight, colour, roughness, normal
     // weight, colour, roughness, anisotropy, rotation, normal, tangent; [distribution: 0 GGX 1 MULTI_GGX 2 BECKMANN 3 ASHIKHMIN_SHIRLEY]
     {"CLOSURE_GLOSSY", "fcfffvv", 0, 1, true},
-    {"CLOSURE_GLASS", "fcffv", 0, 1, true},           // weight, colour, roughness, ior, normal; [distribution]
+    // weight, colour, roughness, ior, normal, thin film thickness in nm, its ior; [distribution]
+    {"CLOSURE_GLASS", "fcffvff", 0, 1, true},
     {"CLOSURE_REFRACTION", "fcffv", 0, 1, true},      // weight, colour, roughness, ior, normal; [distribution]
     {"CLOSURE_TRANSLUCENT", "fcv", 0, 0, true},       // weight, colour, normal
     {"CLOSURE_TRANSPARENT", "fc", 0, 0, true},        // weight, colour
     {"CLOSURE_EMISSION", "fcf", 0, 0, true},          // weight, colour, strength
     {"CLOSURE_SHEEN", "fcfv", 0, 0, true},            // weight, colour, roughness, normal
-    {"CLOSURE_METALLIC", "fccfffvv", 0, 1, true},     // weight, base colour, edge tint, roughness, anisotropy, rotation, normal, tangent; [distribution]
+    // weight, base colour, edge tint, roughness, anisotropy, rotation, normal, tangent, thin film thickness in nm, its ior;
+    // [distribution]
+    {"CLOSURE_METALLIC", "fccfffvvff", 0, 1, true},
     {"CLOSURE_SUBSURFACE", "fcvffffv", 0, 1, true},   // weight, colour, radius, scale, ior, roughness, anisotropy, normal; [method, as above]
     // weight, tangent, colour, melanin, melanin redness, tint, absorption, roughness, radial roughness, coat, ior, tilt of scales;
     // [0 ABSORPTION 1 MELANIN, with the tint, 2 COLOR]

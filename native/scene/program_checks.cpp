@@ -71,7 +71,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::CLOSURE_DISPLACEMENT:
       return {kFlag};
     case Op::CLOSURE_PRINCIPLED:
-      return {kFlag, up_to(2)};
+      return {kFlag, up_to(2), kFlag};
     case Op::BUMP:
     case Op::WIREFRAME:
       return {kFlag, kShift};

@@ -62,6 +62,18 @@ MicrofacetLobe make_refraction(Vec3 n, float roughness, float ior, const Surface
   return lobe;
 }
 
+void put_film_on(MicrofacetLobe& lobe, const ThinFilm& film) {
+  if (!has_film(film)) return;
+  lobe.film = {film.thickness_nm, std::max(film.ior, kMinIor)};
+  const bool is_metal = lobe.fresnel == FresnelModel::F82_TINT;
+  lobe.fresnel = is_metal ? FresnelModel::FILM_ON_METAL : FresnelModel::FILM_ON_DIELECTRIC;
+}
+
+void put_film_around(MicrofacetLobe& lobe, ThinFilm film, float ior, const SurfacePoint& point) {
+  if (point.is_backface) film.ior /= std::max(ior, kMinIor);
+  put_film_on(lobe, film);
+}
+
 Rgb mean_schlick_reflectance(const MicrofacetLobe& lobe) {
   if (lobe.transmits && !is_black(lobe.transmission_tint)) return lobe.transmission_tint;
   const float s = fresnel_fraction(fresnel_dielectric_average(lobe.ior), lobe.ior);

@@ -41,7 +41,11 @@ struct Principled {
   Rgb subsurface_radius() const { return non_negative(to_rgb(in[25]) * scalar(26)); }
   float subsurface_ior() const { return scalar(27); }
   float subsurface_anisotropy() const { return scalar(28); }
+  ThinFilm film() const { return {scalar(29), scalar(30)}; }
 };
+
+bool compensates(const int32_t* parameters) { return parameters[0] != 0; }
+bool covers_metal(const int32_t* parameters) { return parameters[2] != 0; }
 
 /// What layers have left for those below them.
 struct Remainder {
@@ -107,14 +111,16 @@ Remainder add_top_layers(Bsdf& bsdf, const Principled& p, Vec3 n, const SurfaceP
   return rest;
 }
 
-void add_metal(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisotropy, Rgb weight, bool compensate) {
+void add_metal(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisotropy, Rgb weight,
+               const int32_t* parameters) {
   MicrofacetLobe lobe = make_microfacet(n, 0.0f);
   set_anisotropy(lobe, anisotropy);
   lobe.fresnel = FresnelModel::F82_TINT;
   lobe.f0 = saturate(p.base_color());
   lobe.f90_or_b = f82_coefficient(lobe.f0, saturate(p.specular_tint()));
+  if (covers_metal(parameters)) put_film_on(lobe, p.film());
   std::optional<Rgb> mean;
-  if (compensate) mean = fresnel_f82_average(lobe.f0, lobe.f90_or_b);
+  if (compensates(parameters)) mean = fresnel_f82_average(lobe.f0, lobe.f90_or_b);
   add_microfacet(bsdf, lobe, weight, mean);
 }
 
@@ -125,6 +131,7 @@ void add_glass(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const Surfac
   lobe.f90_or_b = Rgb(1.0f);
   const Rgb base = saturate(p.base_color());
   lobe.transmission_tint = {std::sqrt(base.r), std::sqrt(base.g), std::sqrt(base.b)};  // passed twice: in and out
+  put_film_around(lobe, p.film(), p.ior(), point);
   std::optional<Rgb> mean;
   if (compensate) mean = mean_schlick_reflectance(lobe);
   add_microfacet(bsdf, lobe, weight, mean);
@@ -140,17 +147,22 @@ float add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& an
     f0 *= 2.0f * p.specular_level();
     ior = p.ior() < 1.0f ? 1.0f / ior_from_f0(f0) : ior_from_f0(f0);
   }
-  if (ior == 1.0f) return ior;
+  const ThinFilm film = p.film();
+  if (ior == 1.0f && !has_film(film)) return ior;
   MicrofacetLobe lobe = make_microfacet(specular_normal(n, point), 0.0f);
   set_anisotropy(lobe, anisotropy);
   lobe.fresnel = FresnelModel::GENERALIZED_SCHLICK;
   lobe.ior = ior;
   lobe.f0 = saturate(f0 * p.specular_tint());
   lobe.f90_or_b = Rgb(1.0f);
+  put_film_on(lobe, film);
   std::optional<Rgb> mean;
   if (compensate) mean = mean_schlick_reflectance(lobe);
-  rest.put_below(add_microfacet(bsdf, lobe, rest.weight, mean), max_component(lobe.f0),
-                 grazing_shade(std::sqrt(lobe.alpha_x * lobe.alpha_y)));
+  const Rgb albedo = add_microfacet(bsdf, lobe, rest.weight, mean);
+  if (has_film(film))  // the albedo is then that of a smooth surface
+    rest.put_below(albedo, largest_film_reflectance(lobe.film, ior), grazing_shade(0.0f));
+  else
+    rest.put_below(albedo, max_component(lobe.f0), grazing_shade(std::sqrt(lobe.alpha_x * lobe.alpha_y)));
   return ior;
 }
 
@@ -182,14 +194,14 @@ void add_base(Bsdf& bsdf, const Principled& p, Vec3 n, const Remainder& rest) {
 void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point) {
   const Principled p{inputs};
   const Vec3 n = closure_normal(p.normal(), point);
-  const bool compensate = parameters[0] != 0;
+  const bool compensate = compensates(parameters);
   bsdf.transparency += principled_transparency(inputs);
   Remainder rest = add_top_layers(bsdf, p, n, point);
   if (const Rgb emission = p.emission(); !is_black(emission)) bsdf.emission += emission * rest.weight;
 
   const Anisotropy anisotropy = disney_anisotropy(p.roughness(), p.anisotropic(), p.tangent(), p.rotation(), n);
   if (const float metallic = p.metallic(); metallic > kNegligibleWeight) {
-    add_metal(bsdf, p, specular_normal(n, point), anisotropy, metallic * rest.weight, compensate);
+    add_metal(bsdf, p, specular_normal(n, point), anisotropy, metallic * rest.weight, parameters);
     rest.scale(1.0f - metallic);
   }
   if (const float transmission = p.transmission(); transmission > kNegligibleWeight) {

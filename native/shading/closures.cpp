@@ -47,6 +47,7 @@ void add_glass(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, 
   lobe.f0 = Rgb(f0_from_ior(lobe.ior));
   lobe.f90_or_b = Rgb(1.0f);
   lobe.reflection_tint = lobe.transmission_tint = color;
+  put_film_around(lobe, {in[5].x, in[6].x}, in[3].x, point);
   std::optional<Rgb> mean;
   if (compensates(parameters)) mean = mean_schlick_reflectance(lobe);
   add_microfacet(bsdf, lobe, Rgb(in[0].x), mean);
@@ -65,6 +66,7 @@ void add_metallic(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameter
   lobe.fresnel = FresnelModel::F82_TINT;
   lobe.f0 = saturate(to_rgb(in[1]));
   lobe.f90_or_b = f82_coefficient(lobe.f0, saturate(to_rgb(in[2])));
+  put_film_on(lobe, {in[8].x, in[9].x});
   std::optional<Rgb> mean;
   if (compensates(parameters)) mean = fresnel_f82_average(lobe.f0, lobe.f90_or_b);
   add_microfacet(bsdf, lobe, Rgb(in[0].x), mean);

@@ -53,6 +53,14 @@ inline Rgb f82_coefficient(Rgb f0, Rgb tint) {
   return lerp(f0, Rgb(1.0f), k5) * (7.0f / (k5 * k)) * (Rgb(1.0f) - tint);
 }
 
+/// b for that value at cos = 1/7.
+inline constexpr float kF82Cosine = 1.0f / 7.0f;
+inline Rgb f82_coefficient_through(Rgb f0, Rgb value) {
+  constexpr float k = 1.0f - kF82Cosine;
+  constexpr float k5 = k * k * k * k * k;
+  return (lerp(f0, Rgb(1.0f), k5) - value) / (kF82Cosine * k5 * k);
+}
+
 inline Rgb fresnel_f82(float cos_i, Rgb f0, Rgb b) {
   const float m = clamp01(1.0f - cos_i);
   const float m5 = sqr(sqr(m)) * m;

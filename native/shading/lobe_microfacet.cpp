@@ -38,6 +38,10 @@ Rgb facet_reflectance(const MicrofacetLobe& lobe, float cos_o, float* cos_t) {
     }
     case FresnelModel::F82_TINT:
       return fresnel_f82(cos_o, lobe.f0, lobe.f90_or_b);
+    case FresnelModel::FILM_ON_DIELECTRIC:
+      return fresnel_film_on_dielectric(lobe.film, cos_o, lobe.ior, lobe.f0, cos_t);
+    case FresnelModel::FILM_ON_METAL:
+      return fresnel_film_on_metal(lobe.film, cos_o, lobe.f0, lobe.f90_or_b);
   }
   return Rgb(0.0f);
 }
@@ -108,6 +112,8 @@ Rgb mean_over_normals(const MicrofacetLobe& lobe, float mu) {
       }
       break;
     case FresnelModel::NONE:
+    case FresnelModel::FILM_ON_DIELECTRIC:
+    case FresnelModel::FILM_ON_METAL:
       break;
   }
   return facet_fresnel(lobe, mu).reflectance;

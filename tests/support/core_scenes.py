@@ -33,9 +33,9 @@ def principled(
         value.get("alpha", one), normal, zero, zero, p.constant(specular), white, zero, zero, normal,
         value.get("transmission", zero), value.get("coat", zero), value.get("coat_roughness", zero),
         p.constant(1.5), white, normal, value.get("sheen", zero), p.constant(0.5), white, white, p.constant(emission),
-        normal, zero, one, zero,
+        normal, zero, one, zero, value.get("film", zero), value.get("film_ior", p.constant(1.33)),
     ]  # fmt: skip
-    p.closure("CLOSURE_PRINCIPLED", operands, [1 if multiscatter else 0, 0])
+    p.closure("CLOSURE_PRINCIPLED", operands, [1 if multiscatter else 0, 0, 1])
     return p
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..versions import films_cover_metal
 from .compiler import Compiler, NodeView, closure_node, flatten_shader, volume_node
 from .enums import CLAMP_TYPES, DISTRIBUTIONS, SUBSURFACE_METHODS
 from .fold import Triple
@@ -11,6 +12,7 @@ from .vector import default_tangent
 ONE = constant(1.0)
 ZERO_VECTOR = constant(0.0, letter=VECTOR)
 NO_SUBSURFACE = (ZERO_VECTOR, constant(0.0), ONE, constant(0.0))
+NO_FILM = (constant(0.0), ONE)
 F82_COSINE = 1.0 / 7.0  # where the edge tint of "F82" is given (Kutz et al. 2021, Novel aspects of the Adobe material)
 
 
@@ -32,7 +34,6 @@ def add_shader(node: NodeView, weight: Value) -> None:
 
 @closure_node("ShaderNodeBsdfPrincipled")
 def principled(node: NodeView, weight: Value) -> None:
-    _warn_thin_film(node)
     _warn_thin_wall(node)
     anisotropic = node.value("Anisotropic")
     value = node.value
@@ -48,10 +49,13 @@ def principled(node: NodeView, weight: Value) -> None:
         _coat_normal(node),
         *node.values("Sheen Weight, Sheen Roughness, Sheen Tint, Emission Color, Emission Strength"),
         *_subsurface(node),
+        *_thin_film(node),
     ]
     multiple_scattering = node.node.distribution == "MULTI_GGX"
     method = SUBSURFACE_METHODS.index(node.node.subsurface_method)
-    node.compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (int(multiple_scattering), method))
+    node.compiler.code.closure(
+        "CLOSURE_PRINCIPLED", inputs, (int(multiple_scattering), method, int(films_cover_metal()))
+    )
 
 
 def new_principled(compiler: Compiler) -> None:
@@ -65,8 +69,9 @@ def new_principled(compiler: Compiler) -> None:
         *(zero, constant(0.03), constant(1.5), white, normal),  # coat
         *(zero, half, white, white, zero),  # sheen, emission
         *NO_SUBSURFACE,
+        *NO_FILM,
     ]
-    compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (1, 0))
+    compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (1, 0, 0))
 
 
 def _subsurface(node: NodeView) -> tuple[Value, ...]:
@@ -89,9 +94,10 @@ def _tangent(node: NodeView, anisotropy: Value) -> Value:
     return node.linked("Tangent") or default_tangent(node)
 
 
-def _warn_thin_film(node: NodeView) -> None:
-    if node.value("Thin Film Thickness").constant != (0.0, 0.0, 0.0):
-        node.warn("thin film is not supported and is ignored")
+def _thin_film(node: NodeView) -> tuple[Value, ...]:
+    """Thickness and index, which is not read where there is no film."""
+    thickness = node.value("Thin Film Thickness")
+    return NO_FILM if thickness.constant == (0.0, 0.0, 0.0) else (thickness, node.value("Thin Film IOR"))
 
 
 def _warn_thin_wall(node: NodeView) -> None:
@@ -119,8 +125,7 @@ def glossy(node: NodeView, weight: Value) -> None:
 
 @closure_node("ShaderNodeBsdfGlass")
 def glass(node: NodeView, weight: Value) -> None:
-    _warn_thin_film(node)
-    inputs = (weight, *node.values("Color, Roughness, IOR"), node.normal())
+    inputs = (weight, *node.values("Color, Roughness, IOR"), node.normal(), *_thin_film(node))
     node.compiler.code.closure("CLOSURE_GLASS", inputs, _distribution(node))
 
 
@@ -167,13 +172,13 @@ def holdout(node: NodeView, weight: Value) -> None:
 
 @closure_node("ShaderNodeBsdfMetallic")
 def metallic(node: NodeView, weight: Value) -> None:
-    _warn_thin_film(node)
     base, edge = node.values("Base Color, Edge Tint")
     if node.node.fresnel_type == "PHYSICAL_CONDUCTOR":
         base, edge = _conductor_colors(node)
     anisotropy = node.value("Anisotropy")
     rest = (node.value("Roughness"), anisotropy, node.value("Rotation"), node.normal(), _tangent(node, anisotropy))
-    node.compiler.code.closure("CLOSURE_METALLIC", (weight, base, edge, *rest), _distribution(node))
+    inputs = (weight, base, edge, *rest, *_thin_film(node))
+    node.compiler.code.closure("CLOSURE_METALLIC", inputs, _distribution(node))
 
 
 def _conductor_colors(node: NodeView) -> tuple[Value, Value]:

@@ -51,6 +51,8 @@ enum PrincipledInput {
   SUBSURFACE_SCALE,
   SUBSURFACE_IOR,
   SUBSURFACE_ANISOTROPY,
+  FILM,
+  FILM_IOR,
   PRINCIPLED_INPUTS
 };
 using Inputs = std::vector<Vec3>;
@@ -64,6 +66,7 @@ Inputs principled() {
   in[IOR] = in[COAT_IOR] = grey(1.5f);
   in[SUBSURFACE_RADIUS] = in[SUBSURFACE_SCALE] = grey(1.0f);
   in[SUBSURFACE_IOR] = grey(1.4f);
+  in[FILM_IOR] = grey(1.33f);
   in[COAT_ROUGHNESS] = grey(0.03f);
   in[NORMAL] = in[COAT_NORMAL] = kTestNormal;
   in[TANGENT] = kFrame.s;
@@ -74,7 +77,7 @@ Bsdf build(Op op, const Inputs& inputs, const SurfacePoint& point, int32_t param
   Bsdf bsdf;
   bsdf.ng = point.ng;
   bsdf.wo = point.wo;
-  const int32_t parameters[4] = {parameter, 0, 0, 0};
+  const int32_t parameters[4] = {parameter, 0, 1, 0};
   add_closure(bsdf, op, inputs, parameters, point);
   return bsdf;
 }
@@ -123,6 +126,53 @@ TEST(Closures, PrincipledKeepsAWhiteFurnaceWhite) {
   Bsdf unaware = build(Op::CLOSURE_PRINCIPLED, in, point);
   add_lobe(unaware, LambertLobe{kTestNormal}, Rgb(1.0f) - unaware.lobes[1].weight, 0.1f);
   EXPECT_GT(furnace(unaware), 1.03);
+}
+
+TEST(Closures, ThinFilmsNeitherMakeNorLoseLight) {
+  // The strongest channel of a film's colour is taken from all channels below; else as far as the albedo estimates
+  // hold.
+  for (const float thickness : {0.5f, 120.0f, 450.0f, 1000.0f})
+    for (const float film_ior : {1.0f, 1.33f, 2.5f})
+      for (const float roughness : {0.2f, 0.7f}) {
+        Inputs in = principled();
+        in[ROUGHNESS] = grey(roughness);
+        in[FILM] = grey(thickness), in[FILM_IOR] = grey(film_ior);
+        const SurfacePoint point = make_point(0.6f);
+        const auto see = [&] { return furnace(build(Op::CLOSURE_PRINCIPLED, in, point)); };
+        const double least = film_ior > 2.0f ? 0.85 : 0.95;
+        EXPECT_LT(see(), 1.025) << thickness << " " << film_ior;
+        EXPECT_GT(see(), least) << thickness << " " << film_ior;
+        in[TRANSMISSION] = grey(1.0f);
+        EXPECT_LT(see(), 1.025) << thickness << " " << film_ior;
+        EXPECT_GT(see(), 0.95) << thickness << " " << film_ior;
+        in[METALLIC] = grey(1.0f);
+        EXPECT_LT(see(), 1.01) << thickness << " " << film_ior;
+      }
+}
+
+const MicrofacetLobe& first_microfacet(const Bsdf& bsdf) { return std::get<MicrofacetLobe>(bsdf.lobes[0].model); }
+
+TEST(Closures, ThinFilmsLieWhereTheyAreAskedFor) {
+  Inputs in = principled();
+  SurfacePoint point = make_point(0.6f);
+  const auto lobe = [&] { return first_microfacet(build(Op::CLOSURE_PRINCIPLED, in, point)); };
+  in[FILM] = grey(kThinnestFilm);
+  EXPECT_EQ(lobe().fresnel, FresnelModel::GENERALIZED_SCHLICK);
+  in[FILM] = grey(300.0f);
+  EXPECT_EQ(lobe().fresnel, FresnelModel::FILM_ON_DIELECTRIC);
+  in[IOR] = grey(1.0f);  // what does not reflect by itself may carry a film
+  EXPECT_EQ(lobe().fresnel, FresnelModel::FILM_ON_DIELECTRIC);
+  in[TRANSMISSION] = grey(1.0f), in[IOR] = grey(1.5f);
+  EXPECT_FLOAT_EQ(lobe().film.ior, 1.33f);
+  point.is_backface = true;
+  EXPECT_FLOAT_EQ(lobe().film.ior, 1.33f / 1.5f);
+  in[METALLIC] = grey(1.0f);
+  EXPECT_EQ(lobe().fresnel, FresnelModel::FILM_ON_METAL);
+  Bsdf older;
+  older.ng = point.ng, older.wo = point.wo;
+  const int32_t parameters[4] = {1, 0, 0, 0};  // dielectrics alone, as before Blender 5.0
+  add_closure(older, Op::CLOSURE_PRINCIPLED, in, parameters, point);
+  EXPECT_EQ(first_microfacet(older).fresnel, FresnelModel::F82_TINT);
 }
 
 /// The same Principled `count` times, each with its share of the weight.
@@ -240,7 +290,7 @@ TEST(Closures, CoatAbsorbsEmissionByBeersLaw) {
 }
 
 TEST(Closures, GlassKnowsInsideFromOutside) {
-  const Inputs in{grey(1.0f), grey(1.0f), grey(0.3f), grey(1.5f), kTestNormal};
+  const Inputs in{grey(1.0f), grey(1.0f), grey(0.3f), grey(1.5f), kTestNormal, grey(0.0f), grey(1.0f)};
   SurfacePoint point = make_point(0.5f);
   const auto ior = [&] { return std::get<MicrofacetLobe>(build(Op::CLOSURE_GLASS, in, point).lobes[0].model).ior; };
   EXPECT_FLOAT_EQ(ior(), 1.5f);
@@ -253,15 +303,16 @@ TEST(Closures, SingleLobeNodes) {
   const auto mean_albedo = [&](Op op, const Inputs& in, int32_t parameter = 1) {
     return furnace(build(op, in, point, parameter));
   };
-  const Vec3 n = kTestNormal, t = kFrame.s, one = grey(1.0f);
+  const Vec3 n = kTestNormal, t = kFrame.s, one = grey(1.0f), none = grey(0.0f);
   EXPECT_NEAR(mean_albedo(Op::CLOSURE_DIFFUSE, {one, grey(0.5f), grey(0.0f), n}), 0.5, 1e-3);
   EXPECT_NEAR(mean_albedo(Op::CLOSURE_DIFFUSE, {one, one, grey(1.0f), n}), 1.0, 0.01);
   EXPECT_NEAR(mean_albedo(Op::CLOSURE_TRANSLUCENT, {one, grey(0.5f), n}), 0.5, 1e-3);
   EXPECT_NEAR(mean_albedo(Op::CLOSURE_GLOSSY, {one, one, grey(0.8f), grey(0.0f), grey(0.0f), n, t}), 1.0, 0.01);
   EXPECT_LT(mean_albedo(Op::CLOSURE_GLOSSY, {one, one, grey(0.8f), grey(0.0f), grey(0.0f), n, t}, 0), 0.97);
-  EXPECT_NEAR(mean_albedo(Op::CLOSURE_GLASS, {one, one, grey(0.5f), grey(1.5f), n}), 1.0, 0.015);
+  EXPECT_NEAR(mean_albedo(Op::CLOSURE_GLASS, {one, one, grey(0.5f), grey(1.5f), n, none, one}), 1.0, 0.015);
   EXPECT_LT(mean_albedo(Op::CLOSURE_REFRACTION, {one, one, grey(0.5f), grey(1.5f), n}), 1.0);
-  EXPECT_NEAR(mean_albedo(Op::CLOSURE_METALLIC, {one, one, one, grey(0.5f), grey(0.3f), grey(0.0f), n, t}), 1.0, 0.01);
+  EXPECT_NEAR(mean_albedo(Op::CLOSURE_METALLIC, {one, one, one, grey(0.5f), grey(0.3f), none, n, t, none, one}), 1.0,
+              0.01);
   EXPECT_GT(mean_albedo(Op::CLOSURE_SHEEN, {one, one, grey(1.0f), n}), 0.2);
 }
 
@@ -274,16 +325,21 @@ struct NamedClosure {
 /// Everything with a diffuse lobe.
 std::vector<NamedClosure> diffuse_closures() {
   Inputs plain = principled(), coated = principled(), velvet = principled(), mixed = principled(), clay = principled();
+  Inputs soap = principled(), oil = principled();
   coated[COAT] = grey(0.8f), coated[COAT_TINT] = {0.9f, 0.6f, 0.4f};
   velvet[SHEEN] = grey(0.7f);
   mixed[METALLIC] = mixed[TRANSMISSION] = grey(0.4f);
   clay[DIFFUSE_ROUGHNESS] = grey(1.0f), clay[LEVEL] = grey(0.0f);
+  soap[FILM] = grey(400.0f);
+  oil[FILM] = grey(250.0f), oil[FILM_IOR] = grey(2.0f), oil[ROUGHNESS] = grey(0.2f);
   const Vec3 one = grey(1.0f), leaf{0.2f, 0.7f, 0.1f}, n = kTestNormal;
   return {{"plain", Op::CLOSURE_PRINCIPLED, plain},
           {"coated", Op::CLOSURE_PRINCIPLED, coated},
           {"velvet", Op::CLOSURE_PRINCIPLED, velvet},
           {"mixed", Op::CLOSURE_PRINCIPLED, mixed},
           {"clay", Op::CLOSURE_PRINCIPLED, clay},
+          {"soap", Op::CLOSURE_PRINCIPLED, soap},
+          {"oil", Op::CLOSURE_PRINCIPLED, oil},
           {"Lambert", Op::CLOSURE_DIFFUSE, {one, leaf, grey(0.0f), n}},
           {"Oren-Nayar", Op::CLOSURE_DIFFUSE, {one, leaf, grey(0.7f), n}},
           {"translucent", Op::CLOSURE_TRANSLUCENT, {one, leaf, n}}};

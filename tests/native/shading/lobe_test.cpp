@@ -38,6 +38,14 @@ MicrofacetLobe refraction(float roughness, float ior) {
   return lobe;
 }
 
+MicrofacetLobe with_film(MicrofacetLobe lobe, FresnelModel fresnel) {
+  lobe.fresnel = fresnel;
+  lobe.f0 = fresnel == FresnelModel::FILM_ON_METAL ? Rgb(0.9f, 0.6f, 0.2f) : Rgb(f0_from_ior(lobe.ior));
+  lobe.f90_or_b = Rgb(0.0f);
+  lobe.film = {350.0f, 1.7f};
+  return lobe;
+}
+
 template <class Model>
 double p_value(const Model& lobe, Vec3 wo, const DirectionDensity& density, uint64_t seed) {
   const auto sampler = [&](Rng& rng) {
@@ -118,6 +126,24 @@ TEST(Lobe, RefractionSamplersFollowTheirDensityBothWays) {
   EXPECT_LT(p_value(lobe, wo, no_eta, 60), kThreshold);
 }
 
+TEST(Lobe, SamplersFollowTheirDensityUnderThinFilms) {
+  uint64_t seed = 90;
+  for (float cosine : {0.15f, 0.6f, 0.9f}) {
+    const Vec3 wo = at_angle(kFrame, cosine);
+    EXPECT_GT(p_value(with_film(reflection(0.5f), FresnelModel::FILM_ON_METAL), wo, ++seed), kThreshold) << cosine;
+    for (float ior : {1.5f, 1.0f / 1.5f}) {
+      const MicrofacetLobe lobe = with_film(glass(0.5f, ior), FresnelModel::FILM_ON_DIELECTRIC);
+      EXPECT_GT(p_value(lobe, wo, ++seed), kThreshold) << ior << " " << cosine;
+    }
+  }
+  // Planted bug: branches chosen as without the film.
+  const Vec3 wo = at_angle(kFrame, 0.15f);
+  const MicrofacetLobe bare = glass(0.5f, 1.5f), lobe = with_film(bare, FresnelModel::FILM_ON_DIELECTRIC);
+  EXPECT_LT(p_value(
+                lobe, wo, [&](Vec3 wi) { return evaluate_lobe(bare, wo, wi).pdf; }, 90),
+            kThreshold);
+}
+
 TEST(Lobe, DensitiesIntegrateToAtMostOne) {
   for (float cosine : {0.1f, 0.6f, 0.9f}) {
     const Vec3 wo = at_angle(kFrame, cosine);
@@ -161,6 +187,8 @@ TEST(Lobe, MicrofacetsAreReciprocal) {
   EXPECT_LT(asymmetry(reflection(0.5f), false), 1e-3);
   EXPECT_LT(asymmetry(anisotropic(0.1f, 0.5f), false), 1e-3);
   EXPECT_LT(asymmetry(glass(0.6f, 1.5f), false), 1e-3);
+  EXPECT_LT(asymmetry(with_film(anisotropic(0.1f, 0.5f), FresnelModel::FILM_ON_METAL), false), 1e-3);
+  EXPECT_LT(asymmetry(with_film(glass(0.6f, 1.5f), FresnelModel::FILM_ON_DIELECTRIC), false), 1e-3);
   EXPECT_LT(asymmetry(glass(0.6f, 1.5f), true), 0.02);       // rounding, near the critical angle
   EXPECT_GT(asymmetry(glass(0.6f, 1.5f), true, 0.0f), 0.1);  // planted bug: no eta^2
 }
