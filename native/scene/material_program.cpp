@@ -181,9 +181,11 @@ bool reads_view(Op op) {
   }
 }
 
-/// Refraction leaves in directions that depend on where from, and where it is total its lobe is not there.
-bool may_refract(const MaterialProgram& p, const Instruction& closure) {
+/// Refraction and the cones of toon gloss leave in directions that depend on where from; refraction is not there where
+/// reflection is total.
+bool may_turn(const MaterialProgram& p, const Instruction& closure) {
   if (closure.op == Op::CLOSURE_PRINCIPLED) return !is_zero_float(p, operands_of(p, closure)[kPrincipledTransmission]);
+  if (closure.op == Op::CLOSURE_TOON) return closure.parameters[0] != 0;
   return closure.op == Op::CLOSURE_GLASS || closure.op == Op::CLOSURE_REFRACTION || closure.op == Op::CLOSURE_HAIR;
 }
 
@@ -268,7 +270,7 @@ void finish_program(MaterialProgram& program, int image_count) {
     program.reads_light_path |= op == Op::LIGHT_PATH;
     program.counts_bounces |= counts_bounces(instruction);
     program.depends_on_view |= reads_view(op);
-    program.lobes_depend_on_view |= (reads_view(op) && op != Op::BACKFACING) || may_refract(program, instruction);
+    program.lobes_depend_on_view |= (reads_view(op) && op != Op::BACKFACING) || may_turn(program, instruction);
     program.reads_camera |= depends_on_camera(instruction);
     program.has_subsurface |= may_enter(program, instruction);
     program.looks_at_own_object |= meets_own_object_alone(instruction);

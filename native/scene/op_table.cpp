@@ -156,6 +156,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // [distribution]
     {"CLOSURE_METALLIC", "fccfffvvff", 0, 1, true},
     {"CLOSURE_SUBSURFACE", "fcvffffv", 0, 1, true},   // weight, colour, radius, scale, ior, roughness, anisotropy, normal; [method, as above]
+    {"CLOSURE_TOON", "fcffv", 0, 1, true},            // weight, colour, size, smooth, normal; [0 DIFFUSE 1 GLOSSY]
     // weight, tangent, colour, melanin, melanin redness, tint, absorption, roughness, radial roughness, coat, ior, tilt of scales;
     // [0 ABSORPTION 1 MELANIN, with the tint, 2 COLOR]
     {"CLOSURE_HAIR", "fvcffccfffff", 0, 1, true},

@@ -6,6 +6,7 @@
 #include "shading/lobe_hair.h"
 #include "shading/lobe_microfacet.h"
 #include "shading/lobe_sheen.h"
+#include "shading/lobe_toon.h"
 
 namespace cistern {
 namespace {
@@ -18,15 +19,27 @@ const MicrofacetLobe* as_microfacet(const Lobe& lobe) { return std::get_if<Micro
 
 const HairLobe* as_hair(const Lobe& lobe) { return std::get_if<HairLobe>(&lobe.model); }
 
+bool is_glossy_toon(const Lobe& lobe) { return std::holds_alternative<ToonGlossyLobe>(lobe.model); }
+
+/// The cone of toon lobes, or null.
+const ToonCone* as_cone(const Lobe& lobe) {
+  if (const auto* diffuse = std::get_if<ToonDiffuseLobe>(&lobe.model)) return &diffuse->cone;
+  const auto* glossy = std::get_if<ToonGlossyLobe>(&lobe.model);
+  return glossy ? &glossy->cone : nullptr;
+}
+
+/// GGX width that scatters about as far.
+float width_of(const ToonCone& cone) { return 0.5f * half_angle(cone); }
+
 ScatterKind kind_of(const Lobe& lobe, bool is_transmission) {
   if (is_transmission) return ScatterKind::TRANSMISSION;
-  return as_microfacet(lobe) || as_hair(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
+  return as_microfacet(lobe) || as_hair(lobe) || is_glossy_toon(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
 }
 
 /// See KindColors.
 ScatterKind pass_kind(const Lobe& lobe, bool is_below) {
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  if (!microfacet) return as_hair(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
+  if (!microfacet) return as_hair(lobe) || is_glossy_toon(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
   return is_below ? ScatterKind::TRANSMISSION : ScatterKind::GLOSSY;
 }
 
@@ -306,13 +319,17 @@ bool is_smooth(const Lobe& lobe) {
   constexpr float kAlphaProduct = kReconnectRoughness * kReconnectRoughness * kReconnectRoughness * kReconnectRoughness;
   if (const HairLobe* hair = as_hair(lobe)) return hair->is_smooth;
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  return microfacet && microfacet->alpha_x * microfacet->alpha_y < kAlphaProduct;
+  if (microfacet) return microfacet->alpha_x * microfacet->alpha_y < kAlphaProduct;
+  const ToonCone* cone = as_cone(lobe);
+  return cone && sqr(width_of(*cone)) < kAlphaProduct;
 }
 
 bool is_narrow(const Lobe& lobe) {
   if (as_hair(lobe)) return true;
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  return microfacet && std::min(microfacet->alpha_x, microfacet->alpha_y) < kNarrowAlpha;
+  if (microfacet) return std::min(microfacet->alpha_x, microfacet->alpha_y) < kNarrowAlpha;
+  const ToonCone* cone = as_cone(lobe);
+  return cone && width_of(*cone) < kNarrowAlpha;
 }
 
 bool transmits(const Lobe& lobe) {
@@ -347,7 +364,7 @@ KindColors albedo_by_kind(const Bsdf& bsdf) {
       of(ScatterKind::GLOSSY) += lobe.weight * albedo.reflected;
       of(ScatterKind::TRANSMISSION) += lobe.weight * albedo.transmitted;
     } else {
-      of(ScatterKind::DIFFUSE) += lobe.weight;
+      of(pass_kind(lobe, false)) += lobe.weight;
     }
   }
   for (const Subsurface& subsurface : subsurfaces_of(bsdf))

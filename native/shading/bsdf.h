@@ -48,6 +48,20 @@ struct SheenLobe {
   float a = 1.0f, b = 0.0f;
 };
 
+/// Even up to `size` from its axis, then fading out over `fade`, but not beyond a right angle; radians.
+struct ToonCone {
+  float size = 0.5f, fade = 0.0f;
+};
+inline float half_angle(const ToonCone& cone) { return std::min(cone.size + cone.fade, 0.5f * kPi); }
+struct ToonDiffuseLobe {
+  Vec3 n;
+  ToonCone cone;
+};
+struct ToonGlossyLobe {
+  Vec3 n;
+  ToonCone cone;
+};
+
 enum class FresnelModel : uint8_t {
   NONE,
   DIELECTRIC,
@@ -81,7 +95,9 @@ struct HairLobe {
 };
 
 struct Lobe {
-  std::variant<LambertLobe, OrenNayarLobe, TranslucentLobe, SheenLobe, MicrofacetLobe, HairLobe> model;
+  std::variant<LambertLobe, OrenNayarLobe, TranslucentLobe, SheenLobe, ToonDiffuseLobe, MicrofacetLobe, HairLobe,
+               ToonGlossyLobe>
+      model;
   Rgb weight;                  // multiplies f
   Rgb even;                    // its part of the even part, below; black unless diffuse
   float sample_weight = 0.0f;  // unnormalised probability of choosing this lobe
@@ -132,7 +148,8 @@ inline const Vec3& bump_reference(const Bsdf& bsdf) { return bsdf.bump_ns == Vec
 
 /// Whether lobes of this model know nothing of wo but by fading out where layers above them do.
 template <class Model>
-inline constexpr bool kIsDiffuse = !std::is_same_v<Model, MicrofacetLobe> && !std::is_same_v<Model, HairLobe>;
+inline constexpr bool kIsDiffuse = !std::is_same_v<Model, MicrofacetLobe> && !std::is_same_v<Model, HairLobe> &&
+                                   !std::is_same_v<Model, ToonGlossyLobe>;
 
 /// Whether the lobe is black for all directions: bump shadowing leaves nothing of diffuse ones whose normal is bent
 /// away from its reference by more than a right angle.

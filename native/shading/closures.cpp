@@ -3,6 +3,7 @@
 #include "shading/closure_parts.h"
 #include "shading/fresnel.h"
 #include "shading/lobe_hair.h"
+#include "shading/lobe_toon.h"
 
 namespace cistern {
 namespace {
@@ -82,6 +83,17 @@ void add_subsurface_closure(Bsdf& bsdf, std::span<const Vec3> in, const int32_t*
   add_subsurface(bsdf, subsurface, least_radius(point));
 }
 
+void add_toon(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
+  const Vec3 n = closure_normal(in[4], point);
+  const Rgb weight = non_negative(in[0].x * to_rgb(in[1]));
+  if (is_negligible(weight)) return;
+  const ToonCone cone = make_toon_cone(in[2].x, in[3].x);
+  if (parameters[0] != 0)
+    add_lobe(bsdf, ToonGlossyLobe{n, cone}, weight, average(weight));
+  else
+    add_lobe(bsdf, ToonDiffuseLobe{n, cone}, weight, average(weight));
+}
+
 enum class HairParametrization { ABSORPTION, MELANIN, COLOR };
 
 void add_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
@@ -135,6 +147,8 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
       return;
     case Op::CLOSURE_SUBSURFACE:
       return add_subsurface_closure(bsdf, inputs, parameters, point);
+    case Op::CLOSURE_TOON:
+      return add_toon(bsdf, inputs, parameters, point);
     case Op::CLOSURE_HAIR:
       return add_hair(bsdf, inputs, parameters, point);
     case Op::CLOSURE_METALLIC:

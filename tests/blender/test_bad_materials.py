@@ -163,7 +163,7 @@ def test_many_closures(count, is_named, tmp_path) -> None:
     assert any("'Material'" in warning and "lobes" in warning for warning in report.warnings) == is_named
 
 
-@pytest.mark.parametrize("kind", ["ShaderNodeBsdfToon", "ShaderNodeBsdfHair", "ShaderNodeUVAlongStroke"])
+@pytest.mark.parametrize("kind", ["ShaderNodeBsdfHair", "ShaderNodeUVAlongStroke"])
 def test_unsupported_nodes_are_named(kind, tmp_path) -> None:
     scene = fresh_scene(WIDTH, HEIGHT)
     node = tree().nodes.new(kind)

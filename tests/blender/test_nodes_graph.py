@@ -184,12 +184,12 @@ def test_unknown_nodes_make_one_warning(empty_scene):
 
 def test_unknown_shader_becomes_diffuse_of_its_color(empty_scene):
     tree = Tree()
-    toon = tree.set(tree.node("ShaderNodeBsdfToon"), Color=(0.1, 0.2, 0.3, 1.0))
-    tree.link(toon, "BSDF", tree.output, "Surface")
+    hair = tree.set(tree.node("ShaderNodeBsdfHair"), Color=(0.1, 0.2, 0.3, 1.0))
+    tree.link(hair, "BSDF", tree.output, "Surface")
     context = Context()
     (closure,) = tree.compile(context).closures
     assert closure.op == "CLOSURE_DIFFUSE" and closure.inputs[1] == pytest.approx((0.1, 0.2, 0.3))
-    assert len(context.warnings) == 1 and "Toon" in context.warnings[0]
+    assert len(context.warnings) == 1 and "Hair" in context.warnings[0]
 
 
 def mixed(factor: float | None) -> Tree:

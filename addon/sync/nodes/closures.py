@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..versions import films_cover_metal
 from .compiler import Compiler, NodeView, closure_node, flatten_shader, volume_node
-from .enums import CLAMP_TYPES, DISTRIBUTIONS, SUBSURFACE_METHODS
+from .enums import CLAMP_TYPES, DISTRIBUTIONS, SUBSURFACE_METHODS, TOON_COMPONENTS
 from .fold import Triple
 from .instructions import COLOR, VECTOR, Value, constant
 from .vector import default_tangent
@@ -155,6 +155,12 @@ def sheen(node: NodeView, weight: Value) -> None:
     if node.node.distribution != "MICROFIBER":
         node.warn("Ashikhmin sheen is rendered as microfiber")
     node.compiler.code.closure("CLOSURE_SHEEN", (weight, *node.values("Color, Roughness"), node.normal()))
+
+
+@closure_node("ShaderNodeBsdfToon")
+def toon(node: NodeView, weight: Value) -> None:
+    inputs = (weight, *node.values("Color, Size, Smooth"), node.normal())
+    node.compiler.code.closure("CLOSURE_TOON", inputs, (TOON_COMPONENTS.index(node.node.component),))
 
 
 @closure_node("ShaderNodeSubsurfaceScattering")
