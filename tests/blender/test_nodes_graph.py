@@ -192,6 +192,26 @@ def test_unknown_shader_becomes_diffuse_of_its_color(empty_scene):
     assert len(context.warnings) == 1 and "Hair" in context.warnings[0]
 
 
+@pytest.mark.parametrize("thickness", [0.0, 300.0])
+def test_thin_film(empty_scene, thickness):
+    tree = Tree()
+    node = tree.node("ShaderNodeBsdfPrincipled")
+    node.inputs["Thin Film Thickness"].default_value, node.inputs["Thin Film IOR"].default_value = thickness, 1.5
+    tree.link(node, "BSDF", tree.output, "Surface")
+    context = Context()
+    (closure,) = tree.compile(context).closures
+    assert [value[0] for value in closure.inputs[29:]] == pytest.approx([thickness, 1.5 if thickness else 1.0])
+    assert closure.parameters[2] == versions.films_cover_metal() and not context.warnings
+
+
+@pytest.mark.parametrize("component", ["DIFFUSE", "GLOSSY"])
+def test_toon(empty_scene, component):
+    tree = Tree()
+    tree.link(tree.node("ShaderNodeBsdfToon", component=component), "BSDF", tree.output, "Surface")
+    (closure,) = tree.compile().closures
+    assert (closure.op, tuple(closure.parameters)) == ("CLOSURE_TOON", (int(component == "GLOSSY"),))
+
+
 def mixed(factor: float | None) -> Tree:
     """mix(factor, Diffuse, Add(Emission, Transparent)); None links a texture to the factor."""
     tree = Tree()
