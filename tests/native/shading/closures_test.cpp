@@ -148,6 +148,15 @@ TEST(Closures, ThinFilmsNeitherMakeNorLoseLight) {
         in[METALLIC] = grey(1.0f);
         EXPECT_LT(see(), 1.01) << thickness << " " << film_ior;
       }
+  // Planted bug: a film on a base that does not know of it.
+  Inputs in = principled();
+  const SurfacePoint point = make_point(0.6f);
+  const Bsdf bare = build(Op::CLOSURE_PRINCIPLED, in, point);
+  in[FILM] = grey(120.0f), in[FILM_IOR] = grey(2.5f);
+  Bsdf unaware = build(Op::CLOSURE_PRINCIPLED, in, point);
+  ASSERT_EQ(unaware.count, 2);
+  unaware.lobes[1].weight = bare.lobes[1].weight;
+  EXPECT_GT(furnace(unaware), 1.05);
 }
 
 const MicrofacetLobe& first_microfacet(const Bsdf& bsdf) { return std::get<MicrofacetLobe>(bsdf.lobes[0].model); }
