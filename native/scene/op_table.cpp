@@ -153,8 +153,8 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"CLOSURE_EMISSION", "fcf", 0, 0, true},          // weight, colour, strength
     {"CLOSURE_SHEEN", "fcfv", 0, 0, true},            // weight, colour, roughness, normal
     // weight, base colour, edge tint, roughness, anisotropy, rotation, normal, tangent, thin film thickness in nm, its ior;
-    // [distribution]
-    {"CLOSURE_METALLIC", "fccfffvvff", 0, 1, true},
+    // [distribution; 1: of a conductor, the colours are the parts n and k of its index n + ik]
+    {"CLOSURE_METALLIC", "fccfffvvff", 0, 2, true},
     {"CLOSURE_SUBSURFACE", "fcvffffv", 0, 1, true},   // weight, colour, radius, scale, ior, roughness, anisotropy, normal; [method, as above]
     {"CLOSURE_TOON", "fcffv", 0, 1, true},            // weight, colour, size, smooth, normal; [0 DIFFUSE 1 GLOSSY]
     // weight, tangent, colour, melanin, melanin redness, tint, absorption, roughness, radial roughness, coat, ior, tilt of scales;

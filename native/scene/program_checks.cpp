@@ -131,8 +131,9 @@ ParameterRules parameter_rules(Op op) {
     case Op::CLOSURE_GLOSSY:
     case Op::CLOSURE_GLASS:
     case Op::CLOSURE_REFRACTION:
-    case Op::CLOSURE_METALLIC:
       return {kDistribution};
+    case Op::CLOSURE_METALLIC:
+      return {kDistribution, kFlag};
     default:
       return {};
   }

@@ -68,7 +68,8 @@ enum class FresnelModel : uint8_t {
   GENERALIZED_SCHLICK,
   F82_TINT,
   FILM_ON_DIELECTRIC,
-  FILM_ON_METAL
+  FILM_ON_METAL,
+  CONDUCTOR
 };
 /// GGX reflection, refraction, or both (glass). `alpha_*` 0 is a perfect mirror (a delta lobe). `tangent` is unit and
 /// orthogonal to n; read only where alpha_x and alpha_y differ.
@@ -78,10 +79,11 @@ struct MicrofacetLobe {
   float ior = 1.0f;  // of the far side relative to the near one
   bool reflects = true, transmits = false;
   FresnelModel fresnel = FresnelModel::NONE;
-  Rgb f0, f90_or_b;  // GENERALIZED_SCHLICK: F0, F90; F82_TINT: F0, b; those they are without their film
+  Rgb f0,
+      f90_or_b;  // GENERALIZED_SCHLICK: F0, F90; F82_TINT: F0, b; those they are without their film; CONDUCTOR: n, k
   Rgb reflection_tint{1.0f}, transmission_tint{1.0f};
   float energy_scale = 1.0f;  // multiple-scattering compensation
-  ThinFilm film;              // of FILM_ON_DIELECTRIC and FILM_ON_METAL
+  ThinFilm film;              // of FILM_ON_DIELECTRIC, FILM_ON_METAL and, if any, CONDUCTOR
 };
 
 /// A strand of hair along `tangent`. `h` in [-1, 1] is where across it the point lies as seen from wo.

@@ -51,7 +51,8 @@ void set_anisotropy(MicrofacetLobe& lobe, const Anisotropy& anisotropy);
 /// Reflection (if `reflects`) and refraction through a surface around a medium of index `ior`; without Fresnel.
 MicrofacetLobe make_refraction(Vec3 n, float roughness, float ior, const SurfacePoint& point, bool reflects);
 
-/// Gives the lobe a film where that is thick enough to be one: to a Schlick lobe of a dielectric or to one of a metal.
+/// Gives the lobe a film where that is thick enough to be one: to a Schlick lobe of a dielectric or to one of a
+/// metal.
 void put_film_on(MicrofacetLobe& lobe, const ThinFilm& film);
 /// The same for a surface around a medium of index `ior`, which may be seen from inside.
 void put_film_around(MicrofacetLobe& lobe, ThinFilm film, float ior, const SurfacePoint& point);

@@ -60,16 +60,28 @@ void add_refraction(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoint& po
   add_microfacet(bsdf, lobe, in[0].x * to_rgb(in[1]), {});
 }
 
+/// Both return the mean reflectance of one bounce.
+Rgb set_f82(MicrofacetLobe& lobe, std::span<const Vec3> in) {
+  lobe.fresnel = FresnelModel::F82_TINT;
+  lobe.f0 = saturate(to_rgb(in[1]));
+  lobe.f90_or_b = f82_coefficient(lobe.f0, saturate(to_rgb(in[2])));
+  return fresnel_f82_average(lobe.f0, lobe.f90_or_b);
+}
+Rgb set_conductor(MicrofacetLobe& lobe, std::span<const Vec3> in) {
+  lobe.fresnel = FresnelModel::CONDUCTOR;
+  const Rgb n = lobe.f0 = non_negative(to_rgb(in[1])), k = lobe.f90_or_b = non_negative(to_rgb(in[2]));
+  const Rgb f0 = fresnel_conductor(1.0f, n, k), f82 = fresnel_conductor(kF82Cosine, n, k);  // a curve through both
+  return saturate(fresnel_f82_average(f0, f82_coefficient_through(f0, f82)));
+}
+
 void add_metallic(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
   const Vec3 n = closure_normal(in[6], point);
   MicrofacetLobe lobe = make_microfacet(specular_normal(n, point), 0.0f);
   set_anisotropy(lobe, disney_anisotropy(clamp01(in[3].x), clamp01(in[4].x), in[7], in[5].x, n));
-  lobe.fresnel = FresnelModel::F82_TINT;
-  lobe.f0 = saturate(to_rgb(in[1]));
-  lobe.f90_or_b = f82_coefficient(lobe.f0, saturate(to_rgb(in[2])));
+  const Rgb average_reflectance = parameters[1] != 0 ? set_conductor(lobe, in) : set_f82(lobe, in);
   put_film_on(lobe, {in[8].x, in[9].x});
   std::optional<Rgb> mean;
-  if (compensates(parameters)) mean = fresnel_f82_average(lobe.f0, lobe.f90_or_b);
+  if (compensates(parameters)) mean = average_reflectance;
   add_microfacet(bsdf, lobe, Rgb(in[0].x), mean);
 }
 

@@ -42,6 +42,9 @@ Rgb facet_reflectance(const MicrofacetLobe& lobe, float cos_o, float* cos_t) {
       return fresnel_film_on_dielectric(lobe.film, cos_o, lobe.ior, lobe.f0, cos_t);
     case FresnelModel::FILM_ON_METAL:
       return fresnel_film_on_metal(lobe.film, cos_o, lobe.f0, lobe.f90_or_b);
+    case FresnelModel::CONDUCTOR:
+      return has_film(lobe.film) ? fresnel_film_on_conductor(lobe.film, cos_o, lobe.f0, lobe.f90_or_b)
+                                 : fresnel_conductor(cos_o, lobe.f0, lobe.f90_or_b);
   }
   return Rgb(0.0f);
 }
@@ -114,6 +117,7 @@ Rgb mean_over_normals(const MicrofacetLobe& lobe, float mu) {
     case FresnelModel::NONE:
     case FresnelModel::FILM_ON_DIELECTRIC:
     case FresnelModel::FILM_ON_METAL:
+    case FresnelModel::CONDUCTOR:
       break;
   }
   return facet_fresnel(lobe, mu).reflectance;

@@ -194,6 +194,14 @@ Rgb fresnel_film_on_metal(const ThinFilm& film, float cos_i, const Rgb& f0, cons
                                 reflect_at_metal(pass, f0.b, f82.b)});
 }
 
+Rgb fresnel_conductor(float cos_i, const Rgb& n, const Rgb& k) {
+  const auto channel = [&](float re, float im) {
+    const PolarizedReflection reflection = reflect_at_conductor(cos_i, 1.0f, re, im);
+    return 0.5f * (reflection.s.power + reflection.p.power);
+  };
+  return {channel(n.r, k.r), channel(n.g, k.g), channel(n.b, k.b)};
+}
+
 Rgb fresnel_film_on_conductor(const ThinFilm& film, float cos_i, const Rgb& n, const Rgb& k) {
   const FilmPass pass = enter_film(film, cos_i);
   if (!pass.top) return Rgb(1.0f);

@@ -28,7 +28,8 @@ Rgb fresnel_film_on_dielectric(const ThinFilm& film, float cos_i, float ior, con
 /// Above a metal of that F82 curve, the index of which is guessed from its values at cos = 1 and 1/7.
 Rgb fresnel_film_on_metal(const ThinFilm& film, float cos_i, const Rgb& f0, const Rgb& b);
 
-/// Above a metal of index `n` + i `k` for each channel.
+/// A metal of index `n` + i `k` for each channel, without a film and with one.
+Rgb fresnel_conductor(float cos_i, const Rgb& n, const Rgb& k);
 Rgb fresnel_film_on_conductor(const ThinFilm& film, float cos_i, const Rgb& n, const Rgb& k);
 
 /// What film and dielectric reflect head-on at most, of whatever wavelength.

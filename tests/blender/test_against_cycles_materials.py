@@ -87,6 +87,14 @@ def add(first, second):
 DIFFUSE = simple("ShaderNodeBsdfDiffuse", Color=RED)
 TRANSPARENT = simple("ShaderNodeBsdfTransparent", Color=(0.4, 0.8, 0.9, 1.0))
 GLOSSY = distribution("ShaderNodeBsdfAnisotropic", "GGX", Color=GOLD, Roughness=0.3)
+
+
+def physical_conductor(tree):
+    node = build.shader(tree, "ShaderNodeBsdfMetallic", Roughness=0.8)
+    node.fresnel_type = "PHYSICAL_CONDUCTOR"
+    return node.outputs[0]
+
+
 EMISSION = simple("ShaderNodeEmission", Color=(0.5, 0.3, 0.9, 1.0), Strength=0.7)
 
 CLOSURES = {
@@ -104,6 +112,7 @@ CLOSURES = {
     "metallic": distribution(
         "ShaderNodeBsdfMetallic", "GGX", Base_Color=GOLD, Edge_Tint=(0.6, 0.8, 1.0, 1.0), Roughness=0.3, Anisotropy=0.5
     ),
+    "conductor": physical_conductor,
     "mix": mix(DIFFUSE, GLOSSY),
     "mix with transparent": mix(DIFFUSE, TRANSPARENT, 0.6),
     "add": add(DIFFUSE, EMISSION),
@@ -113,7 +122,7 @@ CLOSURES = {
 
 @pytest.mark.parametrize("case", CLOSURES)
 def test_closure(empty_scene: bpy.types.Scene, case: str) -> None:
-    if case == "metallic" and not hasattr(bpy.types, "ShaderNodeBsdfMetallic"):
+    if case in ("metallic", "conductor") and not hasattr(bpy.types, "ShaderNodeBsdfMetallic"):
         pytest.skip("this Blender has no such node")
     if case == "rough diffuse" and bpy.app.version < (4, 5, 0):
         pytest.skip("Cycles 4.2 has the older rough diffuse reflection, which loses light: 1.3 % darker")

@@ -70,6 +70,7 @@ def test_textured_thickness(empty_scene: bpy.types.Scene) -> None:
 NODES = {
     "glass": ("ShaderNodeBsdfGlass", {"Roughness": 0.2, "IOR": 1.45}, {}),
     "metallic": ("ShaderNodeBsdfMetallic", {"Roughness": 0.3, "Base_Color": GOLD}, {"fresnel_type": "F82"}),
+    "conductor": ("ShaderNodeBsdfMetallic", {"Roughness": 0.3}, {"fresnel_type": "PHYSICAL_CONDUCTOR"}),
 }
 
 

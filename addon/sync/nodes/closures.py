@@ -5,7 +5,6 @@ from __future__ import annotations
 from ..versions import films_cover_metal
 from .compiler import Compiler, NodeView, closure_node, flatten_shader, volume_node
 from .enums import CLAMP_TYPES, DISTRIBUTIONS, SUBSURFACE_METHODS, TOON_COMPONENTS
-from .fold import Triple
 from .instructions import COLOR, VECTOR, Value, constant
 from .vector import default_tangent
 
@@ -13,7 +12,6 @@ ONE = constant(1.0)
 ZERO_VECTOR = constant(0.0, letter=VECTOR)
 NO_SUBSURFACE = (ZERO_VECTOR, constant(0.0), ONE, constant(0.0))
 NO_FILM = (constant(0.0), ONE)
-F82_COSINE = 1.0 / 7.0  # where the edge tint of "F82" is given (Kutz et al. 2021, Novel aspects of the Adobe material)
 
 
 @volume_node("ShaderNodeMixShader")
@@ -178,38 +176,13 @@ def holdout(node: NodeView, weight: Value) -> None:
 
 @closure_node("ShaderNodeBsdfMetallic")
 def metallic(node: NodeView, weight: Value) -> None:
-    base, edge = node.values("Base Color, Edge Tint")
-    if node.node.fresnel_type == "PHYSICAL_CONDUCTOR":
-        base, edge = _conductor_colors(node)
+    is_conductor = node.node.fresnel_type == "PHYSICAL_CONDUCTOR"
+    names = "IOR, Extinction" if is_conductor else "Base Color, Edge Tint"
+    colors = (value.retyped(COLOR) for value in node.values(names))
     anisotropy = node.value("Anisotropy")
     rest = (node.value("Roughness"), anisotropy, node.value("Rotation"), node.normal(), _tangent(node, anisotropy))
-    inputs = (weight, base, edge, *rest, *_thin_film(node))
-    node.compiler.code.closure("CLOSURE_METALLIC", inputs, _distribution(node))
-
-
-def _conductor_colors(node: NodeView) -> tuple[Value, Value]:
-    """Colours of the F82 model through the conductor's reflectance at normal incidence and at F82_COSINE."""
-    ior, extinction = node.values("IOR, Extinction")
-    if ior.constant is None or extinction.constant is None:
-        node.warn("a conductor with textured IOR is rendered with its base colour")
-        return tuple(node.values("Base Color, Edge Tint"))
-    pairs = list(zip(ior.constant, extinction.constant, strict=True))
-    base: Triple = tuple(conductor_reflectance(1.0, n, k) for n, k in pairs)
-    schlick = (f0 + (1.0 - f0) * (1.0 - F82_COSINE) ** 5 for f0 in base)
-    edge = [conductor_reflectance(F82_COSINE, n, k) / f for (n, k), f in zip(pairs, schlick, strict=True)]
-    return constant(*base, letter=COLOR), constant(*(min(x, 1.0) for x in edge), letter=COLOR)
-
-
-def conductor_reflectance(cosine: float, n: float, k: float) -> float:
-    """Unpolarised Fresnel reflectance of a conductor n + ik in air (Born and Wolf, Principles of Optics, 14.2)."""
-    eta2, k2, sine2 = n * n, k * k, 1.0 - cosine * cosine
-    t0 = eta2 - k2 - sine2
-    a2b2 = (t0 * t0 + 4.0 * eta2 * k2) ** 0.5
-    a = (max(0.5 * (a2b2 + t0), 0.0)) ** 0.5
-    t1, t2 = a2b2 + cosine * cosine, 2.0 * cosine * a
-    perpendicular = (t1 - t2) / (t1 + t2)
-    t3, t4 = cosine * cosine * a2b2 + sine2 * sine2, t2 * sine2
-    return 0.5 * (perpendicular + perpendicular * (t3 - t4) / (t3 + t4))
+    inputs = (weight, *colors, *rest, *_thin_film(node))
+    node.compiler.code.closure("CLOSURE_METALLIC", inputs, (*_distribution(node), int(is_conductor)))
 
 
 @closure_node("unsupported")

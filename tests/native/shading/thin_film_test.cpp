@@ -94,6 +94,15 @@ TEST(ThinFilm, OnConductorsIsAirysSumOverAllWavelengths) {
   EXPECT_GT(planted, 3.0f * kTolerance);  // planted bug: the phase turns the wrong way
 }
 
+TEST(ThinFilm, OfAirOnAConductorIsNone) {
+  const Rgb n(0.2f, 0.9f, 1.4f), k(3.1f, 2.4f, 1.9f);
+  for (const float cosine : kCosines)
+    EXPECT_LT(
+        largest_difference(fresnel_film_on_conductor({400.0f, 1.0f}, cosine, n, k), fresnel_conductor(cosine, n, k)),
+        1e-5f);
+  EXPECT_NEAR(fresnel_conductor(1.0f, n, k).r, (sqr(0.8f) + sqr(3.1f)) / (sqr(1.2f) + sqr(3.1f)), 1e-6f);
+}
+
 TEST(ThinFilm, OfAnIndexBesideItIsNone) {
   for (const float cosine : kCosines)
     for (const float ior : {1.0f, 1.5f}) {
