@@ -20,7 +20,7 @@ double p_value(const Model& lobe, Vec3 wo, uint64_t seed, float planted_scale = 
 TEST(ToonLobe, SamplersFollowTheirDensity) {
   uint64_t seed = 1;
   for (const float cosine : {0.3f, 0.9f})
-    for (const float size : {0.3f, 0.9f})
+    for (const float size : {0.25f, 0.875f})  // hard edges between bins: quadrature within would not find them
       for (const float smooth : {0.0f, 0.4f}) {
         const Vec3 wo = at_angle(kFrame, cosine);
         const ToonCone cone = make_toon_cone(size, smooth);
@@ -29,7 +29,7 @@ TEST(ToonLobe, SamplersFollowTheirDensity) {
       }
   // Planted bug: the density of a cone 5 % larger.
   const Vec3 wo = at_angle(kFrame, 0.9f);
-  EXPECT_LT(p_value(ToonDiffuseLobe{kTestNormal, make_toon_cone(0.3f, 0.0f)}, wo, 2, 0.95f), kThreshold);
+  EXPECT_LT(p_value(ToonDiffuseLobe{kTestNormal, make_toon_cone(0.25f, 0.0f)}, wo, 2, 0.95f), kThreshold);
 }
 
 /// Of the sphere; for `smooth` 0 all light but what the horizon takes is reflected.
@@ -45,7 +45,7 @@ TEST(ToonLobe, ReflectsNoMoreThanAll) {
         };
         EXPECT_LT(albedo(diffuse), 1.005);
         EXPECT_LT(albedo(glossy), 1.005);
-        if (smooth == 0.0f) {
+        if (smooth == 0.0f || size == 1.0f) {  // beyond a right angle nothing fades
           EXPECT_GT(albedo(diffuse), 0.995);
         } else {
           EXPECT_LT(albedo(diffuse), 0.995);
