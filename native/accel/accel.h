@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -27,6 +28,24 @@ struct Hit {
   Vec3 normal;
   uint32_t instance;
   uint32_t triangle;
+};
+
+/// A straight line meets it once.
+struct TriangleId {
+  uint32_t instance = 0, triangle = 0;
+  friend bool operator==(const TriangleId&, const TriangleId&) = default;
+};
+
+/// Surfaces in no order. Of more than these one at a place, which no scene needs, some are left out.
+struct HitList {
+  static constexpr size_t kCapacity = 16;
+  size_t count = 0;
+  std::array<Hit, kCapacity> hits;
+
+  std::span<const Hit> all() const { return {hits.data(), count}; }
+  void add(const Hit& hit) {
+    if (count < kCapacity) hits[count++] = hit;
+  }
 };
 
 /// Ray tracing on a scene: the only part of the project that knows Embree. Built once per snapshot; meshes that are
@@ -59,9 +78,20 @@ class Accel {
   /// Closest surface whose materials may let light through (MaterialProgram::may_be_transparent).
   virtual std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility = kVisibleToShadow,
                                                    uint64_t blockers = kAllSets) const = 0;
+  /// As intersect and intersect_transparent, but surfaces that have a medium inside are there for all rays, and none
+  /// of those that were `passed`.
+  virtual std::optional<Hit> intersect_or_medium(const Ray& ray, uint8_t visibility,
+                                                 std::span<const TriangleId> passed) const = 0;
+  virtual std::optional<Hit> intersect_transparent_or_medium(const Ray& ray, uint8_t visibility, uint64_t blockers,
+                                                             std::span<const TriangleId> passed) const = 0;
+  /// As intersect, but instances without any surface, whose media just begin and end, are not there.
+  virtual std::optional<Hit> intersect_surface(const Ray& ray, uint8_t visibility) const = 0;
+  /// All surfaces along a ray that have a medium inside.
+  virtual HitList media_along(const Ray& ray, uint64_t blockers) const = 0;
   /// Closest surface of an instance that may emit and whose light some things do not block (LightLinks::blockers).
   virtual std::optional<Hit> intersect_shadow_linked(const Ray& ray, uint8_t visibility) const = 0;
   virtual bool has_transparent_surfaces() const = 0;
+  virtual bool has_media() const = 0;
   virtual Bounds3 bounds() const = 0;
   /// Bytes held by Embree for this accel, scenes shared with others included.
   virtual size_t memory_bytes() const = 0;

@@ -42,10 +42,16 @@ inline void embree_occluded(const int* valid, RTCScene scene, RTCRay8& rays) {
 #endif
 }
 
-/// Decides for hits on instances, by their indices, whether they count. Works in scenes that were made for filters.
-struct InstanceFilter {
-  bool (*counts)(const void* subject, unsigned instance);
+/// Decides for hits, by instance and triangle, whether they count. Works in scenes that were made for filters.
+struct HitFilter {
+  bool (*counts)(const void* subject, unsigned instance, unsigned triangle);
   const void* subject;
+};
+
+/// Takes whatever a ray meets, and lets it go on. Works in the same scenes.
+struct HitCollector {
+  void (*add)(void* subject, const RTCHit& hit, float t);
+  void* subject;
 };
 
 namespace embree_detail {
@@ -58,21 +64,36 @@ using Context = RTCIntersectContext;
 
 struct FilterContext {
   Context context;  // first: Embree hands back a pointer to it
-  const InstanceFilter* filter;
+  const HitFilter* filter;
+};
+struct CollectContext {
+  Context context;
+  const HitCollector* collector;
 };
 
+inline void collect_hits(const RTCFilterFunctionNArguments* arguments) {
+  const HitCollector& collector = *reinterpret_cast<const CollectContext*>(arguments->context)->collector;
+  for (unsigned i = 0; i < arguments->N; ++i) {
+    if (arguments->valid[i] == 0) continue;
+    collector.add(collector.subject, rtcGetHitFromHitN(arguments->hit, arguments->N, i),
+                  RTCRayN_tfar(arguments->ray, arguments->N, i));
+    arguments->valid[i] = 0;
+  }
+}
+
 inline void refuse_hits(const RTCFilterFunctionNArguments* arguments) {
-  const InstanceFilter& filter = *reinterpret_cast<const FilterContext*>(arguments->context)->filter;
+  const HitFilter& filter = *reinterpret_cast<const FilterContext*>(arguments->context)->filter;
   for (unsigned i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] == 0) continue;
     const unsigned instance = RTCHitN_instID(arguments->hit, arguments->N, i, 0);
     const unsigned hit =
         instance == RTC_INVALID_GEOMETRY_ID ? RTCHitN_geomID(arguments->hit, arguments->N, i) : instance;
-    if (!filter.counts(filter.subject, hit)) arguments->valid[i] = 0;
+    const unsigned triangle = RTCHitN_primID(arguments->hit, arguments->N, i);
+    if (!filter.counts(filter.subject, hit, triangle)) arguments->valid[i] = 0;
   }
 }
 
-inline FilterContext make_context(const InstanceFilter& filter) {
+inline FilterContext make_context(const HitFilter& filter) {
   FilterContext context;
   context.filter = &filter;
 #if RTC_VERSION_MAJOR >= 4
@@ -86,7 +107,7 @@ inline FilterContext make_context(const InstanceFilter& filter) {
 
 }  // namespace embree_detail
 
-inline void embree_intersect(RTCScene scene, RTCRayHit& ray_hit, const InstanceFilter& filter) {
+inline void embree_intersect(RTCScene scene, RTCRayHit& ray_hit, const HitFilter& filter) {
   embree_detail::FilterContext context = embree_detail::make_context(filter);
 #if RTC_VERSION_MAJOR >= 4
   RTCIntersectArguments arguments;
@@ -100,7 +121,7 @@ inline void embree_intersect(RTCScene scene, RTCRayHit& ray_hit, const InstanceF
 #endif
 }
 
-inline void embree_occluded(RTCScene scene, RTCRay& ray, const InstanceFilter& filter) {
+inline void embree_occluded(RTCScene scene, RTCRay& ray, const HitFilter& filter) {
   embree_detail::FilterContext context = embree_detail::make_context(filter);
 #if RTC_VERSION_MAJOR >= 4
   RTCOccludedArguments arguments;
@@ -114,7 +135,25 @@ inline void embree_occluded(RTCScene scene, RTCRay& ray, const InstanceFilter& f
 #endif
 }
 
-/// Of a scene that an InstanceFilter can work in.
+inline void embree_intersect_all(RTCScene scene, RTCRayHit& ray_hit, const HitCollector& collector) {
+  embree_detail::CollectContext context;
+  context.collector = &collector;
+#if RTC_VERSION_MAJOR >= 4
+  rtcInitRayQueryContext(&context.context);
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.context = &context.context;
+  arguments.filter = embree_detail::collect_hits;
+  arguments.flags = static_cast<RTCRayQueryFlags>(arguments.flags | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+  rtcIntersect1(scene, &ray_hit, &arguments);
+#else
+  rtcInitIntersectContext(&context.context);
+  context.context.filter = embree_detail::collect_hits;
+  rtcIntersect1(scene, &context.context, &ray_hit);
+#endif
+}
+
+/// Of a scene that an HitFilter can work in.
 #if RTC_VERSION_MAJOR >= 4
 inline constexpr RTCSceneFlags kFilteredScene = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
 #else

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <unordered_set>
 
 #include "accel/accel.h"
 #include "accel/top_level.h"
@@ -39,17 +40,19 @@ void set_ray(RTCRay8& out, size_t i, const Ray& ray, uint32_t mask) {
   out.flags[i] = 0;
 }
 
-/// Instances of some shadow sets.
+/// Instances of some shadow sets, but for triangles that were passed.
 struct Blockers {
   const std::vector<Placement>& placements;
   uint64_t sets;
-  static bool counts(const void* subject, unsigned instance) {
+  std::span<const TriangleId> passed{};
+  static bool counts(const void* subject, unsigned instance, unsigned triangle) {
     const auto& blockers = *static_cast<const Blockers*>(subject);
-    return has_set(blockers.sets, blockers.placements[instance].shadow_set);
+    return has_set(blockers.sets, blockers.placements[instance].shadow_set) &&
+           std::ranges::find(blockers.passed, TriangleId{instance, triangle}) == blockers.passed.end();
   }
 };
 
-bool is_shadow_linked(const void* placements, unsigned instance) {
+bool is_shadow_linked(const void* placements, unsigned instance, unsigned) {
   return (*static_cast<const std::vector<Placement>*>(placements))[instance].is_shadow_linked;
 }
 
@@ -102,15 +105,33 @@ class EmbreeAccel final : public Accel {
     in_packets(rays, any_surface_mask(visibility), is_obstructed);
   }
   std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
-    if (sets == kAllSets || !top_->is_filtered) return closest_hit(ray, transparent_mask(visibility));
-    const Blockers blockers{top_->placements, sets};
-    return closest_hit(ray, transparent_mask(visibility), {Blockers::counts, &blockers});
+    return closest_hit(ray, transparent_mask(visibility), sets);
+  }
+  std::optional<Hit> intersect_or_medium(const Ray& ray, uint8_t visibility,
+                                         std::span<const TriangleId> passed) const override {
+    return closest_hit(ray, any_surface_mask(visibility) | kMediumMask, kAllSets, passed);
+  }
+  std::optional<Hit> intersect_transparent_or_medium(const Ray& ray, uint8_t visibility, uint64_t sets,
+                                                     std::span<const TriangleId> passed) const override {
+    return closest_hit(ray, transparent_mask(visibility) | kMediumMask, sets, passed);
+  }
+  std::optional<Hit> intersect_surface(const Ray& ray, uint8_t visibility) const override {
+    return closest_hit(ray, surface_mask(visibility));
+  }
+  HitList media_along(const Ray& ray, uint64_t sets) const override {
+    Collected found{*this, sets, {}};
+    if (!top_->has_media || !is_number(ray)) return found.hits;
+    RTCRayHit query;
+    set_query(query, ray, kMediumMask);
+    embree_intersect_all(top_->scene.get(), query, {Collected::add, &found});
+    return found.hits;
   }
   std::optional<Hit> intersect_shadow_linked(const Ray& ray, uint8_t visibility) const override {
     if (!top_->has_shadow_linked_surfaces) return std::nullopt;
     return closest_hit(ray, any_surface_mask(visibility), {is_shadow_linked, &top_->placements});
   }
   bool has_transparent_surfaces() const override { return top_->has_transparent_surfaces; }
+  bool has_media() const override { return top_->has_media; }
   Bounds3 bounds() const override { return top_->bounds; }
   size_t memory_bytes() const override {
     size_t bytes = top_->memory_bytes;
@@ -124,6 +145,19 @@ class EmbreeAccel final : public Accel {
  private:
   static constexpr size_t kPacketSize = 8;
   static constexpr uint32_t kAnyMask = ~0u;
+
+  /// What rays meet of instances of some shadow sets.
+  struct Collected {
+    const EmbreeAccel& accel;
+    uint64_t sets;
+    HitList hits;
+    static void add(void* subject, const RTCHit& hit, float t) {
+      auto& collected = *static_cast<Collected*>(subject);
+      const uint32_t instance = hit_instance(hit);
+      if (!has_set(collected.sets, collected.accel.top_->placements[instance].shadow_set)) return;
+      collected.hits.add(collected.accel.make_hit(hit, t, instance));
+    }
+  };
 
   /// Null for what intersect_instance does not find.
   RTCScene own_scene(uint32_t instance) const {
@@ -161,7 +195,13 @@ class EmbreeAccel final : public Accel {
     if (!is_number(ray) || !find_closest(top_->scene.get(), ray, mask, query)) return std::nullopt;
     return make_hit(query, hit_instance(query.hit));
   }
-  std::optional<Hit> closest_hit(const Ray& ray, uint32_t mask, const InstanceFilter& filter) const {
+  std::optional<Hit> closest_hit(const Ray& ray, uint32_t mask, uint64_t sets,
+                                 std::span<const TriangleId> passed = {}) const {
+    if ((sets == kAllSets && passed.empty()) || !top_->is_filtered) return closest_hit(ray, mask);
+    const Blockers blockers{top_->placements, sets, passed};
+    return closest_hit(ray, mask, {Blockers::counts, &blockers});
+  }
+  std::optional<Hit> closest_hit(const Ray& ray, uint32_t mask, const HitFilter& filter) const {
     if (!is_number(ray)) return std::nullopt;
     RTCRayHit query;
     set_query(query, ray, mask);
@@ -184,25 +224,31 @@ class EmbreeAccel final : public Accel {
     return query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
   }
   Hit make_hit(const RTCRayHit& query, uint32_t instance) const {
-    const RTCHit& hit = query.hit;
+    return make_hit(query.hit, query.ray.tfar, instance);
+  }
+  Hit make_hit(const RTCHit& hit, float t, uint32_t instance) const {
     const Vec3 normal = top_->normal_maps[instance].transposed_vector({hit.Ng_x, hit.Ng_y, hit.Ng_z});
-    return {query.ray.tfar, hit.u, hit.v, normal, instance, hit.primID};
+    return {t, hit.u, hit.v, normal, instance, hit.primID};
   }
 
   std::shared_ptr<const TopLevel> top_;
   MeshScenes mesh_scenes_;
 };
 
-/// Scenes of all meshes that are instanced, from `previous` where it has them.
+/// Scenes of all meshes that are instanced, from `previous` where it has them; filtered if all are to be, or where a
+/// medium is inside.
 MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
-                             const std::vector<Placement>& placements, const MeshScenes& previous, bool is_filtered) {
+                             const std::vector<Placement>& placements, const MeshScenes& previous, bool all_filtered) {
   MeshScenes scenes;
+  std::unordered_set<const Mesh*> filtered;
+  for (const Placement& placement : placements)
+    if (placement.mesh && (all_filtered || placement.has_medium())) filtered.insert(placement.mesh.get());
   std::vector<std::shared_ptr<const Mesh>> missing;
   for (const Placement& placement : placements) {
     if (!placement.mesh || placement.is_flattened) continue;
     if (!scenes.try_emplace(placement.mesh.get()).second) continue;
     const auto known = previous.find(placement.mesh.get());
-    if (known != previous.end() && known->second->is_filtered == is_filtered) {
+    if (known != previous.end() && known->second->is_filtered == filtered.contains(placement.mesh.get())) {
       scenes[placement.mesh.get()] = known->second;
     } else {
       missing.push_back(placement.mesh);
@@ -210,8 +256,9 @@ MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
   }
   std::vector<std::shared_ptr<MeshScene>> built(missing.size());
   const size_t bytes_before = device->memory_bytes();
-  tbb::parallel_for(size_t{0}, missing.size(),
-                    [&](size_t i) { built[i] = build_mesh_scene(device, missing[i], is_filtered); });
+  tbb::parallel_for(size_t{0}, missing.size(), [&](size_t i) {
+    built[i] = build_mesh_scene(device, missing[i], filtered.contains(missing[i].get()));
+  });
   // Embree counts for the whole device: what the batch took is shared out by triangles.
   const double bytes = static_cast<double>(device->memory_bytes_since(bytes_before));
   double triangles = 0.0;
@@ -229,12 +276,13 @@ std::shared_ptr<const Accel> Accel::build(std::shared_ptr<const Scene> scene,
                                           const std::shared_ptr<const Accel>& previous, bool keep_instances) {
   const auto* const old = dynamic_cast<const EmbreeAccel*>(previous.get());
   std::vector<Placement> placements = place_instances(*scene, keep_instances);
-  const bool is_filtered = scene->has_shadow_links();
+  const bool has_links = scene->has_shadow_links();
+  const bool is_filtered = has_links || std::ranges::any_of(placements, &Placement::has_medium);
   if (old && old->top()->placements == placements && old->top()->is_filtered == is_filtered) {
     return std::make_shared<EmbreeAccel>(old->top(), old->mesh_scenes());
   }
   const std::shared_ptr<const EmbreeDevice> device = old ? old->top()->device : std::make_shared<const EmbreeDevice>();
-  MeshScenes mesh_scenes = build_mesh_scenes(device, placements, old ? old->mesh_scenes() : MeshScenes{}, is_filtered);
+  MeshScenes mesh_scenes = build_mesh_scenes(device, placements, old ? old->mesh_scenes() : MeshScenes{}, has_links);
   std::shared_ptr<const TopLevel> top = build_top_level(device, std::move(placements), mesh_scenes, is_filtered);
   return std::make_shared<EmbreeAccel>(std::move(top), std::move(mesh_scenes));
 }

@@ -1,9 +1,19 @@
 #include "accel/top_level.h"
 
+#include <algorithm>
+
 namespace cistern {
 namespace {
 
-/// Whether that is true of one of the instance's materials.
+/// Whether that is true of all of the instance's materials.
+bool has_only(const Scene& scene, const Instance& instance, bool MaterialProgram::*property) {
+  const std::vector<int>& materials = scene.material_sets[instance.material_set];
+  return !materials.empty() && std::ranges::all_of(materials, [&](int material) {
+    return material >= 0 && scene.materials[material] && scene.materials[material].get()->*property;
+  });
+}
+
+/// Whether it is of one of them.
 bool has_material(const Scene& scene, const Instance& instance, bool MaterialProgram::*property) {
   for (const int material : scene.material_sets[instance.material_set]) {
     const MaterialProgram* const program = material < 0 ? nullptr : scene.materials[material].get();
@@ -12,10 +22,15 @@ bool has_material(const Scene& scene, const Instance& instance, bool MaterialPro
   return false;
 }
 
-uint32_t mask_of(const Scene& scene, const Instance& instance) {
+/// Strands of hair have no inside.
+uint32_t mask_of(const Scene& scene, const Instance& instance, const Mesh& mesh) {
   const uint8_t visibility = instance.visibility & kVisibleToAll;
   const bool is_opaque = !has_material(scene, instance, &MaterialProgram::may_be_transparent);
-  return any_surface_mask(visibility) | (is_opaque ? opaque_mask(visibility) : transparent_mask(visibility));
+  uint32_t mask = any_surface_mask(visibility) | (is_opaque ? opaque_mask(visibility) : transparent_mask(visibility));
+  if (!has_only(scene, instance, &MaterialProgram::is_boundary)) mask |= surface_mask(visibility);
+  if (visibility != 0 && !mesh.is_strands() && has_material(scene, instance, &MaterialProgram::has_volume))
+    mask |= kMediumMask;
+  return mask;
 }
 
 /// Whether rays, taken to the space of an object this small, may lie beyond what Embree allows (1.8e18), which ends the
@@ -77,8 +92,9 @@ std::vector<Placement> place_instances(const Scene& scene, bool keep_instances) 
     const Instance& instance = scene.instances[i];
     if (instance.mesh < 0) continue;
     const std::shared_ptr<const Mesh>& mesh = scene.meshes[instance.mesh];
-    const uint32_t mask = mask_of(scene, instance);
-    if (!mesh || mesh->triangle_count() == 0 || mask == 0) continue;
+    if (!mesh || mesh->triangle_count() == 0) continue;
+    const uint32_t mask = mask_of(scene, instance, *mesh);
+    if (mask == 0) continue;
     const bool is_traced_alone = has_material(scene, instance, &MaterialProgram::has_subsurface) ||
                                  has_material(scene, instance, &MaterialProgram::looks_at_own_object);
     const bool is_flattened = !keep_instances && uses[instance.mesh] == 1 && !mesh->is_strands() && !is_traced_alone;
@@ -107,6 +123,7 @@ std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevi
     if (!top->placements[i].mesh) continue;
     attach(*top, i, mesh_scenes);
     top->has_shadow_linked_surfaces |= top->placements[i].is_shadow_linked;
+    top->has_media |= top->placements[i].has_medium();
     top->has_transparent_surfaces |= (top->placements[i].mask & transparent_mask(kVisibleToAll)) != 0;
   }
   rtcJoinCommitScene(top->scene.get());

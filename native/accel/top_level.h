@@ -9,11 +9,13 @@
 
 namespace cistern {
 
-// Ray masks: the RayVisibility bits three times over, of all surfaces, of opaque ones and of those that may let light
-// through.
+// Ray masks: the RayVisibility bits four times over, of all surfaces, of opaque ones, of those that may let light
+// through, and of instances that are not only where media begin and end; and a bit for those with a medium inside.
 inline constexpr uint32_t any_surface_mask(uint8_t visibility) { return visibility; }
 inline constexpr uint32_t opaque_mask(uint8_t visibility) { return uint32_t{visibility} << 8; }
 inline constexpr uint32_t transparent_mask(uint8_t visibility) { return uint32_t{visibility} << 16; }
+inline constexpr uint32_t surface_mask(uint8_t visibility) { return uint32_t{visibility} << 24; }
+inline constexpr uint32_t kMediumMask = 1u << 30;
 
 using MeshScenes = std::unordered_map<const Mesh*, std::shared_ptr<const MeshScene>>;
 
@@ -25,6 +27,8 @@ struct Placement {
   bool is_flattened = false;
   uint8_t shadow_set = 0;         // 0 unless the scene has_shadow_links
   bool is_shadow_linked = false;  // see Accel::intersect_shadow_linked
+
+  bool has_medium() const { return (mask & kMediumMask) != 0; }
   friend bool operator==(const Placement&, const Placement&) = default;
 };
 
@@ -40,6 +44,7 @@ struct TopLevel {
   Bounds3 bounds;
   bool has_transparent_surfaces = false;
   bool has_shadow_linked_surfaces = false;
+  bool has_media = false;
   bool is_filtered = false;  // see new_scene
   size_t memory_bytes = 0;
 };
