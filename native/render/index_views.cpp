@@ -21,7 +21,7 @@ Ray centre_ray(const FrameContext& context, int x, int y) {
 std::optional<SurfacePoint> first_opaque(const PathContext& paths, Ray ray) {
   PathState state;
   for (; state.transparent_depth <= paths.limits.max_transparent_bounces; ++state.transparent_depth) {
-    const std::optional<Hit> hit = paths.accel.intersect(ray, state.ray_kind);
+    const std::optional<Hit> hit = paths.accel.intersect_surface(ray, state.ray_kind);
     if (!hit || paths.scene.instances[hit->instance].is_holdout) return std::nullopt;
     state.ray_length += hit->t;
     SurfacePoint point = make_surface_point(paths.scene, ray, *hit);

@@ -8,9 +8,6 @@
 namespace cistern {
 namespace {
 
-/// Surfaces that a search for the media around a point passes at most.
-constexpr int kMostSurfaces = 1024;
-
 const MaterialProgram* program_with_volume(const Scene& scene, int material) {
   const MaterialProgram* program = material < 0 ? nullptr : scene.materials[static_cast<size_t>(material)].get();
   return program && program->has_volume ? program : nullptr;
@@ -34,11 +31,6 @@ Bounds3 world_bounds(const Scene& scene, const Instance& instance) {
                                         corner & 4 ? box.upper.z : box.lower.z}));
   }
   return bounds;
-}
-
-bool contains(const Bounds3& b, Vec3 p) {
-  return p.x >= b.lower.x && p.y >= b.lower.y && p.z >= b.lower.z && p.x <= b.upper.x && p.y <= b.upper.y &&
-         p.z <= b.upper.z;
 }
 
 AliasTable receiver_free_choice(const LightSet& lights) {
@@ -69,52 +61,15 @@ std::shared_ptr<const Media> Media::make(const Scene& scene, const LightSet& lig
   return media;
 }
 
-const MaterialProgram* Media::program_of(const SurfacePoint& point) const {
-  const MaterialProgram* program = program_with_volume(scene_, point.material);
-  if (!program) return nullptr;
-  return scene_.meshes[static_cast<size_t>(scene_.instances[point.instance].mesh)]->is_strands() ? nullptr : program;
+bool Media::has_medium(uint32_t instance, int material) const {
+  return program_with_volume(scene_, material) &&
+         !scene_.meshes[static_cast<size_t>(scene_.instances[instance].mesh)]->is_strands();
 }
 
-void Media::cross(MediaStack& stack, const SurfacePoint& point) const {
-  if (!program_of(point)) return;
-  if (point.is_backface) {
-    stack.leave({point.instance, point.material});
-  } else {
-    stack.enter({point.instance, point.material});
-  }
-}
-
-bool Media::is_boundary(const SurfacePoint& point) const {
-  const MaterialProgram* program = program_of(point);
-  return program && program->is_boundary;
-}
-
-/// By a ray to the outside of all that could contain the point: media that it leaves without having entered them.
-MediaStack Media::around(const Accel& accel, Vec3 origin) const {
-  MediaStack inside;
-  float reach = 0.0f;
-  for (const Volume& volume : volumes_)
-    if (contains(volume.bounds, origin)) reach = std::max(reach, length(volume.bounds.diagonal()));
-  if (reach == 0.0f) return inside;
-  MediaStack entered;
-  // Along no axis and no diagonal, which edges of meshes lie on.
-  Ray ray{origin, normalize(Vec3{0.2113f, 0.1357f, 0.9681f}), 0.0f, reach};
-  for (int i = 0; i < kMostSurfaces; ++i) {
-    const std::optional<Hit> hit = accel.intersect(ray, kVisibleToAll);
-    if (!hit) break;
-    const SurfacePoint point = make_surface_point(scene_, ray, *hit);
-    if (program_of(point)) {
-      const MediaStack::Entry medium{point.instance, point.material};
-      if (!point.is_backface) {
-        entered.enter(medium);
-      } else if (!entered.contains(medium)) {
-        inside.enter(medium);
-      }
-    }
-    ray.t_max -= hit->t;
-    ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
-  }
-  return inside;
+bool Media::is_boundary(const SurfacePoint& point, uint8_t ray_kind) const {
+  if (!(scene_.instances[point.instance].visibility & ray_kind)) return true;
+  return has_medium(point.instance, point.material) &&
+         scene_.materials[static_cast<size_t>(point.material)]->is_boundary;
 }
 
 SegmentMedia Media::together(const MediaStack& stack, const PathState& path, bool is_endless) const {

@@ -7,7 +7,7 @@
 #include "lights/light_set.h"
 #include "shading/material.h"
 #include "transport/extinction_bounds.h"
-#include "transport/media_stack.h"
+#include "transport/media_crossings.h"
 
 namespace cistern {
 
@@ -32,10 +32,16 @@ class Media {
   /// Name of a material that has one inside and is in use; empty without any.
   static std::string find_name(const Scene& scene);
 
-  /// Brings the media of a ray that goes straight through the surface up to date.
-  void cross(MediaStack& stack, const SurfacePoint& point) const;
-  /// Whether there is no surface at `point`, only media that begin or end.
-  bool is_boundary(const SurfacePoint& point) const;
+  /// Whether a ray that met this, by Accel's queries for surfaces and media, goes straight on: there is no surface, or
+  /// none that such rays see. They cross what they do not see all the same, as others that leave surfaces there may see
+  /// it.
+  bool is_boundary(const SurfacePoint& point, uint8_t ray_kind) const;
+  /// Brings the media of a ray that crosses the boundary at `point`, which is `distance` along it, up to date. Returns
+  /// the ray that goes on; the part before BoundaryTrail::begin is behind it.
+  Ray cross(MediaStack& stack, BoundaryTrail& trail, const Ray& ray, float distance, const SurfacePoint& point) const;
+  /// The same of a ray that arrived at a surface and leaves it, on either side, to where offset_origin takes it.
+  void leave(MediaStack& stack, const Accel& accel, const SurfacePoint& point, Vec3 direction,
+             uint64_t blockers = kAllSets) const;
   /// Those that a ray from `origin`, where it has left no surface, begins in.
   MediaStack around(const Accel& accel, Vec3 origin) const;
   /// What they are together for the ray; without those of objects that such rays do not see. Of a ray that meets no
@@ -67,7 +73,7 @@ class Media {
     float scale = 1.0f;  // how much denser than where `extinction` was found
   };
   explicit Media(const Scene& scene) : scene_(scene) {}
-  const MaterialProgram* program_of(const SurfacePoint& point) const;
+  bool has_medium(uint32_t instance, int material) const;
   void find_bounds();
 
   const Scene& scene_;

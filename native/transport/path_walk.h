@@ -63,12 +63,12 @@ class Walk {
  private:
   /// Follows one segment; false when the path has ended.
   bool step() {
-    const std::optional<Hit> hit = context_.accel.intersect(ray_, state_.ray_kind);
+    const std::optional<Hit> hit = find_hit();
     if constexpr (Kind::has_media) enter_segment(hit);
     if (context_.lights.has_visible_lamps()) add_lamps(hit);
     if (context_.has_shadow_links && state_.depth > 0 && travelled_ == 0.0f) add_past_blockers();
     if constexpr (Kind::has_media) {
-      if (const std::optional<bool> goes_on = traverse_medium(hit)) return *goes_on;
+      if (const std::optional<bool> goes_on = traverse_medium()) return *goes_on;
     }
     if (!hit) {
       add_environment();
@@ -78,6 +78,9 @@ class Walk {
     path_length_ += hit->t;
     state_.ray_length = travelled_ + hit->t;
     SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
+    if constexpr (Kind::has_media) {
+      if (context_.media->is_boundary(point, state_.ray_kind)) return cross_boundary(point, hit->t);
+    }
     set_footprint(point, context_.pixel.size + context_.pixel.angle * path_length_, context_.scene, state_);
     NestedCellKey cell = kNoNestedCell;
     if constexpr (Kind::learns) cell = guide_cell(context_, point);
@@ -87,7 +90,7 @@ class Walk {
     }
     if (sees_film_) {
       const Instance& instance = context_.scene.instances[hit->instance];
-      if (instance.is_holdout && !is_boundary(point)) return pass_held_out(point, bsdf);
+      if (instance.is_holdout) return pass_held_out(point, bsdf);
       if (instance.is_shadow_catcher && record_.caught == 0.0f) catch_shadows();
     }
     if (context_.record_surfaces) record_surface(point, bsdf);
@@ -278,11 +281,11 @@ class Walk {
   void enter_segment(const std::optional<Hit>& hit);
   /// Light that the segment's medium scatters, and whether it scatters the path: empty where that goes on to the end,
   /// else whether it goes on at all.
-  std::optional<bool> traverse_medium(const std::optional<Hit>& hit);
+  std::optional<bool> traverse_medium();
   /// Of light on its way along the segment from so far.
   Rgb segment_transmittance(float distance) const;
   /// The same of a medium that varies from place to place.
-  std::optional<bool> traverse_uneven_medium(const std::optional<Hit>& hit);
+  std::optional<bool> traverse_uneven_medium();
   UnevenRay uneven_ray() const;
   /// Next-event estimation somewhere along the segment.
   void add_light_in_medium();
@@ -290,13 +293,15 @@ class Walk {
   void add_light_in_medium(const Sample& sample_inside, const Pdf& pdf_inside);
   bool scatter_in_medium(const Medium& medium, float distance);
   /// What the camera would see first if no medium scattered the path.
-  void record_surface_behind(std::optional<Hit> hit);
-  /// At a surface that the path goes through.
-  void cross_surface(const SurfacePoint& point);
-  /// Whether passing through counts for nothing: only a medium begins or ends there.
-  bool is_boundary(const SurfacePoint& point) const;
-  /// The same, and counted: a ray that is stuck passes no more of them.
-  bool passes_boundary(const SurfacePoint& point);
+  void record_surface_behind();
+  /// Closest surface, or boundary of media, that a ray meets.
+  std::optional<Hit> find_hit() const;
+  /// Where the segment begins along the ray.
+  float segment_begin() const;
+  /// Goes on through one, which counts for nothing; a ray that is stuck passes no more of them.
+  bool cross_boundary(const SurfacePoint& point, float distance);
+  /// Of a path that leaves a surface, on either side.
+  void update_media(const SurfacePoint& point, Vec3 direction);
   Rgb transmittance_to(const SurfacePoint& point, const IncidentLight& light) const;
 
   // --- continuing: path_walk_continue.h -----------------------------------------------------------------------------

@@ -30,11 +30,9 @@ inline void Walk<Kind>::scale_by_chance(Rgb weight, float probability) {
 template <class Kind>
 inline bool Walk<Kind>::pass_through(const SurfacePoint& point, const Bsdf& bsdf, float probability) {
   const int most_surfaces = context_.limits.max_transparent_bounces;
-  if (!passes_boundary(point)) {
-    if (state_.transparent_depth >= most_surfaces) return false;
-    last_segment_ |= ++state_.transparent_depth == most_surfaces;
-  }
-  cross_surface(point);
+  if (state_.transparent_depth >= most_surfaces) return false;
+  last_segment_ |= ++state_.transparent_depth == most_surfaces;
+  update_media(point, ray_.direction);
   scale_by_chance(bsdf.transparency, probability);
   ray_.t_max -= state_.ray_length - travelled_;  // clipping stays measured from the last vertex
   ray_.t_min = 0.0f;
@@ -84,7 +82,7 @@ inline bool Walk<Kind>::scatter(const SurfacePoint& point, const Bsdf& bsdf, flo
     scatter_pdf_ = sample->pdf * scatter_probability(bsdf);
     if constexpr (Kind::captures) capture_.mis_candidates = capture_.vertex.light_candidates;
   }
-  if (dot(sample->wi, point.ng) < 0.0f) cross_surface(point);
+  update_media(point, sample->wi);
   ray_.origin = vertex_origin_ = offset_origin(point.position, point.clearance, point.ng, sample->wi);
   ray_.direction = sample->wi;
   ray_.t_min = 0.0f;

@@ -52,7 +52,7 @@ inline void Walk<Kind>::add_lamps(const std::optional<Hit>& hit) {
   // Rays that compete with light samples meet lamps without shadows as those do, wherever surfaces are: on their first
   // segment, all the way.
   const bool passes_surfaces = mis_receiver_ && context_.lights.has_visible_lamps_without_shadow();
-  const Ray segment{vertex_origin_, ray_.direction, travelled_ + ray_.t_min, passes_surfaces ? INFINITY : t_max};
+  const Ray segment{vertex_origin_, ray_.direction, travelled_ + segment_begin(), passes_surfaces ? INFINITY : t_max};
   scratch_.lamp_hits.clear();
   context_.lights.intersect_lamps(segment, state_, scratch_.lamp_hits);
   for (const LampHit& lamp : scratch_.lamp_hits) {

@@ -16,8 +16,8 @@ namespace cistern {
 
 template <class Kind>
 inline void Walk<Kind>::enter_segment(const std::optional<Hit>& hit) {
-  media_.begin = ray_.t_min;  // where cameras clip, as in Cycles
-  media_.length = hit ? hit->t - ray_.t_min : INFINITY;
+  media_.begin = segment_begin();
+  media_.length = hit ? std::max(hit->t - media_.begin, 0.0f) : INFINITY;
   media_.segment = context_.media->together(media_.stack, state_, !hit);
   // To light links of media the camera is an object without any, as in Cycles.
   if (!context_.media->shine_on(media_.stack, state_.light_set == kEveryLight ? 0 : state_.light_set)) return;
@@ -45,8 +45,9 @@ inline Rgb Walk<Kind>::segment_transmittance(float distance) const {
 }
 
 template <class Kind>
-inline std::optional<bool> Walk<Kind>::traverse_medium(const std::optional<Hit>& hit) {
-  if (media_.segment.varies()) return traverse_uneven_medium(hit);
+inline std::optional<bool> Walk<Kind>::traverse_medium() {
+  if (!(media_.length > 0.0f)) return std::nullopt;
+  if (media_.segment.varies()) return traverse_uneven_medium();
   const Medium& medium = media_.segment.even;
   if (is_black(medium.extinction)) return std::nullopt;
   const FreeFlight flight(medium, throughput_.total(), media_.length);
@@ -65,7 +66,7 @@ inline std::optional<bool> Walk<Kind>::traverse_medium(const std::optional<Hit>&
   }
   media_.has_flown = true;
   const FreeFlight::Sample sample = flight.sample(u.channel, u.distance);
-  if (sample.distance) record_surface_behind(hit);
+  if (sample.distance) record_surface_behind();
   scale_by_chance(sample.weight, 1.0f);
   if (is_black(throughput_.total())) return false;
   if (!sample.distance) return std::nullopt;
@@ -73,7 +74,7 @@ inline std::optional<bool> Walk<Kind>::traverse_medium(const std::optional<Hit>&
 }
 
 template <class Kind>
-inline std::optional<bool> Walk<Kind>::traverse_uneven_medium(const std::optional<Hit>& hit) {
+inline std::optional<bool> Walk<Kind>::traverse_uneven_medium() {
   const UnevenRay ray = uneven_ray();
   if (last_segment_) {
     scale_by_chance(estimate_transmittance(ray, media_.length, sampler_), 1.0f);
@@ -82,7 +83,7 @@ inline std::optional<bool> Walk<Kind>::traverse_uneven_medium(const std::optiona
   }
   add_light_in_medium();
   const UnevenFlight flight = sample_flight(ray, throughput_.total(), media_.length, sampler_);
-  if (flight.distance) record_surface_behind(hit);
+  if (flight.distance) record_surface_behind();
   scale_by_chance(flight.weight, 1.0f);
   if (is_black(throughput_.total())) return false;
   if (!flight.distance) return std::nullopt;
@@ -194,17 +195,19 @@ inline bool Walk<Kind>::scatter_in_medium(const Medium& medium, float distance) 
   receiver.light_samples = 1;
   scatter_pdf_ = sample.pdf;
   ray_ = {position, sample.direction};
+  media_.trail.clear();
   vertex_origin_ = position;
   travelled_ = 0.0f;
   return true;
 }
 
 template <class Kind>
-inline void Walk<Kind>::record_surface_behind(std::optional<Hit> hit) {
+inline void Walk<Kind>::record_surface_behind() {
   if (!context_.record_surfaces || record_.hit || state_.depth > 0) return;
   Ray ray = ray_;
   PathState state = state_;
   float length = path_length_;
+  std::optional<Hit> hit = context_.accel.intersect_surface(ray, state.ray_kind);
   for (int passed = 0; hit && passed <= kMostBoundaries; ++passed) {
     length += hit->t;
     state.ray_length = length;
@@ -215,30 +218,41 @@ inline void Walk<Kind>::record_surface_behind(std::optional<Hit> hit) {
     ray.t_max -= hit->t;
     ray.t_min = 0.0f;
     ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
-    hit = context_.accel.intersect(ray, state.ray_kind);
+    hit = context_.accel.intersect_surface(ray, state.ray_kind);
   }
 }
 
 template <class Kind>
-inline void Walk<Kind>::cross_surface(const SurfacePoint& point) {
-  if constexpr (Kind::has_media) context_.media->cross(media_.stack, point);
-}
-
-template <class Kind>
-inline bool Walk<Kind>::is_boundary(const SurfacePoint& point) const {
+inline std::optional<Hit> Walk<Kind>::find_hit() const {
   if constexpr (Kind::has_media) {
-    return context_.media->is_boundary(point);
+    return context_.accel.intersect_or_medium(ray_, state_.ray_kind, media_.trail.passed());
   } else {
-    return false;
+    return context_.accel.intersect(ray_, state_.ray_kind);
   }
 }
 
 template <class Kind>
-inline bool Walk<Kind>::passes_boundary(const SurfacePoint& point) {
+inline float Walk<Kind>::segment_begin() const {
+  if constexpr (Kind::has_media) return std::max(ray_.t_min, media_.trail.begin());  // where cameras clip, as in Cycles
+  return ray_.t_min;
+}
+
+template <class Kind>
+inline bool Walk<Kind>::cross_boundary(const SurfacePoint& point, float distance) {
+  if (++media_.boundaries > kMostBoundaries) return false;
+  const Instance& instance = context_.scene.instances[point.instance];
+  if (sees_film_ && instance.is_shadow_catcher && record_.caught == 0.0f) catch_shadows();
+  ray_ = context_.media->cross(media_.stack, media_.trail, ray_, distance, point);
+  travelled_ = state_.ray_length - media_.trail.begin();
+  path_length_ -= media_.trail.begin();
+  return true;
+}
+
+template <class Kind>
+inline void Walk<Kind>::update_media(const SurfacePoint& point, Vec3 direction) {
   if constexpr (Kind::has_media) {
-    return is_boundary(point) && ++media_.boundaries <= kMostBoundaries;
-  } else {
-    return false;
+    context_.media->leave(media_.stack, context_.accel, point, direction);
+    media_.trail.clear();
   }
 }
 

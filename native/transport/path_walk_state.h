@@ -79,6 +79,7 @@ struct LearningState {
 /// The media of a walk, and the part of a ray through them that it follows.
 struct MediaState {
   MediaStack stack;
+  BoundaryTrail trail;
   SegmentMedia segment;
   float begin = 0.0f, length = 0.0f;  // of the segment, along the ray from its origin
   int volume_depth = 0;               // how often media have scattered the path

@@ -99,34 +99,36 @@ Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone
   if (context.accel.occluded(ray, state.ray_kind, blockers)) return Rgb(0.0f);
   const Vec3 end = ray.origin + ray.direction * ray.t_max;
   Rgb result(1.0f);
+  BoundaryTrail trail;
   state.ray_length = 0.0f;
   for (int boundaries = 0, surfaces = 0; boundaries <= kMostBoundaries;) {
     std::optional<Hit> hit;
-    if (context.accel.has_transparent_surfaces())
-      hit = context.accel.intersect_transparent(ray, state.ray_kind, blockers);
-    const float length = hit ? hit->t : ray.t_max;
+    if (context.accel.has_transparent_surfaces() || context.accel.has_media())
+      hit = context.accel.intersect_transparent_or_medium(ray, state.ray_kind, blockers, trail.passed());
+    const float begin = trail.begin(), length = std::max((hit ? hit->t : ray.t_max) - begin, 0.0f);
     const SegmentMedia segment = context.media->together(media, state, std::isinf(length));
-    result *= segment.varies()
-                  ? estimate_transmittance({*context.media, segment, state, ray.origin, ray.direction}, length, sampler)
-                  : medium_transmittance(segment.even, length);
+    result *=
+        segment.varies()
+            ? estimate_transmittance(
+                  {*context.media, segment, state, ray.origin + begin * ray.direction, ray.direction}, length, sampler)
+            : medium_transmittance(segment.even, length);
     if (!hit || is_black(result)) return result;
     SurfacePoint point = make_surface_point(context.scene, ray, *hit);
     state.ray_length += hit->t;
-    if (context.media->is_boundary(point)) {
+    if (context.media->is_boundary(point, state.ray_kind)) {
       ++boundaries;
+      ray = context.media->cross(media, trail, ray, hit->t, point);
+      state.ray_length -= trail.begin();
     } else {
       if (++surfaces > most_surfaces) return Rgb(0.0f);
       set_footprint(point, cone.at(state.ray_length), context.scene, state);
       result *= evaluate_transparency(context.scene, point, state, &context.accel);
       ++state.transparent_depth;
+      context.media->leave(media, context.accel, point, ray.direction, blockers);
+      trail.clear();
+      ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
     }
-    context.media->cross(media, point);
-    const Vec3 beyond = offset_origin(point.position, point.clearance, point.ng, ray.direction);
-    if (std::isfinite(ray.t_max)) {
-      ray = ray_between(beyond, end);
-    } else {
-      ray.origin = beyond;
-    }
+    if (std::isfinite(ray.t_max)) ray = ray_between(ray.origin, end);
   }
   return Rgb(0.0f);
 }
@@ -153,7 +155,7 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
 
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                   const PathState& path, MediaStack media, PathSampler& sampler) {
-  if (dot(light.wi, receiver.ng) < 0.0f) context.media->cross(media, receiver);
+  context.media->leave(media, context.accel, receiver, light.wi, light.blockers);
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
   const Ray ray = shadow_ray(context.scene, receiver, light);
   const RayCone cone{receiver.footprint, context.pixel.angle};

@@ -121,6 +121,26 @@ def object_space(scene: bpy.types.Scene, folder: Path) -> None:
     other.location, other.scale = (0.5, 0.3, 0.8), (0.6, 0.6, 0.6)
 
 
+def copies_side_by_side(scene: bpy.types.Scene, folder: Path) -> None:
+    """Two of a grid, moved along an axis by its box."""
+    stage(scene)
+    build.set_world(scene, strength=0.3)
+    file = write_grids(folder / "a.vdb", {"density": 0.5 + 0.5 * puff(6)}, 0.2, (1, 1, 1))
+    for number, x in enumerate((-1.6, 0.0)):
+        smoke = bpy.data.materials.get("smoke") or medium(
+            "smoke", of(PRINCIPLED, Color=(0.8, 0.6, 0.4, 1), Density=4.0)
+        )
+        add_volume(scene, file, smoke, f"cloud {number}").location = (x, -0.8, 0.3)
+    lamp(scene, place=(1.0, -1.0, 4.0), energy=300.0)
+
+
+def unseen_by_the_camera(scene: bpy.types.Scene, folder: Path) -> None:
+    """Only its shadow is seen, and what of its light reaches the floor."""
+    cloud(scene, folder)
+    smoke = bpy.data.objects["cloud"]
+    smoke.visible_camera, smoke.location.z = False, 1.7
+
+
 def camera_inside(scene: bpy.types.Scene, folder: Path) -> None:
     cloud(scene, folder)
     cloud_object = bpy.data.objects["cloud"]
@@ -176,6 +196,8 @@ CASES: dict[str, Callable[[bpy.types.Scene, Path], None]] = {
     "coloured": coloured,
     "flame": glow_by_flame,
     "object space": object_space,
+    "copies side by side": copies_side_by_side,
+    "unseen by the camera": unseen_by_the_camera,
     "camera inside": camera_inside,
     "volume info": info_node,
     "mesh to volume": geometry_nodes("GeometryNodeMeshToVolume"),

@@ -62,6 +62,18 @@ def through(voxels: np.ndarray, half: float, **members: object) -> core.Scene:
     return scene.snapshot()
 
 
+def two_side_by_side() -> core.Scene:
+    """Boxes of six times 0.125 m that share a face."""
+    scene = SceneDescription()
+    for y in (-0.375, 0.375):
+        add_grid(
+            scene, ramp(np.float32), 0.25, grid_medium(absorption=tuple(SIGMA)), matrix=scaling(1.0, (0.0, y, 0.0))
+        )
+    scene.add_quad((-9, 3, -9), (18, 0, 0), (0, 0, 18), emission((1.0, 1.0, 1.0)))
+    scene.set_camera((0.0, -3.0, 0.0), (0.0, 0.0, 0.0), 1e-4)
+    return scene.snapshot()
+
+
 def transmitted(scene: core.Scene) -> np.ndarray:
     return np.array([image.mean((0, 1)) for image in replicas(scene, REPLICAS, samples=256, size=8)])
 
@@ -89,6 +101,7 @@ DEPTHS = {  # metres of density 1
         lambda: through(ramp(np.float32), 0.25, matrix=np.diag([2.0, 2.0, 2.0, 1.0]), scales_with_object=True),
         0.625,
     ),
+    "two side by side": (two_side_by_side, 2 * 0.625),
     # Without the grid it names, a factor is 1: over the box.
     "without its grid": (lambda: through(one_voxel(), 0.25, name="another"), 4 * 0.25),
 }
