@@ -153,7 +153,7 @@ inline void embree_intersect_all(RTCScene scene, RTCRayHit& ray_hit, const HitCo
 #endif
 }
 
-/// Of a scene that an HitFilter can work in.
+/// Of a scene that a HitFilter can work in.
 #if RTC_VERSION_MAJOR >= 4
 inline constexpr RTCSceneFlags kFilteredScene = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
 #else

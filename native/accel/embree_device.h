@@ -44,7 +44,7 @@ struct ReleaseGeometry {
 using EmbreeScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, ReleaseScene>;
 using EmbreeGeometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, ReleaseGeometry>;
 
-/// An empty scene with this project's flags; `is_filtered`: one that an HitFilter works in, which is slower.
+/// An empty scene with this project's flags; `is_filtered`: one that a HitFilter works in, which is slower.
 EmbreeScene new_scene(const EmbreeDevice& device, bool is_filtered);
 
 }  // namespace cistern
