@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <unordered_set>
 
 #include "accel/accel.h"
 #include "accel/top_level.h"
@@ -235,20 +234,16 @@ class EmbreeAccel final : public Accel {
   MeshScenes mesh_scenes_;
 };
 
-/// Scenes of all meshes that are instanced, from `previous` where it has them; filtered if all are to be, or where a
-/// medium is inside.
+/// Scenes of all meshes that are instanced, from `previous` where it has them.
 MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
-                             const std::vector<Placement>& placements, const MeshScenes& previous, bool all_filtered) {
+                             const std::vector<Placement>& placements, const MeshScenes& previous, bool is_filtered) {
   MeshScenes scenes;
-  std::unordered_set<const Mesh*> filtered;
-  for (const Placement& placement : placements)
-    if (placement.mesh && (all_filtered || placement.has_medium())) filtered.insert(placement.mesh.get());
   std::vector<std::shared_ptr<const Mesh>> missing;
   for (const Placement& placement : placements) {
     if (!placement.mesh || placement.is_flattened) continue;
     if (!scenes.try_emplace(placement.mesh.get()).second) continue;
     const auto known = previous.find(placement.mesh.get());
-    if (known != previous.end() && known->second->is_filtered == filtered.contains(placement.mesh.get())) {
+    if (known != previous.end() && known->second->is_filtered == is_filtered) {
       scenes[placement.mesh.get()] = known->second;
     } else {
       missing.push_back(placement.mesh);
@@ -256,9 +251,8 @@ MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
   }
   std::vector<std::shared_ptr<MeshScene>> built(missing.size());
   const size_t bytes_before = device->memory_bytes();
-  tbb::parallel_for(size_t{0}, missing.size(), [&](size_t i) {
-    built[i] = build_mesh_scene(device, missing[i], filtered.contains(missing[i].get()));
-  });
+  tbb::parallel_for(size_t{0}, missing.size(),
+                    [&](size_t i) { built[i] = build_mesh_scene(device, missing[i], is_filtered); });
   // Embree counts for the whole device: what the batch took is shared out by triangles.
   const double bytes = static_cast<double>(device->memory_bytes_since(bytes_before));
   double triangles = 0.0;
@@ -276,13 +270,12 @@ std::shared_ptr<const Accel> Accel::build(std::shared_ptr<const Scene> scene,
                                           const std::shared_ptr<const Accel>& previous, bool keep_instances) {
   const auto* const old = dynamic_cast<const EmbreeAccel*>(previous.get());
   std::vector<Placement> placements = place_instances(*scene, keep_instances);
-  const bool has_links = scene->has_shadow_links();
-  const bool is_filtered = has_links || std::ranges::any_of(placements, &Placement::has_medium);
+  const bool is_filtered = scene->has_shadow_links() || std::ranges::any_of(placements, &Placement::has_medium);
   if (old && old->top()->placements == placements && old->top()->is_filtered == is_filtered) {
     return std::make_shared<EmbreeAccel>(old->top(), old->mesh_scenes());
   }
   const std::shared_ptr<const EmbreeDevice> device = old ? old->top()->device : std::make_shared<const EmbreeDevice>();
-  MeshScenes mesh_scenes = build_mesh_scenes(device, placements, old ? old->mesh_scenes() : MeshScenes{}, has_links);
+  MeshScenes mesh_scenes = build_mesh_scenes(device, placements, old ? old->mesh_scenes() : MeshScenes{}, is_filtered);
   std::shared_ptr<const TopLevel> top = build_top_level(device, std::move(placements), mesh_scenes, is_filtered);
   return std::make_shared<EmbreeAccel>(std::move(top), std::move(mesh_scenes));
 }

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "accel_scenes.h"
 
 namespace cistern::test {
@@ -57,6 +59,19 @@ TEST_P(MediaAccel, ThoseAtOnePlaceAreAllFound) {
   }
   std::ranges::sort(instances);
   EXPECT_EQ(instances, (std::vector<uint32_t>{0, 1, 3}));
+}
+
+/// Embree aborts where a filter meets an instanced mesh that was built without.
+TEST_P(MediaAccel, MeshesWithoutMediaArePassedToo) {
+  const auto scene = media_scene();
+  scene->meshes.push_back(sheet());
+  place(*scene, 1, at(1.0f), kVisibleToAll, 0);
+  place(*scene, 1, at(3.0f), kVisibleToAll, 0);
+  place(*scene, 0, at(2.0f), kVisibleToAll, 1);
+  const auto accel = build(scene);
+  const TriangleId first{0, 0}, boundary{2, 0};
+  EXPECT_EQ(accel->intersect_or_medium(kUp, kVisibleToCamera, std::array{first})->instance, 2);
+  EXPECT_EQ(accel->intersect_or_medium(kUp, kVisibleToCamera, std::array{first, boundary})->instance, 1);
 }
 
 TEST_P(MediaAccel, NoMoreThanTheListHolds) {
