@@ -227,7 +227,7 @@ _PATHS = {
 }
 _FINAL = _PATHS | {"indirect": "CELL_SHARED", "guiding": "AUTO", "light_samples": 2}
 _HISTORY = _PATHS | {"use_temporal_reuse": True}
-_INTERACTIVE = _HISTORY | {"indirect": "CELL_SHARED", "use_first_frame_history": True}
+_INTERACTIVE = _HISTORY | {"indirect": "CELL_SHARED", "use_first_frame_history": True, "light_samples": 2}
 _REUSING = _HISTORY | {"light_sampler": "POWER"}
 
 # What each preset chooses; what it does not name keeps its default.
