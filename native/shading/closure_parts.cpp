@@ -64,7 +64,7 @@ MicrofacetLobe make_refraction(Vec3 n, float roughness, float ior, const Surface
 
 void put_film_on(MicrofacetLobe& lobe, const ThinFilm& film) {
   if (!has_film(film)) return;
-  lobe.film = {film.thickness_nm, std::max(film.ior, kMinIor)};
+  lobe.film = {film.thickness_nm, std::clamp(film.ior, kMinIor, kMaxFilmIor)};
   if (lobe.fresnel == FresnelModel::CONDUCTOR) return;
   const bool is_metal = lobe.fresnel == FresnelModel::F82_TINT;
   lobe.fresnel = is_metal ? FresnelModel::FILM_ON_METAL : FresnelModel::FILM_ON_DIELECTRIC;

@@ -11,6 +11,8 @@ namespace cistern {
 inline constexpr float kNegligibleWeight = 1e-5f;
 /// Below this an index is no index.
 inline constexpr float kMinIor = 1e-5f;
+/// Of films; its square is a number.
+inline constexpr float kMaxFilmIor = 1e6f;
 
 inline Rgb non_negative(Rgb c) { return max(c, Rgb(0.0f)); }
 inline Rgb saturate(Rgb c) { return max(Rgb(0.0f), min(c, Rgb(1.0f))); }

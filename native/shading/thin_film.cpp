@@ -53,7 +53,8 @@ PathTable make_path_table() {
 ChannelWaves look_up_waves(float path_nm) {
   static const PathTable table = make_path_table();
   constexpr float kScale = static_cast<float>((kPathEntries - 1) / kLongestPathNm);
-  const float position = std::min(path_nm * kScale, static_cast<float>(kPathEntries - 1));
+  constexpr float kLast = static_cast<float>(kPathEntries - 1);
+  const float position = path_nm * kScale < kLast ? path_nm * kScale : kLast;  // the last for NaN, too
   const size_t low = static_cast<size_t>(position), high = std::min(low + 1, kPathEntries - 1);
   const float t = position - static_cast<float>(low);
   ChannelWaves waves;

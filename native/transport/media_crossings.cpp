@@ -33,11 +33,14 @@ bool enters(const SurfacePoint& point) { return !point.is_backface; }
 
 Ray Media::cross(MediaStack& stack, BoundaryTrail& trail, const Ray& ray, float distance,
                  const SurfacePoint& point) const {
-  const float near = length_near(point, ray.direction), back = kMargin * near;
+  const float near = length_near(point, ray.direction);
+  const bool is_same_place = trail.is_same_place(distance, near);
   // Triangles without a medium are those that such rays do not see, of an object that has one elsewhere.
   if (has_medium(point.instance, point.material))
-    trail.cross({point.instance, point.material}, enters(point), trail.is_same_place(distance, near), stack);
-  trail.pass({point.instance, point.triangle}, back);
+    trail.cross({point.instance, point.material}, enters(point), is_same_place, stack);
+  trail.pass({point.instance, point.triangle}, is_same_place);
+  const float back = trail.is_full() ? -near : kMargin * near;
+  trail.go_on_from(std::max(back, 0.0f));
   return {point.position - back * ray.direction, ray.direction, 0.0f, ray.t_max - distance + back};
 }
 

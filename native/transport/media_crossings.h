@@ -9,7 +9,8 @@
 // Where rays cross the boundaries of media. Boundaries often lie in one plane with another, or with a surface: boxes of
 // fog that stand side by side, or on a floor. Which of them a ray meets first is then a matter of rounding, and a ray
 // that went on behind one might start behind the others, too. So
-// - a ray that crosses a boundary goes on from a little before it, and meets all but the triangles that it has crossed;
+// - a ray that crosses a boundary goes on from a little before it, and meets all but the triangles that it has crossed
+//   (of more at one place than a MediaStack holds, it goes on behind);
 // - what begins and ends within rounding of a place counts together, whatever the order;
 // - a ray that leaves a surface crosses what it is moved past on its way off it, see Media::leave.
 // Entering a medium that a ray is in already, and leaving one that it is not in, change nothing: crossing twice is
@@ -52,7 +53,7 @@ class MediaCrossings {
 class BoundaryTrail {
  public:
   /// Of a ray that starts anew.
-  void clear() { passed_count_ = 0, begin_ = 0.0f; }
+  void clear() { passed_count_ = here_count_ = 0, begin_ = 0.0f; }
 
   /// The latest of them: more than lie at one place.
   std::span<const TriangleId> passed() const { return {passed_.data(), std::min(passed_count_, passed_.size())}; }
@@ -61,11 +62,15 @@ class BoundaryTrail {
   /// Whether another at `distance` is at the same place, within `near`.
   bool is_same_place(float distance, float near) const { return passed_count_ > 0 && distance - begin_ <= near; }
 
-  /// The ray goes on from `begin` before it.
-  void pass(TriangleId triangle, float begin) {
+  /// `is_same_place` as above.
+  void pass(TriangleId triangle, bool is_same_place) {
     passed_[passed_count_++ % passed_.size()] = triangle;
-    begin_ = begin;
+    here_count_ = is_same_place ? here_count_ + 1 : 1;
   }
+  /// Whether more of them at this place would be met again.
+  bool is_full() const { return here_count_ >= passed_.size(); }
+  /// The ray goes on from `begin` before the last one.
+  void go_on_from(float begin) { begin_ = begin; }
   void cross(MediaStack::Entry medium, bool is_entered, bool is_same_place, MediaStack& stack) {
     if (is_same_place) {
       stack = before_;
@@ -78,7 +83,7 @@ class BoundaryTrail {
   }
 
  private:
-  size_t passed_count_ = 0;
+  size_t passed_count_ = 0, here_count_ = 0;
   std::array<TriangleId, 16> passed_;
   float begin_ = 0.0f;
   MediaStack before_;  // as the ray came to the place where it is

@@ -97,18 +97,21 @@ def seen(scene: SceneDescription, origin: np.ndarray, end: np.ndarray) -> np.nda
     return render(scene.snapshot(), size=2, samples=1, max_bounces=0)["Combined"][..., :3]
 
 
-def through_cubes(pose: np.ndarray, are_copies: bool, inside: bool) -> tuple[np.ndarray, np.ndarray]:
+def through_cubes(
+    pose: np.ndarray, are_copies: bool, inside: bool, cubes: list = CUBES
+) -> tuple[np.ndarray, np.ndarray]:
     """What is seen of a wall that glows, and what should be."""
     found, expected = [], []
     for origin, end in rays(pose, inside):
         scene = SceneDescription()
-        add_cubes(scene, pose, are_copies)
+        add_cubes(scene, pose, are_copies, cubes=cubes)
         along = end - origin
         u = np.cross(along, (0.3, 1.0, 0.2))
         v = np.cross(along, u) / np.linalg.norm(along)
         scene.add_quad(tuple(end - u / 2 - v / 2), tuple(u), tuple(v), emission(WHITE))
         found.append(seen(scene, origin, end))
-        expected.append(absorbed(pose, origin + 1e-3 * along / np.linalg.norm(along), end))  # where the camera clips
+        clipped = origin + 1e-3 * along / np.linalg.norm(along)
+        expected.append(absorbed(pose, clipped, end, cubes))
     return np.array(found), np.array(expected)[:, None, None, None]
 
 
@@ -118,6 +121,17 @@ def through_cubes(pose: np.ndarray, are_copies: bool, inside: bool) -> tuple[np.
 def test_cubes_side_by_side(pose: str, are_copies: bool, inside: bool) -> None:
     found, expected = through_cubes(POSES[pose], are_copies, inside)
     assert np.allclose(found, expected, rtol=TOLERANCE), np.abs(found / expected - 1).max((1, 2, 3))
+
+
+def test_more_at_one_place_than_are_kept() -> None:
+    """Sixteen media are; of more, some do not begin and others end later. (Rays met them all again and again, and paths
+    ended in black.)"""
+    center = (0.0, 0.0, 0.0)
+    sixteen, expected = through_cubes(POSES["turned"], False, False, [(center, 0.05)] * 16)
+    assert np.allclose(sixteen, expected, rtol=TOLERANCE)
+    forty, _ = through_cubes(POSES["turned"], False, False, [(center, 0.05)] * 40)
+    never_left = np.exp(-16 * 0.05 * 8.0)  # by any ray, whose ways are 8 long
+    assert (forty > never_left).all() and (forty < (1 + TOLERANCE) * expected).all(), forty / expected
 
 
 @pytest.mark.parametrize("pose", POSES)

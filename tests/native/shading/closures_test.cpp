@@ -175,6 +175,8 @@ TEST(Closures, ThinFilmsLieWhereTheyAreAskedFor) {
   EXPECT_FLOAT_EQ(lobe().film.ior, 1.33f);
   point.is_backface = true;
   EXPECT_FLOAT_EQ(lobe().film.ior, 1.33f / 1.5f);
+  in[FILM_IOR] = grey(1e20f);
+  EXPECT_EQ(lobe().film.ior, kMaxFilmIor);  // reflects, where it was black
   in[METALLIC] = grey(1.0f);
   EXPECT_EQ(lobe().fresnel, FresnelModel::FILM_ON_METAL);
   Bsdf older;
