@@ -118,7 +118,7 @@ def panoramic(scene: bpy.types.Scene, kind: str, number: int) -> bpy.types.Camer
     return camera
 
 
-@pytest.mark.parametrize("size", [(64, 40), (40, 64)])
+@pytest.mark.parametrize("size", [(64, 40), pytest.param((40, 64), marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("kind", "number"), [(kind, number) for kind, cases in PANORAMAS.items() for number in range(len(cases))]
 )

@@ -7,6 +7,7 @@ import pytest
 from tests.support import blender_scenes as build
 from tests.support.engines import compare_with_cycles, prepare, render
 from tests.support.hair_scenes import CAN_MAKE_CURVES, add_fur, add_particle_hair, coloured_by, scale_radii
+from tests.support.slow_cases import marked
 
 pytestmark = [
     pytest.mark.usefixtures("registered_addon"),
@@ -76,7 +77,7 @@ SURFACES = {
 }
 
 
-@pytest.mark.parametrize("case", SURFACES)
+@pytest.mark.parametrize("case", marked(SURFACES, {"translucent", "emission"}))
 def test_curves(empty_scene: bpy.types.Scene, case: str) -> None:
     stage(empty_scene)
     add_fur(empty_scene, SURFACES[case]())

@@ -100,7 +100,7 @@ def test_a_turned_profile_is_seen(empty_scene: bpy.types.Scene) -> None:
     def plant(_scene: bpy.types.Scene) -> None:
         lamp.rotation_euler.rotate_axis("Z", 0.1)
 
-    assert not compare_with_cycles(empty_scene, floor=0.002, plant=plant).agrees
+    assert not compare_with_cycles(empty_scene, samples=48, floor=0.002, plant=plant).agrees
 
 
 @pytest.mark.parametrize(

@@ -195,8 +195,15 @@ def test_linking(empty_scene: Scene, case: str) -> None:
 PRESETS = ("FINAL", "RIS", "RESTIR_DI", "CELL_RESERVOIRS", "RESTIR_GI", "WORLD_PATHS")
 
 
-@pytest.mark.parametrize("preset", marked(PRESETS, {"RIS", "CELL_RESERVOIRS", "RESTIR_GI", "WORLD_PATHS"}))
-@pytest.mark.parametrize("case", ["both", "several lamps"])
+QUICK = {("both", "RESTIR_DI"), ("several lamps", "FINAL")}
+REUSE = [
+    pytest.param(case, preset, marks=() if (case, preset) in QUICK else pytest.mark.slow)
+    for case in ("both", "several lamps")
+    for preset in PRESETS
+]
+
+
+@pytest.mark.parametrize(("case", "preset"), REUSE)
 def test_reuse(empty_scene: Scene, case: str, preset: str) -> None:
     """Light that is passed on is judged for those who take it. With more samples: few have tails too long for Welch's
     test."""

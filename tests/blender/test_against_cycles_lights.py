@@ -219,7 +219,12 @@ def test_world_color(empty_scene: bpy.types.Scene) -> None:
 
 
 @pytest.mark.parametrize(
-    "mapping", [{}, {"Rotation": (0.3, 0.2, 1.1)}, {"Rotation": (0, 0, 2.0), "Scale": (1.0, 1.0, 1.7)}]
+    "mapping",
+    [
+        pytest.param({}, marks=pytest.mark.slow),
+        {"Rotation": (0.3, 0.2, 1.1)},
+        pytest.param({"Rotation": (0, 0, 2.0), "Scale": (1.0, 1.0, 1.7)}, marks=pytest.mark.slow),
+    ],
 )
 def test_world_image(empty_scene: bpy.types.Scene, mapping: dict) -> None:
     lit_stage(empty_scene)

@@ -6,6 +6,7 @@ import pytest
 from addon.sync import versions
 from tests.support import blender_scenes as build
 from tests.support.engines import compare_with_cycles
+from tests.support.slow_cases import marked
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
@@ -40,7 +41,7 @@ PRINCIPLED = {
 }
 
 
-@pytest.mark.parametrize("case", PRINCIPLED)
+@pytest.mark.parametrize("case", marked(PRINCIPLED, {"shiny", "rough metal", "half glass"}))
 def test_principled(empty_scene: bpy.types.Scene, case: str) -> None:
     surface = build.principled("ball", **({"Base_Color": RED} | PRINCIPLED[case]))
     if case == "coated emission":  # what Cycles finds by light samples differs from what its own scattered rays find

@@ -14,6 +14,7 @@ import bpy
 import pytest
 
 from tests.support.engines import compare_with_cycles
+from tests.support.slow_cases import marked
 
 FOLDER = os.environ.get("CISTERN_TEST_SCENES", "")
 
@@ -66,7 +67,7 @@ def remove_coincident_faces() -> None:
         edited.free()
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", marked(SCENES, {"veach_ajar", "tp_engineer_bedroom"}))
 def test_scene(name: str) -> None:
     scene, budget = load(name), SCENES[name]
     aspect = scene.render.resolution_y / scene.render.resolution_x

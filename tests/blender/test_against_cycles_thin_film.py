@@ -6,6 +6,7 @@ import pytest
 from addon.sync import versions
 from tests.support import blender_scenes as build
 from tests.support.engines import compare_with_cycles
+from tests.support.slow_cases import marked
 
 pytestmark = [
     pytest.mark.usefixtures("registered_addon"),
@@ -45,7 +46,7 @@ PRINCIPLED = {
 }
 
 
-@pytest.mark.parametrize("case", PRINCIPLED)
+@pytest.mark.parametrize("case", marked(PRINCIPLED, {"soap", "550 nm, rough", "rough metal"}))
 def test_principled(empty_scene: bpy.types.Scene, case: str) -> None:
     build.stage(empty_scene, build.principled("ball", **PRINCIPLED[case]))
     # With six replicas the seeds of soap are a false alarm; 24 replicas agree.

@@ -39,8 +39,14 @@ def test_toon(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
-@pytest.mark.parametrize("preset", ["FINAL", "RESTIR_DI", "RESTIR_GI", "WORLD_PATHS"])
-@pytest.mark.parametrize("component", ["DIFFUSE", "GLOSSY"])
+BESIDE_REUSE = [
+    pytest.param(component, preset, marks=() if preset in quick else pytest.mark.slow)
+    for component, quick in (("DIFFUSE", ("FINAL", "RESTIR_DI")), ("GLOSSY", ("RESTIR_GI", "WORLD_PATHS")))
+    for preset in ("FINAL", "RESTIR_DI", "RESTIR_GI", "WORLD_PATHS")
+]
+
+
+@pytest.mark.parametrize(("component", "preset"), BESIDE_REUSE)
 def test_beside_reuse(empty_scene: bpy.types.Scene, component: str, preset: str) -> None:
     build.stage(empty_scene, toon(component, 0.5, 0.2))
     result = compare_with_cycles(empty_scene, preset=preset)
