@@ -83,7 +83,7 @@ def compare(name: str, settings: dict, replicas: int = REPLICAS, scale: float = 
 
 def is_quick(mode: str, name: str) -> bool:
     """The cache takes a quarter of a second to start, for every replica."""
-    return mode != "cache" or name in ("corrugated", "many_lights")
+    return mode != "cache" or name == "corrugated"
 
 
 def cases(is_slow: bool) -> list:
@@ -117,7 +117,7 @@ def test_unbiased_systems_agree_with_the_reference_for_every_sampler(
 def test_fast_systems_are_seen_to_be_biased(case: str) -> None:
     """The planted bug of this file is one we ship: 1/M instead of a promise."""
     settings, name = FAST[case]
-    result = compare(name, settings | dict(bias="FAST"))
+    result = compare(name, settings | dict(bias="FAST"), REPLICAS // 2)
     assert not result.agrees, result
 
 

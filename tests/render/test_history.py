@@ -23,7 +23,7 @@ from tests.support.edited_scenes import EDITS, EditableScene, edited, studio
 from tests.support.statistics import Comparison, block_means, compare_replicas, sidak
 
 FALSE_ALARM_RATE = 0.01
-REPLICAS = 64
+REPLICAS = 48
 REFERENCE_SAMPLES = 16
 FRAMES_BEFORE = 3
 SIZE = 20

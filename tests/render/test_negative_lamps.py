@@ -21,7 +21,7 @@ from tests.support.finder_scenes import WHITE, add_floor, add_walls, look_down
 from tests.support.statistics import block_means, compare_replicas, sidak
 
 FALSE_ALARM_RATE = 0.01
-REPLICAS = 32
+REPLICAS = 24
 FRAMES = 16
 SIZE = 16
 
