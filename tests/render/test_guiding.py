@@ -21,7 +21,7 @@ from tests.support.path_scenes import GRAY, SCENES, room
 from tests.support.statistics import Comparison, block_means, compare_replicas, compare_to_value, sidak
 
 FALSE_ALARM_RATE = 0.01
-REPLICAS = 48
+REPLICAS = 32
 FRAMES = 20  # those from the seventeenth on are guided by what sixteen found
 REFERENCE_SAMPLES = 32
 SIZE = 24
@@ -119,7 +119,7 @@ def test_guiding_pays_where_light_comes_through_a_gap() -> None:
 
     def variance(guiding: str) -> float:
         settings = dict(samples=192, max_bounces=6, guiding=guiding, sequence="RANDOM")
-        pictures = np.array([render(gap, 64, seed=seed, **settings)["Combined"][..., :3] for seed in range(1, 5)])
+        pictures = np.array([render(gap, 64, seed=seed, **settings)["Combined"][..., :3] for seed in (1, 2)])
         return float(pictures.var(axis=0, ddof=1).mean() / pictures.mean() ** 2)
 
     assert variance("ON") < 0.8 * variance("OFF")

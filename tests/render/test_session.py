@@ -114,7 +114,7 @@ def test_cell_passes_agree_on_where_there_are_cells() -> None:
 
 
 def test_the_remaining_time_does_not_grow_while_a_frame_is_made() -> None:
-    s = session(width=512, height=512, samples=1000, indirect="CELL_SHARED")
+    s = session(width=256, height=256, samples=1000, indirect="CELL_SHARED")
     s.start(room())
     remaining: dict[int, list[float]] = {}
     while max(remaining, default=0) < 4:

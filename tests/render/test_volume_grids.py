@@ -75,7 +75,7 @@ def two_side_by_side() -> core.Scene:
 
 
 def transmitted(scene: core.Scene) -> np.ndarray:
-    return np.array([image.mean((0, 1)) for image in replicas(scene, REPLICAS, samples=256, size=8)])
+    return np.array([image.mean((0, 1)) for image in replicas(scene, REPLICAS, samples=128, size=8)])
 
 
 def one_voxel() -> np.ndarray:
