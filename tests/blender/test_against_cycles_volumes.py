@@ -241,7 +241,7 @@ def test_volumes(empty_scene: bpy.types.Scene, case: str) -> None:
 def test_uneven(empty_scene: bpy.types.Scene, case: Callable) -> None:
     """Small, as these take Cycles long."""
     case(empty_scene)
-    result = compare_with_cycles(empty_scene, (16, 16), SAMPLES // 2)
+    result = compare_with_cycles(empty_scene, (16, 16), SAMPLES)
     assert result.agrees, result
 
 
