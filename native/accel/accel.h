@@ -8,6 +8,7 @@
 #include <string>
 
 #include "accel/offset_origin.h"
+#include "base/lanes.h"
 #include "scene/scene.h"
 
 namespace cistern {
@@ -17,6 +18,20 @@ struct Ray {
   Vec3 direction;  // unit
   float t_min = 0.0f;
   float t_max = INFINITY;
+};
+
+/// Several rays, from t = 0.
+struct RayLanes {
+  Vec3Lanes origin, direction;  // unit
+  Lanes t_max = 0.0f;
+  LaneMask exists{false};
+
+  void set(size_t lane, const Ray& ray) {
+    origin.set(lane, ray.origin);
+    direction.set(lane, ray.direction);
+    t_max[lane] = ray.t_max;
+    exists[lane] = true;
+  }
 };
 
 /// Closest surface along a ray. `normal` is the geometric normal by the triangle's winding in object space, mapped to
@@ -71,10 +86,10 @@ class Accel {
   /// Whether an *opaque* surface lies strictly between the ends. `visibility` as above; `blockers`: only instances
   /// whose shadow_set is among these, which differs where the scene has_shadow_links.
   virtual bool occluded(const Ray& ray, uint8_t visibility = kVisibleToShadow, uint64_t blockers = kAllSets) const = 0;
-  /// The same for rays that start or end near each other, which are then traced faster; `is_occluded` beside `rays`.
-  virtual void occluded(std::span<const Ray> rays, uint8_t visibility, std::span<bool> is_occluded) const = 0;
-  /// Whether any surface does, opaque or not, for rays that start near each other; `is_obstructed` beside `rays`.
-  virtual void obstructed(std::span<const Ray> rays, uint8_t visibility, std::span<bool> is_obstructed) const = 0;
+  /// The same for rays that start or end near each other, which are then traced faster; of those that exist.
+  virtual LaneMask occluded(const RayLanes& rays, uint8_t visibility) const = 0;
+  /// Whether any surface does, opaque or not, for rays that start near each other.
+  virtual LaneMask obstructed(const RayLanes& rays, uint8_t visibility) const = 0;
   /// Closest surface whose materials may let light through (MaterialProgram::may_be_transparent).
   virtual std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility = kVisibleToShadow,
                                                    uint64_t blockers = kAllSets) const = 0;

@@ -24,19 +24,21 @@ void set_ray(RTCRay& out, const Ray& ray, uint32_t mask) {
   out.flags = 0;
 }
 
-void set_ray(RTCRay8& out, size_t i, const Ray& ray, uint32_t mask) {
-  out.org_x[i] = ray.origin.x;
-  out.org_y[i] = ray.origin.y;
-  out.org_z[i] = ray.origin.z;
-  out.tnear[i] = ray.t_min;
-  out.dir_x[i] = ray.direction.x;
-  out.dir_y[i] = ray.direction.y;
-  out.dir_z[i] = ray.direction.z;
-  out.time[i] = 0.0f;
-  out.tfar[i] = ray.t_max;
-  out.mask[i] = mask;
-  out.id[i] = 0;
-  out.flags[i] = 0;
+void set_rays(RTCRay8& out, const RayLanes& rays, uint32_t mask) {
+  static_assert(kLanes == std::size(RTCRay8{}.org_x));
+  constexpr auto kAligned = std::experimental::vector_aligned;
+  rays.origin.x.copy_to(out.org_x, kAligned);
+  rays.origin.y.copy_to(out.org_y, kAligned);
+  rays.origin.z.copy_to(out.org_z, kAligned);
+  rays.direction.x.copy_to(out.dir_x, kAligned);
+  rays.direction.y.copy_to(out.dir_y, kAligned);
+  rays.direction.z.copy_to(out.dir_z, kAligned);
+  rays.t_max.copy_to(out.tfar, kAligned);
+  std::ranges::fill(out.tnear, 0.0f);
+  std::ranges::fill(out.time, 0.0f);
+  std::ranges::fill(out.mask, mask);
+  std::ranges::fill(out.id, 0u);
+  std::ranges::fill(out.flags, 0u);
 }
 
 /// Instances of some shadow sets, but for triangles that were passed.
@@ -60,6 +62,10 @@ bool is_shadow_linked(const void* placements, unsigned instance, unsigned) {
 bool is_number(const Ray& ray) {
   const Vec3 o = ray.origin, d = ray.direction;
   return std::isfinite(o.x + o.y + o.z) && std::isfinite(d.x + d.y + d.z) && ray.t_min <= ray.t_max;
+}
+LaneMask is_number(const RayLanes& rays) {
+  const Vec3Lanes &o = rays.origin, &d = rays.direction;
+  return isfinite(o.x + o.y + o.z) && isfinite(d.x + d.y + d.z) && rays.t_max >= 0.0f;
 }
 
 class EmbreeAccel final : public Accel {
@@ -97,11 +103,11 @@ class EmbreeAccel final : public Accel {
     }
     return query.tfar < 0.0f;
   }
-  void occluded(std::span<const Ray> rays, uint8_t visibility, std::span<bool> is_occluded) const override {
-    in_packets(rays, opaque_mask(visibility), is_occluded);
+  LaneMask occluded(const RayLanes& rays, uint8_t visibility) const override {
+    return in_packet(rays, opaque_mask(visibility));
   }
-  void obstructed(std::span<const Ray> rays, uint8_t visibility, std::span<bool> is_obstructed) const override {
-    in_packets(rays, any_surface_mask(visibility), is_obstructed);
+  LaneMask obstructed(const RayLanes& rays, uint8_t visibility) const override {
+    return in_packet(rays, any_surface_mask(visibility));
   }
   std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
     return closest_hit(ray, transparent_mask(visibility), sets);
@@ -142,7 +148,6 @@ class EmbreeAccel final : public Accel {
   const MeshScenes& mesh_scenes() const { return mesh_scenes_; }
 
  private:
-  static constexpr size_t kPacketSize = 8;
   static constexpr uint32_t kAnyMask = ~0u;
 
   /// What rays meet of instances of some shadow sets.
@@ -169,25 +174,14 @@ class EmbreeAccel final : public Accel {
     const Transform& map = top_->normal_maps[instance];
     return {map.point(ray.origin), map.vector(ray.direction), ray.t_min, ray.t_max};
   }
-  void in_packets(std::span<const Ray> rays, uint32_t mask, std::span<bool> is_occluded) const {
-    for (size_t begin = 0; begin < rays.size(); begin += kPacketSize) {
-      const size_t count = std::min(kPacketSize, rays.size() - begin);
-      packet_occluded(rays.subspan(begin, count), mask, is_occluded.subspan(begin, count));
-    }
-  }
-  void packet_occluded(std::span<const Ray> rays, uint32_t mask, std::span<bool> is_occluded) const {
-    alignas(32) std::array<int, kPacketSize> valid{};
+  LaneMask in_packet(const RayLanes& rays, uint32_t mask) const {
+    const LaneMask is_traced = rays.exists && is_number(rays);
+    alignas(32) std::array<int, kLanes> valid;
+    for (size_t i = 0; i < kLanes; ++i) valid[i] = is_traced[i] ? -1 : 0;
     RTCRay8 packet;
-    for (size_t i = 0; i < rays.size(); ++i) {
-      if (!is_number(rays[i])) {
-        packet.tfar[i] = 0.0f;
-        continue;
-      }
-      valid[i] = -1;
-      set_ray(packet, i, rays[i], mask);
-    }
+    set_rays(packet, rays, mask);
     embree_occluded(valid.data(), top_->scene.get(), packet);
-    for (size_t i = 0; i < rays.size(); ++i) is_occluded[i] = packet.tfar[i] < 0.0f;
+    return is_traced && Lanes(packet.tfar, std::experimental::vector_aligned) < 0.0f;
   }
   std::optional<Hit> closest_hit(const Ray& ray, uint32_t mask) const {
     RTCRayHit query;

@@ -12,31 +12,34 @@ bool sends_light(const PathLink& link) { return link.W > 0.0f && !is_black(link.
 /// Nearly all vertices: they need no material evaluated. No bump map bends their normal.
 bool is_plain(const VisiblePoint& vertex) { return vertex.is_lambertian && vertex.receiver.n == vertex.ns; }
 
-/// f cos by the rough lobes and by the even part, and the density of BSDF sampling per solid angle; of all the share of
-/// the kind of scattering that finds a sample point. No density: no path leaves this way.
-struct PairResponse {
-  Rgb f_cos, even_cos;
-  float pdf = 0.0f;
-};
+using Scratch = CellSharedPaths::Scratch;
 
-PairResponse respond_plainly(const VisiblePoint& vertex, const DirectionHistogram* guide, Vec3 wi, FoundKind kind) {
-  const float cosine = dot(vertex.ns, wi);
-  const bool can_leave = cosine > 0.0f && dot(vertex.ng, wi) > 0.0f;
-  if (!can_leave || (kind != 0 && kind != kVisibleToDiffuse)) return {};
-  const float pdf = cosine * kInvPi;
-  const Rgb f_cos = vertex.receiver.diffuse * pdf;
-  return {f_cos, f_cos, guide ? lerp(pdf, guide->pdf(wi), kGuideShare) : pdf};
+/// Where a vertex of a group is among those that are taken together.
+size_t block_of(size_t vertex) { return vertex / kLanes; }
+size_t lane_of(size_t vertex) { return vertex % kLanes; }
+
+/// The way from each vertex to the sample point, as `connect` has it for one, and what plain vertices make of it.
+void connect_plainly(const Scratch::Vertices& vertices, const PathSample& sample, Scratch::Pairs& pairs) {
+  const SurfaceLanes& points = vertices.points;
+  const Vec3Lanes offset = Vec3Lanes(sample.point.receiver.position) - points.position;
+  const Lanes d2 = dot(offset, offset);
+  pairs.wi = offset * (1.0f / sqrt(d2));
+  const Lanes cosine_there = -dot(Vec3Lanes(sample.point.ng), pairs.wi);
+  const LaneMask is_connected = d2 > 0.0f && cosine_there > 0.0f;
+  pairs.geometry = where_or_zero(is_connected, cosine_there / d2);
+  const bool is_found_plainly = sample.kind == 0 || sample.kind == kVisibleToDiffuse;
+  const Lanes cosine = dot(points.ns, pairs.wi);
+  const LaneMask can_leave = is_connected && cosine > 0.0f && dot(points.ng, pairs.wi) > 0.0f;
+  pairs.pdf = where_or_zero(can_leave && LaneMask(is_found_plainly), cosine * kInvPi);
+  pairs.f_cos = pairs.even_cos = vertices.diffuse * pairs.pdf;
 }
 
-PairResponse respond(const PathContext& context, const Bsdf& bsdf, Vec3 wi, FoundKind kind) {
-  const BsdfEvaluation f = evaluate_kind(context, bsdf, wi, kind);
-  return {f.rough_cos, even_part(f.even_cos, kind), f.pdf};
-}
-
-/// What is left of a divided sample's radiance along a connection.
-float sent_share(const PathSample& sample, const PathConnection& way) {
+/// What is left of a divided sample's radiance along the connections.
+Lanes sent_shares(const PathSample& sample, const Vec3Lanes& wi) {
   const VisiblePoint& point = sample.point;
-  return even_transmittance(point.even_shade, -dot(point.even_normal, way.wi));
+  if (point.even_shade == 0.0f) return 1.0f;
+  const Lanes cosines = -dot(Vec3Lanes(point.even_normal), wi);
+  return Lanes([&](auto lane) { return even_transmittance(point.even_shade, cosines[lane]); });
 }
 
 /// Makes it send that radiance, head-on, and the same in all directions but for layers.
@@ -109,118 +112,163 @@ void CellSharedPaths::share(Group& group, Scratch& scratch) const {
   prepare_vertices(group, scratch);
   for (size_t i = 0; i < group.size(); ++i)
     if (sends_light(*group.links[i])) share_sample(group, i, scratch);
+  for (size_t i = 0; i < group.size(); ++i) {
+    const Scratch::Vertices& vertices = scratch.vertices[block_of(i)];
+    group.reflected[i]->sum += vertices.sum.at(lane_of(i));
+    group.reflected[i]->even += vertices.even.at(lane_of(i));
+  }
 }
 
 void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) const {
   const VisiblePoint& first = group.links.front()->from;
   scratch.bounces_agree =
       std::ranges::all_of(group.links, [&](const PathLink* link) { return has_same_bounces(link->from, first); });
-  scratch.points.clear();
+  scratch.vertices.assign(blocks_of_lanes(group.size()), {});
+  scratch.pairs.resize(scratch.vertices.size());
+  scratch.points.resize(group.size());
   scratch.bsdfs.clear();
-  for (const PathLink* link : group.links) {
-    scratch.points.push_back(surface_point(link->from));
-    scratch.bsdfs.emplace_back();
-    const NestedCellKey cell = guide_cell(context_, scratch.points.back());
-    Bsdf& bsdf = scratch.bsdfs.back();
-    if (is_plain(link->from)) {
+  scratch.not_plain.clear();
+  for (size_t k = 0; k < group.size(); ++k) {
+    const VisiblePoint& from = group.links[k]->from;
+    const SurfacePoint& point = scratch.points[k] = surface_point(from);
+    Scratch::Vertices& vertices = scratch.vertices[block_of(k)];
+    vertices.points.set(lane_of(k), point, from.state.transparent_depth);
+    Bsdf& bsdf = scratch.bsdfs.emplace_back();
+    const NestedCellKey cell = guide_cell(context_, point);
+    if (is_plain(from)) {
+      vertices.diffuse.set(lane_of(k), from.receiver.diffuse);
       bsdf.guide = find_guide(context_, cell);
-      continue;
+      if (!bsdf.guide) continue;
+    } else {
+      bsdf = evaluate_material(context_.scene, point, from.state, &context_.accel);
+      guide_bounce(context_, cell, bsdf);
     }
-    bsdf = evaluate_material(context_.scene, scratch.points.back(), link->from.state, &context_.accel);
-    guide_bounce(context_, cell, bsdf);
+    scratch.not_plain.push_back(static_cast<uint32_t>(k));
   }
 }
 
-CellSharedPaths::Scratch::Pair CellSharedPaths::connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf,
-                                                             const PathSample& sample) const {
-  const VisiblePoint& from = group.links[receiver]->from;
-  const std::optional<PathConnection> way = connect(from, sample);
-  if (!way) return {};
-  const PairResponse f = bsdf.scatters() ? respond(context_, bsdf, way->wi, sample.kind)
-                                         : respond_plainly(from, bsdf.guide, way->wi, sample.kind);
-  if (is_black(f.f_cos) || f.pdf == 0.0f) return {};  // its BSDF sampling never makes this link
-  float density = f.pdf * way->geometry;
-  if (group.weights == PairWeights::TARGETS)
-    density = group.confidences[receiver] * path_target(from, sample, PathTarget::REFLECTED, Reflection::EVALUATED);
-  return {*way, f.f_cos, f.even_cos, density, {}};
+/// Of a vertex that is not plain, or guided: what it makes of the direction. No density: no path leaves this way.
+void CellSharedPaths::evaluate_pair(const Group& group, size_t receiver, const PathSample& sample,
+                                    Scratch& scratch) const {
+  const Bsdf& bsdf = scratch.bsdfs[receiver];
+  Scratch::Pairs& pairs = scratch.pairs[block_of(receiver)];
+  const size_t lane = lane_of(receiver);
+  if (pairs.geometry[lane] == 0.0f) return;
+  const Vec3 wi = pairs.wi.at(lane);
+  if (is_plain(group.links[receiver]->from)) {
+    if (pairs.pdf[lane] > 0.0f) pairs.pdf[lane] = lerp(pairs.pdf[lane], bsdf.guide->pdf(wi), kGuideShare);
+    return;
+  }
+  const BsdfEvaluation f = evaluate_kind(context_, bsdf, wi, sample.kind);
+  pairs.f_cos.set(lane, f.rough_cos);
+  pairs.even_cos.set(lane, even_part(f.even_cos, sample.kind));
+  pairs.pdf[lane] = f.pdf;
 }
 
-/// Of kinds of scattering in what a vertex makes of a direction.
-KindColors CellSharedPaths::pair_shares(size_t receiver, const Scratch& scratch, FoundKind kind) const {
-  const Bsdf& bsdf = scratch.bsdfs[receiver];
-  if (!bsdf.scatters()) return all_of(ScatterKind::DIFFUSE);
-  return shares_of(evaluate_kinds(bsdf, scratch.pairs[receiver].way.wi, lobes_of_kind(context_, kind)).rough);
+void CellSharedPaths::connect_pairs(const Group& group, size_t finder, Scratch& scratch) const {
+  const PathSample& sample = group.links[finder]->to;
+  for (size_t b = 0; b < scratch.pairs.size(); ++b) connect_plainly(scratch.vertices[b], sample, scratch.pairs[b]);
+  for (const uint32_t k : scratch.not_plain) evaluate_pair(group, k, sample, scratch);
+  for (Scratch::Pairs& pairs : scratch.pairs)
+    pairs.density = where_or_zero(!is_black(pairs.f_cos), pairs.pdf * pairs.geometry);
+  scratch.holders = group.size();
+  const bool needs_targets = group.weights == PairWeights::TARGETS;
+  if (scratch.bounces_agree && !needs_targets) return;
+  for (size_t k = 0; k < group.size(); ++k) {
+    const VisiblePoint& from = group.links[k]->from;
+    Lanes& density = scratch.pairs[block_of(k)].density;
+    if (k != finder && !has_same_bounces(from, group.links[finder]->from)) {
+      density[lane_of(k)] = 0.0f;
+      --scratch.holders;
+    } else if (needs_targets && density[lane_of(k)] > 0.0f) {
+      density[lane_of(k)] =
+          group.confidences[k] * path_target(from, sample, PathTarget::REFLECTED, Reflection::EVALUATED);
+    }
+  }
 }
 
 void CellSharedPaths::trace_pairs(const Group& group, size_t finder, Scratch& scratch) const {
-  scratch.rays.clear();
-  scratch.ray_owners.clear();
   // The ray of a fresh sample found it; that is no question to ask again of a shadow ray, whose ends differ a little.
   const bool own_is_seen = group.is_fresh && !context_.accel.has_transparent_surfaces();
-  for (size_t k = 0; k < group.size(); ++k) {
-    Scratch::Pair& pair = scratch.pairs[k];
-    if (pair.density == 0.0f) continue;
-    if (k == finder && own_is_seen) {
-      pair.transmittance = Rgb(1.0f);
-      continue;
-    }
-    const int passed_before = group.links[k]->from.state.transparent_depth;
-    scratch.rays.push_back({&scratch.points[k], pair.way.wi, passed_before});
-    scratch.ray_owners.push_back(static_cast<uint32_t>(k));
-  }
   const VisiblePoint& sample_point = group.links[finder]->to.point;
-  trace_to_vertex(context_, {sample_point.receiver.position, sample_point.ng, sample_point.clearance},
-                  sample_point.state, scratch.rays);
-  for (size_t i = 0; i < scratch.rays.size(); ++i) {
-    // What the sample point received may have passed as many more surfaces as were left to its path: only for vertices
-    // whose paths would have as many left is it what they would have found.
-    const VertexRay& ray = scratch.rays[i];
-    const bool is_as_far = ray.transparent_depth + ray.surfaces == sample_point.state.transparent_depth;
-    scratch.pairs[scratch.ray_owners[i]].transmittance = is_as_far ? ray.transmittance : Rgb();
+  const SeenVertex seen{sample_point.receiver.position, sample_point.ng, sample_point.clearance};
+  for (size_t b = 0; b < scratch.pairs.size(); ++b) {
+    Scratch::Pairs& pairs = scratch.pairs[b];
+    LaneMask is_asked = pairs.density > 0.0f;
+    const bool skips_own = own_is_seen && b == block_of(finder);
+    if (skips_own) is_asked[lane_of(finder)] = false;
+    pairs.transmittance = any_of(is_asked) ? transmittance_as_found(context_, scratch.vertices[b].points, pairs.wi,
+                                                                    is_asked, seen, sample_point.state)
+                                           : RgbLanes();
+    if (skips_own) pairs.transmittance.set(lane_of(finder), Rgb(1.0f));
   }
 }
 
 /// MIS weight of the vertex that found the sample.
 float CellSharedPaths::finder_weight(PairWeights weights, size_t finder, const Scratch& scratch) {
   if (weights == PairWeights::EQUAL) return 1.0f / static_cast<float>(scratch.holders);
-  float sum = 0.0f;
-  for (const Scratch::Pair& pair : scratch.pairs)
-    if (weights == PairWeights::UNSHADOWED || !is_black(pair.transmittance)) sum += pair.density;
-  return sum > 0.0f ? scratch.pairs[finder].density / sum : 0.0f;
+  Lanes sums = 0.0f;
+  for (const Scratch::Pairs& pairs : scratch.pairs) {
+    const LaneMask counts = weights == PairWeights::UNSHADOWED ? LaneMask(true) : !is_black(pairs.transmittance);
+    sums += where_or_zero(counts, pairs.density);
+  }
+  const float sum = reduce(sums);
+  return sum > 0.0f ? scratch.pairs[block_of(finder)].density[lane_of(finder)] / sum : 0.0f;
 }
 
 void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch) const {
-  const PathLink& found = *group.links[finder];
-  scratch.pairs.clear();
-  scratch.holders = 0;
-  for (size_t k = 0; k < group.size(); ++k) {
-    const bool agrees = scratch.bounces_agree || has_same_bounces(group.links[k]->from, found.from);
-    const bool may_have_it = k == finder || agrees;
-    scratch.pairs.push_back(may_have_it ? connect_pair(group, k, scratch.bsdfs[k], found.to) : Scratch::Pair{});
-    scratch.holders += may_have_it;
-  }
+  connect_pairs(group, finder, scratch);
+  const Scratch::Pairs& own = scratch.pairs[block_of(finder)];
+  if (own.density[lane_of(finder)] == 0.0f) return;  // by rounding alone, for the link was made
   trace_pairs(group, finder, scratch);
-  // Of a fresh sample only by rounding, for the link was made; one from the history may be hidden: then it is for
-  // others.
-  if (is_black(scratch.pairs[finder].transmittance)) return;
-  const float weight = found.W * finder_weight(group.weights, finder, scratch);
-  for (size_t k = 0; k < group.size(); ++k) {
-    const Scratch::Pair& pair = scratch.pairs[k];
-    if (is_black(pair.transmittance)) continue;
-    const float sent = sent_share(found.to, pair.way);
-    const Rgb radiance = found.to.continuation.radiance * sent * pair.transmittance * pair.way.geometry;
-    ReflectedPaths& reflected = *group.reflected[k];
-    reflected.sum += pair.f_cos * radiance * weight;
-    if (!group.reflected_by_kind.empty())
-      *group.reflected_by_kind[k] += pair_shares(k, scratch, found.to.kind) * (pair.f_cos * radiance * weight);
-    reflected.even += pair.even_cos * radiance * weight;
-    if (!group.continuations.empty()) {
-      const Rgb factor = pair.transmittance * (sent * pair.way.geometry * weight);
-      add_to_groups(group.reflected_groups[k].sum, group.continuations[finder], pair.f_cos * factor);
-      add_to_groups(group.reflected_groups[k].even, group.continuations[finder], pair.even_cos * factor);
+  // A fresh sample never; one from the history may be hidden: then it is for others.
+  if (is_black(own.transmittance.at(lane_of(finder)))) return;
+  const float weight = group.links[finder]->W * finder_weight(group.weights, finder, scratch);
+  hand_out(group, finder, weight, scratch);
+  if (!group.reflected_by_kind.empty() || !group.continuations.empty())
+    hand_out_divided(group, finder, weight, scratch);
+}
+
+void CellSharedPaths::hand_out(Group& group, size_t finder, float weight, Scratch& scratch) const {
+  const PathLink& found = *group.links[finder];
+  for (size_t b = 0; b < scratch.pairs.size(); ++b) {
+    const Scratch::Pairs& pairs = scratch.pairs[b];
+    Scratch::Vertices& vertices = scratch.vertices[b];
+    const Lanes arriving = where_or_zero(pairs.density > 0.0f, pairs.geometry * sent_shares(found.to, pairs.wi));
+    const RgbLanes radiance = pairs.transmittance * (found.to.continuation.radiance * arriving);
+    vertices.sum += pairs.f_cos * radiance * weight;
+    vertices.even += pairs.even_cos * radiance * weight;
+    if (b == block_of(finder)) {
+      const Rgb own = (pairs.f_cos * radiance).at(lane_of(finder));
+      group.reflected[finder]->own += own * found.W;
     }
-    if (k == finder) reflected.own += pair.f_cos * radiance * found.W;
   }
+}
+
+/// What is handed out, by kinds of scattering and by light groups.
+void CellSharedPaths::hand_out_divided(Group& group, size_t finder, float weight, const Scratch& scratch) const {
+  const PathLink& found = *group.links[finder];
+  for (size_t k = 0; k < group.size(); ++k) {
+    const Scratch::Pairs& pairs = scratch.pairs[block_of(k)];
+    const size_t lane = lane_of(k);
+    const Rgb transmittance = pairs.transmittance.at(lane);
+    if (is_black(transmittance)) continue;
+    const float sent = sent_shares(found.to, pairs.wi)[lane] * pairs.geometry[lane];
+    const Rgb factor = transmittance * (sent * weight), f_cos = pairs.f_cos.at(lane) * factor;
+    if (!group.reflected_by_kind.empty())
+      *group.reflected_by_kind[k] += pair_shares(k, scratch, found.to.kind) * (f_cos * found.to.continuation.radiance);
+    if (group.continuations.empty()) continue;
+    add_to_groups(group.reflected_groups[k].sum, group.continuations[finder], f_cos);
+    add_to_groups(group.reflected_groups[k].even, group.continuations[finder], pairs.even_cos.at(lane) * factor);
+  }
+}
+
+/// Of kinds of scattering in what a vertex makes of a direction.
+KindColors CellSharedPaths::pair_shares(size_t receiver, const Scratch& scratch, FoundKind kind) const {
+  const Bsdf& bsdf = scratch.bsdfs[receiver];
+  if (!bsdf.scatters()) return all_of(ScatterKind::DIFFUSE);
+  const Vec3 wi = scratch.pairs[block_of(receiver)].wi.at(lane_of(receiver));
+  return shares_of(evaluate_kinds(bsdf, wi, lobes_of_kind(context_, kind)).rough);
 }
 
 }  // namespace cistern

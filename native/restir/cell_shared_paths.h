@@ -90,19 +90,28 @@ class CellSharedPaths {
 
   /// Memory of one thread.
   struct Scratch {
-    struct Pair {
-      PathConnection way;
-      Rgb f_cos, even_cos;   // of the kind of scattering that found the sample
-      float density = 0.0f;  // of finding the sample point from the vertex, per area there; or what stands for it
-      Rgb transmittance;
+    /// Vertices of a group, several at a time.
+    struct Vertices {
+      SurfaceLanes points;
+      RgbLanes diffuse;    // of plain ones; black for those that are evaluated
+      RgbLanes sum, even;  // what they reflect of what they have been handed
     };
+    /// What these make of one sample.
+    struct Pairs {
+      Vec3Lanes wi;              // towards the sample point
+      Lanes geometry = 0.0f;     // as PathConnection has it; 0 where that is none
+      RgbLanes f_cos, even_cos;  // of the kind of scattering that found the sample
+      Lanes pdf = 0.0f;          // of BSDF sampling, per solid angle
+      Lanes density = 0.0f;      // of finding the sample point from there, per area; or what stands for it. 0: never
+      RgbLanes transmittance;
+    };
+    std::vector<Vertices> vertices;
+    std::vector<Pairs> pairs;          // beside them, of one sample
     std::vector<SurfacePoint> points;  // by vertex of the group
     std::vector<Bsdf> bsdfs;           // beside them; empty where the vertex alone says how it reflects
-    std::vector<Pair> pairs;           // by vertex, of one sample
-    std::vector<VertexRay> rays;       // of pairs
-    std::vector<uint32_t> ray_owners;
-    size_t holders = 0;         // vertices that may have that sample
-    bool bounces_agree = true;  // between all vertices of the group, as they nearly always do
+    std::vector<uint32_t> not_plain;   // vertices that have a BSDF or a guide
+    size_t holders = 0;                // vertices that may have that sample
+    bool bounces_agree = true;         // between all vertices of the group, as they nearly always do
   };
 
   /// Adds what a vertex reflects of a fresh sample of its own that is handed to nobody. `deep`: what the sample point
@@ -127,9 +136,12 @@ class CellSharedPaths {
  private:
   void prepare_vertices(const Group& group, Scratch& scratch) const;
   void share_sample(Group& group, size_t finder, Scratch& scratch) const;
-  Scratch::Pair connect_pair(const Group& group, size_t receiver, const Bsdf& bsdf, const PathSample& sample) const;
-  KindColors pair_shares(size_t receiver, const Scratch& scratch, FoundKind kind) const;
+  void connect_pairs(const Group& group, size_t finder, Scratch& scratch) const;
+  void evaluate_pair(const Group& group, size_t receiver, const PathSample& sample, Scratch& scratch) const;
   void trace_pairs(const Group& group, size_t finder, Scratch& scratch) const;
+  void hand_out(Group& group, size_t finder, float weight, Scratch& scratch) const;
+  void hand_out_divided(Group& group, size_t finder, float weight, const Scratch& scratch) const;
+  KindColors pair_shares(size_t receiver, const Scratch& scratch, FoundKind kind) const;
   static float finder_weight(PairWeights weights, size_t finder, const Scratch& scratch);
 
   const PathContext& context_;

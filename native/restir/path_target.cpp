@@ -127,9 +127,12 @@ bool reaches_as_found(const PathContext& context, const VisiblePoint& visible, c
   if (!way) return false;
   const SurfacePoint receiver = surface_point(visible);
   const VisiblePoint& vertex = sample.point;
-  VertexRay ray{&receiver, way->wi, visible.state.transparent_depth};
-  trace_to_vertex(context, {vertex.receiver.position, vertex.ng, vertex.clearance}, vertex.state, {&ray, 1});
-  return !is_black(ray.transmittance) && ray.transparent_depth + ray.surfaces == vertex.state.transparent_depth;
+  SurfaceLanes receivers;
+  receivers.set(0, receiver, visible.state.transparent_depth);
+  LaneMask is_first(false);
+  is_first[0] = true;
+  const SeenVertex seen{vertex.receiver.position, vertex.ng, vertex.clearance};
+  return !is_black(transmittance_as_found(context, receivers, Vec3Lanes(way->wi), is_first, seen, vertex.state).at(0));
 }
 
 Rgb reflected_path(const PathContext& context, const VisiblePoint& visible, const PathSample& sample,

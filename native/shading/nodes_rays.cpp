@@ -113,24 +113,21 @@ float ambient_occlusion_node(const NodeContext& context, const OcclusionSettings
   const Vec3 n = normalize_or(normal, point.ns);
   const Frame frame(settings.is_inside ? -n : n);
   const uint32_t seed = seed_of(point);
-  constexpr int kPacket = 8;
-  std::array<Ray, kPacket> rays;
-  std::array<bool, kPacket> is_blocked;
+  constexpr int kPacket = static_cast<int>(kLanes);
   int blocked = 0;
   for (int begin = 0; begin < settings.rays; begin += kPacket) {
+    RayLanes rays;
     const int count = std::min(kPacket, settings.rays - begin);
     for (int i = 0; i < count; ++i) {
       const Vec2 u = sobol_point(static_cast<uint32_t>(begin + i), kOcclusion, seed).pair;
       const Vec3 direction = normalize(frame.to_world(square_to_cosine_hemisphere(u)));
       const Vec3 origin = offset_origin(point.position, point.clearance, point.ng, direction);
-      Ray& ray = rays[static_cast<size_t>(i)];
-      ray = {origin, direction, 0.0f, distance};
       if (settings.is_local)
-        is_blocked[static_cast<size_t>(i)] = context.accel->obstructed_by_instance(ray, point.instance);
+        blocked += context.accel->obstructed_by_instance({origin, direction, 0.0f, distance}, point.instance) ? 1 : 0;
+      else
+        rays.set(static_cast<size_t>(i), {origin, direction, 0.0f, distance});
     }
-    const auto used = static_cast<size_t>(count);
-    if (!settings.is_local) context.accel->obstructed({rays.data(), used}, kVisibleToShadow, {is_blocked.data(), used});
-    blocked += static_cast<int>(std::count(is_blocked.begin(), is_blocked.begin() + count, true));
+    if (!settings.is_local) blocked += popcount(context.accel->obstructed(rays, kVisibleToShadow));
   }
   return 1.0f - static_cast<float>(blocked) / static_cast<float>(settings.rays);
 }

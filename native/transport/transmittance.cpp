@@ -1,7 +1,6 @@
 #include "transport/transmittance.h"
 
 #include <algorithm>
-#include <array>
 
 #include "shading/displaced_normal.h"
 #include "shading/material.h"
@@ -133,6 +132,28 @@ Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone
   return Rgb(0.0f);
 }
 
+/// `ray_start` of several.
+Vec3Lanes ray_starts(const Scene& scene, const SurfaceLanes& points, const Vec3Lanes& wi, const LaneMask& is_asked) {
+  Lanes side = 1.0f;
+  where(!(dot(points.ns, wi) > 0.0f), side) = -1.0f;
+  Vec3Lanes starts = points.position + points.ng * (side * points.clearance);
+  const LaneMask is_lifted = is_asked && side * dot(points.ng, wi) < 0.0f;
+  if (none_of(is_lifted)) return starts;
+  for (size_t i = 0; i < kLanes; ++i)
+    if (is_lifted[i]) starts.set(i, ray_start(scene, *points.points[i], wi.at(i)));
+  return starts;
+}
+
+/// From several points to where a ray that leaves the vertex would start.
+RayLanes rays_between(const Scene& scene, const SurfaceLanes& points, const Vec3Lanes& wi, const LaneMask& is_asked,
+                      const SeenVertex& vertex) {
+  const Vec3Lanes starts = ray_starts(scene, points, wi, is_asked), position(vertex.position);
+  const Lanes off_surface = vertex.clearance + kEndRounding * length(position - starts);
+  const Vec3Lanes segments = position + Vec3Lanes(vertex.normal) * off_surface - starts;
+  const Lanes distance = length(segments);
+  return {starts, segments * (1.0f / distance), distance * (1.0f - kShadowEpsilon), is_asked};
+}
+
 PathState shadow_state(const PathState& path) {
   PathState state = path;
   state.ray_kind = kVisibleToShadow;
@@ -185,31 +206,32 @@ Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& rece
                           most_surfaces_to_vertex(context, scattered.transparent_depth));
 }
 
-void trace_to_vertex(const PathContext& context, const SeenVertex& vertex, const PathState& scattered,
-                     std::span<VertexRay> rays) {
-  constexpr size_t kMost = 8;
-  std::array<Ray, kMost> shadow_rays;
-  std::array<bool, kMost> is_occluded;
-  for (size_t begin = 0; begin < rays.size(); begin += kMost) {
-    const std::span<VertexRay> batch = rays.subspan(begin, std::min(kMost, rays.size() - begin));
-    for (size_t i = 0; i < batch.size(); ++i) {
-      const Vec3 start = ray_start(context.scene, *batch[i].receiver, batch[i].wi);
-      const float distance = length(vertex.position - start);
-      const Vec3 end = ray_end(vertex.position, vertex.clearance, distance, vertex.normal, -vertex.normal);
-      shadow_rays[i] = ray_between(start, end);
-    }
-    context.accel.occluded({shadow_rays.data(), batch.size()}, scattered.ray_kind, is_occluded);
-    for (size_t i = 0; i < batch.size(); ++i) {
-      PathState state = scattered;
-      state.transparent_depth = static_cast<uint16_t>(batch[i].transparent_depth);
-      const int most_surfaces = most_surfaces_to_vertex(context, batch[i].transparent_depth);
-      const Passage passage = is_occluded[i] ? Passage{Rgb(), 0}
-                                             : transparency_along(context, batch[i].receiver->footprint, shadow_rays[i],
-                                                                  state, most_surfaces);
-      batch[i].transmittance = passage.transmittance;
-      batch[i].surfaces = passage.surfaces;
-    }
+void SurfaceLanes::set(size_t lane, const SurfacePoint& point, int depth) {
+  points[lane] = &point;
+  transparent_depth[lane] = depth;
+  position.set(lane, point.position);
+  ng.set(lane, point.ng);
+  ns.set(lane, point.ns);
+  clearance[lane] = point.clearance;
+}
+
+RgbLanes transmittance_as_found(const PathContext& context, const SurfaceLanes& points, const Vec3Lanes& wi,
+                                const LaneMask& is_asked, const SeenVertex& vertex, const PathState& scattered) {
+  const RayLanes rays = rays_between(context.scene, points, wi, is_asked, vertex);
+  const LaneMask is_clear = is_asked && !context.accel.occluded(rays, scattered.ray_kind);
+  RgbLanes result(where_or_zero(is_clear, 1.0f));
+  if (!context.accel.has_transparent_surfaces()) return result;
+  for (size_t i = 0; i < kLanes; ++i) {
+    if (!is_clear[i]) continue;
+    PathState state = scattered;
+    state.transparent_depth = static_cast<uint16_t>(points.transparent_depth[i]);
+    const Ray ray{rays.origin.at(i), rays.direction.at(i), 0.0f, rays.t_max[i]};
+    const Passage passage = transparency_along(context, points.points[i]->footprint, ray, state,
+                                               most_surfaces_to_vertex(context, points.transparent_depth[i]));
+    const bool is_as_found = points.transparent_depth[i] + passage.surfaces == scattered.transparent_depth;
+    result.set(i, is_as_found ? passage.transmittance : Rgb());
   }
+  return result;
 }
 
 }  // namespace cistern

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "transport/media_stack.h"
 #include "transport/path_context.h"
 #include "transport/path_sampler.h"
@@ -27,20 +29,24 @@ Rgb transmittance(const PathContext& context, Vec3 position, float footprint, co
 Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,
                             const PathState& scattered);
 
-/// A ray from a receiver to a vertex that several look at, all from the side of its normal.
-struct VertexRay {
-  const SurfacePoint* receiver;
-  Vec3 wi;                // unit, towards the vertex
-  int transparent_depth;  // surfaces passed before
-  Rgb transmittance{};
-  int surfaces = 0;  // transparent ones on the way
+/// Surface points that rays leave, several at a time.
+struct SurfaceLanes {
+  std::array<const SurfacePoint*, kLanes> points{};  // null: none, and the rest is zero
+  std::array<int, kLanes> transparent_depth{};       // surfaces that their paths passed before
+  Vec3Lanes position, ng, ns;
+  Lanes clearance = 0.0f;
+
+  void set(size_t lane, const SurfacePoint& point, int transparent_depth);
 };
+/// A vertex that several points look at, all from the side of its normal.
 struct SeenVertex {
   Vec3 position, normal;
   float clearance = 0.0f;  // of its surface
 };
-/// The same for several receivers; their rays are traced together.
-void trace_to_vertex(const PathContext& context, const SeenVertex& vertex, const PathState& scattered,
-                     std::span<VertexRay> rays);
+/// The same for several points, of which only some are asked for; `wi`, unit, leads to the vertex. What a path received
+/// there may have passed all transparent surfaces that were left to it; black where a ray passes more or fewer of them
+/// than that of the path, which was `scattered` there: with more or fewer left, it would have found something else.
+RgbLanes transmittance_as_found(const PathContext& context, const SurfaceLanes& points, const Vec3Lanes& wi,
+                                const LaneMask& is_asked, const SeenVertex& vertex, const PathState& scattered);
 
 }  // namespace cistern

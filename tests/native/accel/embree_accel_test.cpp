@@ -94,6 +94,12 @@ TEST(Accel, TracesOneInstanceAlone) {
   EXPECT_FALSE(Accel::build(plain)->intersect_instance({{0, 0, 0}, {0, 0, 1}}, 1));  // flattened: nothing is found
 }
 
+RayLanes together(std::span<const Ray> rays) {
+  RayLanes lanes;
+  for (size_t i = 0; i < rays.size(); ++i) lanes.set(i, rays[i]);
+  return lanes;
+}
+
 TEST(Accel, AgreesWithBruteForce) {
   const std::shared_ptr<Scene> scene = mixed_scene();
   const std::shared_ptr<const Accel> accel = Accel::build(scene);
@@ -106,9 +112,7 @@ TEST(Accel, AgreesWithBruteForce) {
     for (uint32_t k = 0; k < 4; ++k) intersect_reference(*scene, ray, k, expected);
     const std::optional<Hit> hit = accel->intersect(ray, kVisibleToCamera);
     ASSERT_EQ(accel->occluded(ray), hit.has_value());
-    bool is_obstructed = !hit;
-    accel->obstructed({&ray, 1}, kVisibleToCamera, {&is_obstructed, 1});
-    ASSERT_EQ(is_obstructed, hit.has_value());
+    ASSERT_EQ(accel->obstructed(together({&ray, 1}), kVisibleToCamera)[0], hit.has_value());
     if (hit && expected.t < INFINITY && hit->triangle == expected.triangle && hit->instance == expected.instance) {
       ++hits;
       EXPECT_NEAR(hit->t, expected.t, 1e-4 * (1.0 + expected.t));
@@ -194,9 +198,7 @@ TEST(Accel, TransparentCastersAreApart) {
   EXPECT_FALSE(accel->occluded(ray));
   ASSERT_TRUE(accel->intersect_transparent(ray));
   EXPECT_EQ(accel->intersect_transparent(ray)->instance, 0u);
-  bool is_obstructed = false;
-  accel->obstructed({&ray, 1}, kVisibleToShadow, {&is_obstructed, 1});
-  EXPECT_TRUE(is_obstructed);
+  EXPECT_TRUE(accel->obstructed(together({&ray, 1}), kVisibleToShadow)[0]);
   EXPECT_FALSE(accel->occluded(ray, kVisibleToDiffuse));
   EXPECT_TRUE(accel->intersect_transparent(ray, kVisibleToDiffuse));
   ray.t_max = 10.0f;
@@ -216,18 +218,18 @@ TEST(Accel, RaysTracedTogetherMeetWhatTheyMeetAlone) {
   place(*scene, 0, random_transform(rng, {1.0f, 1.0f, 1.0f}, 2.0f));
   const auto accel = Accel::build(scene);
   size_t different = 0, occluded = 0, total = 0;
-  for (size_t count = 0; count <= 19; ++count) {
-    for (int repeat = 0; repeat < 100; ++repeat, total += count) {
+  for (size_t count = 0; count <= kLanes; ++count) {
+    for (int repeat = 0; repeat < 200; ++repeat, total += count) {
       std::vector<Ray> rays;
       for (size_t i = 0; i < count; ++i) rays.push_back(random_ray(rng, 4.0f));
       for (Ray& ray : rays) ray.t_max = 6.0f * rng.next_float();
-      std::array<bool, 19> together{};
-      accel->occluded(rays, kVisibleToShadow, together);
+      const LaneMask is_occluded = accel->occluded(together(rays), kVisibleToShadow);
       for (size_t i = 0; i < count; ++i) {
         const bool alone = accel->occluded(rays[i]);
-        different += alone != together[i];
+        different += alone != is_occluded[i];
         occluded += alone;
       }
+      for (size_t i = count; i < kLanes; ++i) EXPECT_FALSE(is_occluded[i]) << "of no ray";
     }
   }
   EXPECT_LE(different, 2u);
@@ -244,12 +246,11 @@ TEST(Accel, RaysThatAreNotNumbersMeetNothing) {
   const float nan = std::nanf("");
   const std::array<Ray, 5> rays{up, Ray{{nan, 0, 0}, {0, 0, 1}}, Ray{{0, 0, 0}, {0, nan, 1}},
                                 Ray{{0, 0, 0}, {0, 0, INFINITY}}, Ray{{0, 0, 0}, {0, 0, 1}, 0.0f, nan}};
-  std::array<bool, 5> together{};
-  accel->occluded(rays, kVisibleToShadow, together);
+  const LaneMask is_occluded = accel->occluded(together(rays), kVisibleToShadow);
   for (size_t i = 0; i < rays.size(); ++i) {
     EXPECT_EQ(accel->intersect(rays[i], kVisibleToCamera).has_value(), i == 0);
     EXPECT_EQ(accel->occluded(rays[i]), i == 0);
-    EXPECT_EQ(together[i], i == 0);
+    EXPECT_EQ(is_occluded[i], i == 0);
   }
 }
 

@@ -99,9 +99,10 @@ TEST(Strands, OnlyTheOutsideIsSeen) {
   const Ray from_inside{{0.0f, 0.0f, 1.3f}, {0.0f, 1.0f, 0.0f}};
   EXPECT_FALSE(t.accel->intersect(from_inside, kVisibleToCamera));
   EXPECT_FALSE(t.accel->occluded(from_inside));
-  const Ray rays[] = {from_inside, {{0.0f, -1.0f, 1.3f}, {0.0f, 1.0f, 0.0f}}};
-  bool is_occluded[2];
-  t.accel->occluded(rays, kVisibleToShadow, is_occluded);
+  RayLanes rays;
+  rays.set(0, from_inside);
+  rays.set(1, {{0.0f, -1.0f, 1.3f}, {0.0f, 1.0f, 0.0f}});
+  const LaneMask is_occluded = t.accel->occluded(rays, kVisibleToShadow);
   EXPECT_FALSE(is_occluded[0]);
   EXPECT_TRUE(is_occluded[1]);
 }
