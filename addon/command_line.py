@@ -78,6 +78,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     add("--cistern-guiding", dest="guiding", type=str.upper, choices=[item[0] for item in techniques.GUIDING_ITEMS])
     add("--cistern-seed", dest="seed", type=_number(int, 0, MAX_INT))
     add("--cistern-threads", dest="threads", type=_number(int, 0, MAX_THREADS))
+    add("--cistern-noise-threshold", dest="noise_threshold", type=_number(float, 0.0, float("inf")))
     add("--cistern-time-limit", dest="time_limit", type=_number(float, 0.0, float("inf")))
     add("--cistern-resume", dest="resume", action="store_true")
     after = argv[argv.index("--") + 1 :] if "--" in argv else []
@@ -101,6 +102,8 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
             layer.samples = 0  # its own number would win
     if options.seed is not None:
         settings.seed = options.seed
+    if options.noise_threshold is not None:
+        settings.noise_threshold = options.noise_threshold
     if options.time_limit is not None:
         settings.time_limit = options.time_limit
     if options.threads is not None:

@@ -74,6 +74,7 @@ class LayerRender:
         self.size = (engine.resolution_x, engine.resolution_y)
         self.region = settings.render_region(depsgraph.scene_eval.render, *self.size)
         self.arguments = settings.core_settings(core, depsgraph, self.size, self.region, self.passes, engine.is_preview)
+        self.warn_of_noise_threshold()
         self.blur = self.motion_blur()
         self.keeps_export = depsgraph.scene_eval.render.use_persistent_data
         self.is_cancelled = False
@@ -240,6 +241,8 @@ class LayerRender:
         if progress.status is self.core.Status.FAILED:
             raise RenderFailedError(progress.error)
         self.figures.samples = progress.frames_done
+        if progress.noise >= 0.0:
+            self.figures.noise = progress.noise
         if progress.non_finite_samples > 0:
             self.figures.warnings.append(
                 f"{progress.non_finite_samples} samples were not finite and count as black: please report the scene"
@@ -248,6 +251,15 @@ class LayerRender:
             self.figures.warnings.append(
                 f"{progress.non_finite_weights} weights of reused light were not finite and count as zero: please "
                 "report the scene"
+            )
+
+    def warn_of_noise_threshold(self) -> None:
+        """And do without it, where samples do not tell their noise."""
+        if self.arguments["noise_threshold"] > 0.0 and not self.core.Settings(**self.arguments).tells_noise:
+            self.arguments["noise_threshold"] = 0.0
+            self.figures.warnings.append(
+                f"Scene '{self.depsgraph.scene_eval.name}': the noise threshold does nothing, since samples that take "
+                "up earlier ones do not tell how noisy they are; Final, Interactive and Path Tracing have it"
             )
 
     def warn_of_volume(self, name: str) -> None:

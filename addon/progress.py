@@ -31,7 +31,7 @@ def stage_share(progress: Any) -> float:  # noqa: ANN401
     """How much of the present stage is done, 0 to 1: light is cached before the first sample."""
     if progress.stage == CACHING_STAGE:
         return progress.stage_done
-    return progress.frames_done / max(progress.frames, 1)
+    return progress.frames_done / max(progress.expected_frames, 1)
 
 
 def status_text(progress: Any) -> str:  # noqa: ANN401
@@ -41,6 +41,8 @@ def status_text(progress: Any) -> str:  # noqa: ANN401
         parts.append(f"{progress.stage_done:.0%}")
     if progress.frames_done > 0:
         parts.append(f"Sample {progress.frames_done}/{progress.frames}")
+    if progress.noise >= 0.0:
+        parts.append(f"Noise {progress.noise:.3g}")
     if progress.remaining_seconds >= 0.0:
         parts.append(f"Remaining {clock_text(progress.remaining_seconds)}")
     return " | ".join(parts)

@@ -52,6 +52,19 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         step=100,
         precision=2,
     )
+    noise_threshold: FloatProperty(
+        name="Noise Threshold",
+        description=(
+            "Stop once so little noise is left, before all samples are done: the error of pixels as a display shows "
+            "them, where white is 1, in all parts of the picture but the noisiest twentieth; 16 samples at least. "
+            "0.01 is hardly seen, 0.05 is for the denoiser; 0 means all samples"
+        ),
+        default=0.0,
+        min=0.0,
+        soft_max=1.0,
+        step=1,
+        precision=4,
+    )
     viewport_samples: IntProperty(
         name="Viewport Samples",
         description="Number of samples per pixel of the finest picture in a 3D viewport; then it rests",

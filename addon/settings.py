@@ -158,6 +158,8 @@ def core_settings(
         "region": (region.x, region.y, region.width, region.height),
         "samples": sample_count(scene, depsgraph.view_layer_eval, is_preview),
         "time_limit": scene.cistern.time_limit,
+        "exposure": 2.0**scene.view_settings.exposure,
+        "noise_threshold": 0.0 if is_preview else scene.cistern.noise_threshold,
         **scene_settings(core, scene, technique, core_passes),
         **(mist_settings(depsgraph) if "Mist" in core_passes else {}),
         # Cycles looks at the sky there for the pass Environment alone.

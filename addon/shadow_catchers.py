@@ -51,6 +51,7 @@ class ShadowPlan:
             "film_transparent": True,
             "samples": samples,
             "time_limit": self.arguments["time_limit"] * (1.0 - SCENE_SHARE),
+            "noise_threshold": 0.0,
         }
         return self.arguments | changes
 

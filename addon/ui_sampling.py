@@ -60,6 +60,7 @@ class CISTERN_RENDER_PT_sampling(CisternPanel, Panel):
         layout.operator_menu_enum("cistern.choose_preset", "preset", text=name, icon="PRESET")
         draw_sentence(layout, sentence, context)
         layout.prop(settings, "samples")
+        layout.prop(settings, "noise_threshold")
         layout.prop(settings, "time_limit")
         layout.prop(settings, "use_denoising")
         if settings.use_denoising:

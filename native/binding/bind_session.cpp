@@ -134,6 +134,8 @@ std::map<std::string, Setter> make_setters() {
       {"film_transparent", limit(&PathLimits::film_transparent)},
       {"film_transparent_glass", limit(&PathLimits::film_transparent_glass)},
       {"time_limit", member(&Settings::time_limit)},
+      {"noise_threshold", member(&Settings::noise_threshold)},
+      {"exposure", member(&Settings::exposure)},
       {"passes", set_passes()},
       {"mist_range", set_mist_range()},
       {"groups_behind_film", member(&Settings::groups_behind_film)},
@@ -286,13 +288,17 @@ struct DeleteWithoutGil {
 
 void bind_session(py::module_& m) {
   bind_enums(m);
-  py::class_<Settings>(m, "Settings").def(py::init(&make_settings));
+  py::class_<Settings>(m, "Settings")
+      .def(py::init(&make_settings))
+      .def_property_readonly("tells_noise", &Settings::tells_noise);
   py::class_<Progress>(m, "Progress")
       .def_readonly("status", &Progress::status)
       .def_readonly("frames_done", &Progress::frames_done)
       .def_readonly("frames", &Progress::frames)
       .def_readonly("seconds", &Progress::seconds)
       .def_readonly("remaining_seconds", &Progress::remaining_seconds)
+      .def_readonly("noise", &Progress::noise)
+      .def_readonly("expected_frames", &Progress::expected_frames)
       .def_readonly("stage", &Progress::stage)
       .def_readonly("stage_done", &Progress::stage_done)
       .def_readonly("error", &Progress::error)

@@ -298,7 +298,8 @@ class Settings:
     min_cell_size: float  # smallest edge, as a share of the diagonal of the scene's box
     normal_cells: bool  # whether cells are divided by the direction of the surface
     # With a RenderCache and temporal reuse: go on with the history of the last session, if that had the same settings but
-    # for samples, threads, time_limit, passes and the size of the picture; and leave the own history there.
+    # for samples, threads, time_limit, noise_threshold, exposure, passes and the size of the picture; and leave the own
+    # history there.
     keep_history: bool
     is_draft: bool  # the picture only bridges the time until a finer one: drafts have a history of their own
     keep_instances: bool  # each mesh keeps an Embree scene of its own: moves are cheap, rays cost a little more
@@ -323,6 +324,11 @@ class Settings:
     clamp_direct: float  # 0: off
     clamp_indirect: float
     time_limit: float  # seconds, 0: none
+    # The render ends once little noise is left: the standard error of the picture as a display shows it, where black is 0
+    # and white 1, in all blocks of 8 x 8 pixels but one in twenty; looked at after 16, 24, 32, 48, 64 ... samples. 0:
+    # never. Session.start throws Error unless `tells_noise`.
+    noise_threshold: float
+    exposure: float  # what the picture is multiplied by to be shown, for that alone
     # Besides Combined: Direct, Indirect, Emission, Environment, Depth, Normal, Position, Denoising Albedo, Denoising
     # Normal; and, of one frame: Cells, Cell Occupancy, Cell Level, Normal Bin, Reservoir Confidence, Reservoir Weight,
     # Reuse Count, Light Choice Entropy, Light Choice Samples, Guided.
@@ -330,12 +336,18 @@ class Settings:
     groups_behind_film: bool  # the environment behind a transparent film is in its light group
     mist_range: tuple[float, float, float]  # metres to where Mist begins, its depth, power of the fraction in between
 
+    @property
+    def tells_noise(self) -> bool:
+        """Whether samples of different frames are independent, so that what they differ by tells their noise."""
+
 class Progress:
     status: Status
     frames_done: int
     frames: int
     seconds: float
     remaining_seconds: float  # negative: not known yet
+    noise: float  # as of `noise_threshold`, when last looked at; negative: not yet, or there is no threshold
+    expected_frames: int  # `frames`, or fewer that will do for `noise_threshold`
     stage: str  # "Building", "Caching light", "Rendering"
     stage_done: float  # of "Caching light", 0 to 1
     error: str

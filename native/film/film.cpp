@@ -19,6 +19,7 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Emission", 3},
     {"Environment", 3},
     {"Emission Noise", 3},
+    {"Combined Noise", 3},
     {"Noisy", 4},
     {"Caught", 4},
     {"Diffuse Direct", 3},
@@ -158,6 +159,7 @@ void Film::add(uint32_t pixel, const PathRecord& record, const LightByKind* by_k
   }
   const Rgb combined = record.combined();
   add_color(Pass::COMBINED, pixel, combined);
+  add_color(Pass::COMBINED_NOISE, pixel, half_sign(sample) * combined);
   sum(Pass::COMBINED, pixel)[3] += record.alpha;
   add_color(Pass::NOISY, pixel, combined - record.shared);
   if (has(Pass::NOISY)) sum(Pass::NOISY, pixel)[3] += record.alpha;
@@ -222,7 +224,8 @@ std::vector<float> Film::resolve(Pass pass) const {
   const std::vector<float>& sums = sums_[static_cast<size_t>(pass)];
   if (sums.empty()) throw Error(std::string("pass '") + describe(pass).name + "'", "was not enabled for this render");
   if (pass >= Pass::CELLS) return sums;
-  if (pass == Pass::EMISSION_NOISE) return resolve_emission_noise();
+  if (pass == Pass::EMISSION_NOISE) return resolve_noise(pass, Pass::EMISSION);
+  if (pass == Pass::COMBINED_NOISE) return resolve_noise(pass, Pass::COMBINED);
   const std::vector<uint32_t>& counts = is_mean_over_hits(pass) ? hits_ : samples_;
   const auto channels = static_cast<size_t>(describe(pass).channels);
   std::vector<float> mean(sums.size());
@@ -259,21 +262,25 @@ void Film::divide_by_color(std::vector<float>& light, Pass color) const {
   }
 }
 
-std::vector<float> Film::resolve_emission_noise() const {
-  const std::vector<float>& differences = sums_[static_cast<size_t>(Pass::EMISSION_NOISE)];
-  const std::vector<float>& sums = sums_[static_cast<size_t>(Pass::EMISSION)];
-  std::vector<float> noise(sums.size());
-  for (size_t i = 0; i < sums.size(); ++i) {
-    const uint32_t samples = samples_[i / 3];
+std::vector<float> Film::resolve_noise(Pass noise, Pass noisy) const {
+  const std::vector<float>& differences = sums_[static_cast<size_t>(noise)];
+  const std::vector<float>& sums = sums_[static_cast<size_t>(noisy)];
+  const auto channels = static_cast<size_t>(describe(noise).channels);
+  const auto channels_of_noisy = static_cast<size_t>(describe(noisy).channels);
+  std::vector<float> resolved(differences.size());
+  for (size_t i = 0; i < resolved.size(); ++i) {
+    const size_t pixel = i / channels;
+    const float sum = sums[pixel * channels_of_noisy + i % channels];
+    const uint32_t samples = samples_[pixel];
     if (samples < 2) {
-      noise[i] = std::abs(sums[i]);
+      resolved[i] = std::abs(sum);
       continue;
     }
     const float count = static_cast<float>(samples);
     const float excess = samples % 2 == 1 ? half_sign(samples - 1) : 0.0f;  // of the first half's samples
-    noise[i] = std::abs(differences[i] - excess / count * sums[i]) / count;
+    resolved[i] = std::abs(differences[i] - excess / count * sum) / count;
   }
-  return noise;
+  return resolved;
 }
 
 uint64_t Film::non_finite_samples() const {

@@ -19,6 +19,7 @@ enum class Pass : uint8_t {
   EMISSION,
   ENVIRONMENT,
   EMISSION_NOISE,  // how far Emission may be off
+  COMBINED_NOISE,  // and the colour of Combined
   NOISY,           // Combined without what pixels share, for denoisers: their noise is independent
   CAUGHT,          // what of Combined is seen on shadow catchers
   DIFFUSE_DIRECT,  // by the kind of the first scattering, see LightByKind
@@ -90,13 +91,13 @@ class Film {
   /// Sets a pixel of a pass that shows one frame; nothing if that pass is not kept.
   void show(Pass pass, uint32_t pixel, Rgb value);
   /// Mean of the samples, row 0 at the bottom, channels interleaved. Depth, Normal and Position are means over the
-  /// samples that hit something (Depth 1e10 where none did). Combined is premultiplied RGBA. Emission Noise is half the
-  /// difference between the means of two halves of the samples, of which each covers the pixel evenly: an estimate of
-  /// the standard error of Emission with one degree of freedom, to be averaged over neighbours; of one sample, Emission
-  /// itself. Light by kinds of
-  /// surface scattering is the mean divided by the mean colour of the kind, so that their product is what Combined has
-  /// of it; where a channel of the colour is 0, and so the light, the quotient is the mean of the others. Throws Error
-  /// for a pass that is not kept.
+  /// samples that hit something (Depth 1e10 where none did). Combined is premultiplied RGBA. Emission Noise and
+  /// Combined Noise are half the difference between the means of two halves of the samples, of which each covers the
+  /// pixel evenly: an estimate of the standard error of Emission, or of the colour of Combined, with one degree of
+  /// freedom, to be averaged over neighbours; of one sample, what it saw. Light by kinds of surface scattering is the
+  /// mean divided by the mean colour of the kind, so that their product is what Combined has of it; where a channel of
+  /// the colour is 0, and so the light, the quotient is the mean of the others. Throws Error for a pass that is not
+  /// kept.
   std::vector<float> resolve(Pass pass) const;
   /// Mean light of a group, as above.
   std::vector<float> resolve_light_group(int group) const;
@@ -110,7 +111,7 @@ class Film {
   void add_by_group(uint32_t pixel, std::span<const Rgb> light);
   void divide_by_color(std::vector<float>& light, Pass color) const;
   void add_first_hit(uint32_t pixel, const PathRecord& record);
-  std::vector<float> resolve_emission_noise() const;
+  std::vector<float> resolve_noise(Pass noise, Pass noisy) const;
 
   int width_, height_;
   std::vector<uint32_t> samples_, hits_, non_finite_;

@@ -3,10 +3,12 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <bit>
 #include <new>
 
 #include "base/check.h"
 #include "base/sobol.h"
+#include "film/picture_noise.h"
 #include "render/cell_views.h"
 #include "render/index_views.h"
 #include "render/learning_views.h"
@@ -28,6 +30,17 @@ constexpr double kTrialShareOfLimit = 0.15;
 /// Frames before a trial of those without history, at least: the picture changes soon, and often for good.
 constexpr uint32_t kFramesBeforeTrial = 2;
 constexpr uint64_t kMomentSeed = 0x6d6f6d656e74;
+
+/// With fewer frames noise is not looked at: what is rare in them is in none.
+constexpr uint32_t kFramesBeforeLook = 16;
+
+/// Frames after which noise is looked at next: powers of two and the middles between them, of which points of Sobol's
+/// sequence cover all well. No clock is asked, so that pictures with a threshold are the same for each seed.
+uint32_t next_look(uint32_t frames) {
+  if (frames < kFramesBeforeLook) return kFramesBeforeLook;
+  const uint32_t power = std::bit_floor(frames);
+  return frames < power + power / 2 ? power + power / 2 : 2 * power;
+}
 
 double seconds_since(std::chrono::steady_clock::time_point t) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
@@ -52,12 +65,14 @@ void Session::start(std::shared_ptr<const Scene> scene, std::shared_ptr<RenderCa
   if (was_started_) throw Error("session", "was started already; make a new one for another render");
   was_started_ = true;
   if (!Media::find_name(*scene).empty()) settings_ = settings_.by_path_tracing();
+  if (settings_.noise_threshold > 0.0 && !settings_.tells_noise())
+    throw Error("noise_threshold", "needs frames that are independent of each other, without temporal reuse");
   scene_ = std::move(scene);
   cache_ = cache ? std::move(cache) : std::make_shared<RenderCache>();
   started_ = Clock::now();
   progress_.status = Status::RUNNING;
   progress_.stage = "Building";
-  progress_.frames = settings_.samples;
+  progress_.frames = progress_.expected_frames = settings_.samples;
   thread_ = std::thread([this] { run(); });
 }
 
@@ -87,7 +102,7 @@ Progress Session::progress_locked() const {
   p.seconds = seconds_since(started_);
   if (p.frames_done > 0) {
     const double rendering = std::chrono::duration<double>(last_frame_ - rendering_since_).count();
-    p.remaining_seconds = rendering / p.frames_done * (p.frames - p.frames_done) - seconds_since(last_frame_);
+    p.remaining_seconds = rendering / p.frames_done * (p.expected_frames - p.frames_done) - seconds_since(last_frame_);
     if (settings_.time_limit > 0.0)
       p.remaining_seconds = std::min(p.remaining_seconds, settings_.time_limit - seconds_since(rendering_since_));
     p.remaining_seconds = std::max(p.remaining_seconds, 0.0);
@@ -141,8 +156,9 @@ void Session::run() {
   try {
     tbb::task_arena arena(settings_.threads > 0 ? settings_.threads : tbb::task_arena::automatic);
     arena.execute([this, &reuse] {
-      film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, settings_.passes,
-                                     settings_.light_groups);
+      std::vector<Pass> passes = settings_.passes;
+      if (settings_.noise_threshold > 0.0) passes.push_back(Pass::COMBINED_NOISE);
+      film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, passes, settings_.light_groups);
       if (settings_.surface_passes.any())
         surfaces_ = std::make_shared<SurfaceFilm>(
             settings_.surface_passes, film_->width(), film_->height(),
@@ -241,6 +257,18 @@ bool Session::try_sharing(uint32_t frames, const RenderWorld& world, std::option
   return true;
 }
 
+/// After so many frames, if it is time to look.
+bool Session::has_little_noise(uint32_t frames) {
+  if (!(settings_.noise_threshold > 0.0) || next_look(frames - 1) != frames) return false;
+  const double noise = picture_noise(*film_, settings_.exposure), excess = noise / settings_.noise_threshold;
+  std::lock_guard lock(mutex_);
+  progress_.noise = noise;
+  const auto most = static_cast<uint32_t>(settings_.samples);
+  const auto enough = static_cast<uint32_t>(std::clamp<double>(frames * excess * excess, frames, most));
+  progress_.expected_frames = static_cast<int>(std::min(next_look(enough), most));
+  return noise <= settings_.noise_threshold;
+}
+
 /// By `reuse`, all frames or the first one; where that is null or has made its own, in bands or by the reference path
 /// tracer, whose frames come in batches.
 void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse) {
@@ -267,6 +295,7 @@ void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse
     }
     if (has_later_frames && !is_decided && frame >= kFramesBeforeTrial) is_decided = try_sharing(frame, *world, banded);
     batch = std::min(batch, frames - frame);
+    if (settings_.noise_threshold > 0.0) batch = std::min(batch, next_look(frame) - frame);
     if (context.learning) batch = std::min(batch, context.learning->frames_to_update(frame));
     if (context.guiding) batch = std::min(batch, context.guiding->frames_to_update(frame));
     const Clock::time_point batch_start = Clock::now();
@@ -298,6 +327,7 @@ void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse
       publish_now = wants_pixels_ && frame < frames;
     }
     if (publish_now) publish();
+    if (has_little_noise(frame)) break;
     if (!is_reusing && !banded && batch_seconds * 2.0 < kBatchSeconds) batch = std::min(2 * batch, kMaxBatch);
     if (batch_seconds > kBatchSeconds) batch = std::max(batch / 2, 1u);
   }

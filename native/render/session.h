@@ -23,6 +23,8 @@ struct Progress {
   int frames_done = 0, frames = 0;
   double seconds = 0.0;             // since start
   double remaining_seconds = -1.0;  // negative: not known yet
+  double noise = -1.0;              // picture_noise() when last looked at; negative: not yet, or without a threshold
+  int expected_frames = 0;          // `frames`, or fewer that will do for the threshold
   std::string stage;                // "Building", "Caching light" or "Rendering"
   float stage_done = 0.0f;          // of "Caching light", in [0, 1]
   std::string error;                // why it FAILED
@@ -43,7 +45,8 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Starts rendering and returns at once. A session renders once; a second start throws Error. `cache`, if any, is
+  /// Starts rendering and returns at once. A session renders once; a second start throws Error, and so does a noise
+  /// threshold where frames do not tell their noise (Settings::tells_noise). `cache`, if any, is
   /// looked into and filled for later sessions. Scenes with participating media, which no technique of reuse knows, are
   /// rendered by path tracing whatever the settings say; see by_path_tracing.
   void start(std::shared_ptr<const Scene> scene, std::shared_ptr<RenderCache> cache = {});
@@ -75,6 +78,7 @@ class Session {
   std::unique_ptr<ReuseFrame> make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,
                                                std::shared_ptr<const LightCacheCells> cache_cells);
   void report_caching(float done);
+  bool has_little_noise(uint32_t frames);
   bool try_sharing(uint32_t frames, const RenderWorld& world, std::optional<BandedFrame>& banded);
   void render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse);
   std::shared_ptr<const RenderWorld> at_moment(uint32_t frame, const RenderWorld& earlier) const;

@@ -157,6 +157,10 @@ bool Settings::uses_earlier_frames() const {
   return has_temporal_reuse() || (indirect == IndirectAnswer::WORLD_REUSE && world_paths.spatial_reuse);
 }
 
+bool Settings::tells_noise() const {
+  return direct != DirectAnswer::RESTIR_CACHE && !of_later_frames().uses_earlier_frames();
+}
+
 void check_settings(Settings& s) {
   require("width", s.width, 1, kMaxResolution);
   require("height", s.height, 1, kMaxResolution);
@@ -169,6 +173,8 @@ void check_settings(Settings& s) {
   require("filter_width", s.filter_width, 0.01f, 10.0f);
   require("light_groups", s.light_groups, 0, kMaxLightGroups);
   require("time_limit", s.time_limit, 0.0, 1e9);
+  require("noise_threshold", s.noise_threshold, 0.0, 1e9);
+  require("exposure", s.exposure, 0.0, 1e30);
   check_limits(s.limits);
   check_direct_reuse(s.direct_reuse);
   check_light_cache(s.light_cache);

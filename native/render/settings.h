@@ -80,8 +80,10 @@ struct Settings {
   FilterKind pixel_filter = FilterKind::BLACKMAN_HARRIS;
   float filter_width = 1.5f;  // pixels
   PathLimits limits;
-  double time_limit = 0.0;   // seconds of rendering, 0: none
-  std::vector<Pass> passes;  // besides Combined
+  double time_limit = 0.0;       // seconds of rendering, 0: none
+  double noise_threshold = 0.0;  // the render ends once picture_noise() is no more, 0: never; see tells_noise
+  double exposure = 1.0;         // what the picture is shown times, for that
+  std::vector<Pass> passes;      // besides Combined
   SurfacePasses surface_passes;
   int light_groups = 0;             // the first so many have a pass each
   bool groups_behind_film = false;  // see PathContext
@@ -95,6 +97,8 @@ struct Settings {
   /// Whether frames use what the one before found: by temporal reuse, or because world-space paths take those of a cell
   /// from there. Their errors are then correlated.
   bool uses_earlier_frames() const;
+  /// Whether all frames but the first are independent of each other, so that what they differ by tells their noise.
+  bool tells_noise() const;
   /// These by the reference path tracer.
   Settings by_path_tracing() const;
   /// Whether history is taken from the RenderCache and left there. It needs temporal reuse.

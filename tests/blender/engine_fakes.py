@@ -127,6 +127,8 @@ class FakeSession:
             status=self.status,
             frames_done=self.frames_done,
             frames=self.settings.samples,
+            expected_frames=self.settings.samples,
+            noise=-1.0,
             seconds=0.1 * self.frames_done,
             remaining_seconds=1.0,
             stage="Rendering" if cached is None else "Caching light",

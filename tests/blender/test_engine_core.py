@@ -133,6 +133,30 @@ def test_time_limit_ends_the_render(tmp_path):
     assert report.error is None and 0.4 < report.seconds < 3.0
 
 
+def test_noise_threshold_ends_the_render(tmp_path):
+    scene = small_scene(samples=2**20)
+    scene.cistern.noise_threshold = 0.05
+    _, [report] = render(scene, tmp_path)
+    assert report.error is None and report.warnings == []
+    assert 16 <= report.samples < 2**20 and 0.0 < report.noise <= 0.05
+
+
+def test_noise_threshold_counts_noise_as_exposed(tmp_path):
+    scene = small_scene(samples=4096)
+    scene.cistern.noise_threshold = 0.05
+    scene.view_settings.exposure = -20.0
+    _, [report] = render(scene, tmp_path)
+    assert report.samples == 16, "all is black"
+
+
+def test_noise_threshold_does_nothing_where_samples_do_not_tell_their_noise(tmp_path):
+    scene = small_scene(samples=20)
+    scene.cistern.preset, scene.cistern.noise_threshold = "RESTIR_DI", 0.5
+    _, [report] = render(scene, tmp_path)
+    assert report.samples == 20 and report.noise is None
+    assert len(report.warnings) == 1 and "noise threshold" in report.warnings[0]
+
+
 def test_layers_show_their_own_collections(tmp_path):
     scene = small_scene()
     second = scene.view_layers.new("Second")

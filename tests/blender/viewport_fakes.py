@@ -49,6 +49,7 @@ class FakeViewportSession:
             status=Status.CANCELLED if self.is_cancelled else status,
             frames_done=done,
             frames=self.settings.samples,
+            noise=-1.0,
             remaining_seconds=-1.0,
             stage="Building" if elapsed < 0.0 else "Rendering",
             stage_done=0.0,

@@ -282,7 +282,8 @@ def step_frames() -> None:
     scene, folder = bpy.context.scene, user_directory() / "frames"
     render()
     options = ["--cistern-samples", "3", "--cistern-preset", "ris", "--cistern-seed", "7", "--cistern-threads", "1"]
-    command_line.start(["blender", "-a", "--", *options, "--cistern-time-limit", "60", "--cistern-resume", "--theirs"])
+    more = ["--cistern-noise-threshold", "0.25", "--cistern-resume", "--theirs"]
+    command_line.start(["blender", "-a", "--", *options, "--cistern-time-limit", "60", *more])
     scene.frame_start, scene.frame_end = 1, 3
     scene.render.filepath = str(folder / "picture_")
     folder.mkdir()
@@ -292,6 +293,7 @@ def step_frames() -> None:
     (stale / "picture_0003.exr").write_text("half")
     bpy.ops.render.render(animation=True)
     assert (scene.cistern.samples, scene.cistern.preset, scene.cistern.seed) == (3, "RIS", 7)
+    assert scene.cistern.noise_threshold == 0.25
     assert (scene.cistern.time_limit, scene.render.threads_mode, scene.render.threads) == (60, "FIXED", 1)
     names = sorted(file.name for file in folder.iterdir())
     assert names == ["picture_0001.exr", "picture_0002.exr", "picture_0003.exr"], names

@@ -188,6 +188,41 @@ def test_time_limit_ends_a_render_with_every_pixel_sampled() -> None:
     assert (s.read("Combined")[..., 3] > 0.99).all()
 
 
+@pytest.mark.parametrize("indirect", ["PATH", "CELL_SHARED"])
+def test_a_noise_threshold_ends_a_render_at_its_noise(indirect: str) -> None:
+    """Beside the error that pictures of so many samples have, told by replicas: as displayed, over the whole picture.
+    Blocks that are left out may be noisier, and most others are less noisy than the noisiest that is not."""
+    s = session(width=64, height=48, samples=1 << 14, noise_threshold=0.02, indirect=indirect, temporal_reuse=False)
+    s.start(room())
+    progress = s.wait(120.0)
+    assert progress.status is core.Status.DONE
+    assert 16 <= progress.frames_done < 1 << 14 and 0.0 < progress.noise <= 0.02
+    assert progress.expected_frames >= progress.frames_done
+    pictures = []
+    for seed in range(8):
+        replica = session(
+            width=64,
+            height=48,
+            samples=progress.frames_done,
+            seed=100 + seed,
+            indirect=indirect,
+            temporal_reuse=False,
+        )
+        replica.start(room())
+        assert replica.wait(120.0).status is core.Status.DONE
+        picture = replica.read("Combined")[..., :3].astype(np.float64)
+        pictures.append(np.maximum(picture / (1.0 + picture), 0.0) ** (1.0 / 2.2))
+    error = np.sqrt(np.var(pictures, axis=0, ddof=1).mean())
+    assert 0.3 < error / progress.noise < 1.2
+
+
+def test_a_noise_threshold_needs_samples_that_tell_their_noise() -> None:
+    assert core.Settings(width=8, height=8, indirect="CELL_SHARED", temporal_reuse=False).tells_noise
+    assert not core.Settings(width=8, height=8, indirect="SCREEN_REUSE").tells_noise
+    with pytest.raises(core.Error, match="noise_threshold"):
+        session(indirect="SCREEN_REUSE", noise_threshold=0.1).start(room())
+
+
 def test_progress_counts_up() -> None:
     s = session(samples=200)
     s.start(room())

@@ -156,6 +156,18 @@ TEST(Film, EmissionNoiseIsTheStandardErrorInTheMean) {
   EXPECT_NEAR(squares * 12.0 * kSamples, 1.0045, 0.05);
 }
 
+TEST(Film, CombinedNoiseIsThatOfItsColour) {
+  Film film(1, 1, {Pass::COMBINED_NOISE, Pass::EMISSION_NOISE});
+  for (const float k : {1.0f, 3.0f}) film.add(0, make_record(k));
+  const std::vector<float> noise = film.resolve(Pass::COMBINED_NOISE);
+  ASSERT_EQ(noise.size(), 3u);
+  // One of the halves has a single sample of k = 1, the other of k = 3; green is 2 k of indirect light and the sky.
+  EXPECT_FLOAT_EQ(noise[0], 1.5f);
+  EXPECT_FLOAT_EQ(noise[1], 2.5f + 1.0f);
+  EXPECT_FLOAT_EQ(noise[2], 1.5f + 3.0f);
+  EXPECT_FLOAT_EQ(film.resolve(Pass::EMISSION_NOISE)[2], 3.0f);
+}
+
 TEST(Film, HalvesOfEmissionNoiseCoverThePixelEvenly) {
   const auto left_half = [](uint32_t k) { return k % 2 == 0 ? 1.0f : 0.0f; };  // of Sobol's first dimension
   EXPECT_EQ(emission_noise(16, left_half), 0.0f) << "even and odd samples as halves would give 0.5";

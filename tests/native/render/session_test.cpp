@@ -78,6 +78,42 @@ TEST(Session, KeepsItsTimeLimit) {
   for (size_t pixel = 3; pixel < 40 * 24 * 4; pixel += 4) ASSERT_NEAR(pixels[pixel], 1.0f, 1e-5f) << "sampled";
 }
 
+TEST(Session, EndsWhenLittleNoiseIsLeft) {
+  Settings settings = small_settings(40, 24, 1 << 20);
+  settings.noise_threshold = 0.03;
+  std::vector<float> first;
+  for (const int threads : {1, 2}) {
+    settings.threads = threads;
+    Session session(settings);
+    session.start(small_room());
+    const Progress progress = session.wait(60.0);
+    ASSERT_EQ(progress.status, Status::DONE);
+    EXPECT_LE(progress.noise, 0.03);
+    EXPECT_GT(progress.noise, 0.01);
+    EXPECT_GT(progress.frames_done, 16);
+    EXPECT_LT(progress.frames_done, 4096);
+    const std::vector<float> pixels = session.read(Pass::COMBINED);
+    if (first.empty()) first = pixels;
+    EXPECT_EQ(pixels, first) << "whenever it was looked at";
+  }
+  settings.samples = 17;
+  Session short_session(settings);
+  short_session.start(small_room());
+  EXPECT_EQ(short_session.wait(60.0).frames_done, 17) << "too few to get there";
+}
+
+TEST(Session, RefusesANoiseThresholdWhereSamplesDoNotTellTheirNoise) {
+  Settings settings = small_settings();
+  settings.noise_threshold = 0.01;
+  settings.direct = DirectAnswer::RESTIR;
+  Session session(settings);
+  EXPECT_THROW(session.start(small_room()), Error);
+  settings.direct_reuse.temporal_reuse = false;
+  EXPECT_TRUE(settings.tells_noise());
+  settings.direct = DirectAnswer::RESTIR_CACHE;
+  EXPECT_FALSE(settings.tells_noise()) << "frames draw from one cache";
+}
+
 TEST(Session, PublishesWhileRendering) {
   Session session(small_settings(40, 24, 1 << 20));
   session.start(small_room());

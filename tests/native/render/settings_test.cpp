@@ -44,6 +44,8 @@ TEST(Settings, EveryMemberOutOfRangeIsNamedWithItsValue) {
       {"filter_width", "nan", [](Settings& s) { s.filter_width = NAN; }},
       {"time_limit", "-1", [](Settings& s) { s.time_limit = -1.0; }},
       {"time_limit", "nan", [](Settings& s) { s.time_limit = NAN; }},
+      {"noise_threshold", "nan", [](Settings& s) { s.noise_threshold = NAN; }},
+      {"exposure", "-1", [](Settings& s) { s.exposure = -1.0; }},
       {"max_bounces", "-1", [](Settings& s) { s.limits.max_bounces = -1; }},
       {"max_diffuse_bounces", "-1", [](Settings& s) { s.limits.max_diffuse_bounces = -1; }},
       {"max_glossy_bounces", "5000", [](Settings& s) { s.limits.max_glossy_bounces = 5000; }},

@@ -1,0 +1,81 @@
+#include "film/picture_noise.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/rng.h"
+
+namespace cistern::test {
+namespace {
+
+constexpr int kSide = 80;  // 100 blocks
+constexpr uint32_t kSamples = 64;
+
+/// A square picture whose samples are `radiance(pixel, rng)`.
+template <class Radiance>
+Film make_film(uint32_t samples, const Radiance& radiance) {
+  Film film(kSide, kSide, {Pass::COMBINED_NOISE});
+  for (uint32_t pixel = 0; pixel < kSide * kSide; ++pixel) {
+    Rng rng(pixel, 0, 0, 7);
+    for (uint32_t k = 0; k < samples; ++k) {
+      PathRecord record;
+      record.direct = Rgb(radiance(pixel, rng));
+      record.alpha = 1.0f;
+      film.add(pixel, record);
+    }
+  }
+  return film;
+}
+
+float uniform(uint32_t, Rng& rng) { return rng.next_float(); }
+
+TEST(PictureNoise, IsNothingInAnEvenPicture) {
+  EXPECT_NEAR(picture_noise(make_film(kSamples, [](uint32_t, Rng&) { return 0.5f; }), 1.0), 0.0, 1e-6);
+  EXPECT_EQ(picture_noise(make_film(kSamples, [](uint32_t, Rng&) { return 0.0f; }), 1.0), 0.0);
+  EXPECT_EQ(picture_noise(Film(kSide, kSide, {Pass::COMBINED_NOISE}), 1.0), 0.0) << "without samples";
+}
+
+/// Of uniform numbers the mean of n has the variance 1 / (12 n), and the display shows that times its slope at a half.
+/// Blocks tell it to one in sqrt(2 * 64) = 9 % of its root: the nineteenth of twenty is above it by 1.6 of these.
+TEST(PictureNoise, IsTheStandardErrorOfWhatIsDisplayed) {
+  const double slope = (displayed(0.501) - displayed(0.499)) / 0.002;
+  const double expected = slope * std::sqrt(1.0 / (12.0 * kSamples));
+  EXPECT_NEAR(picture_noise(make_film(kSamples, uniform), 1.0) / expected, 1.15, 0.12);
+}
+
+TEST(PictureNoise, FallsWithTheRootOfTheSamples) {
+  const double few = picture_noise(make_film(16, uniform), 1.0), many = picture_noise(make_film(256, uniform), 1.0);
+  EXPECT_NEAR(few / many, 4.0, 0.8);
+}
+
+TEST(PictureNoise, IsThatOfTheExposedPicture) {
+  const auto dim = [](uint32_t pixel, Rng& rng) { return uniform(pixel, rng) / 1024.0f; };
+  const Film film = make_film(kSamples, dim);
+  EXPECT_NEAR(picture_noise(film, 1024.0), picture_noise(make_film(kSamples, uniform), 1.0), 1e-4);
+  EXPECT_LT(picture_noise(film, 1.0), 0.1 * picture_noise(film, 1024.0));
+}
+
+/// Four of a hundred blocks are noisy, or six.
+TEST(PictureNoise, LeavesOutOneBlockInTwenty) {
+  const auto noisy_blocks = [](uint32_t blocks) {
+    return make_film(kSamples, [=](uint32_t pixel, Rng& rng) {
+      const bool is_noisy = pixel / kSide < 8 && pixel % kSide < 8 * blocks;
+      return is_noisy ? rng.next_float() : 0.5f;
+    });
+  };
+  EXPECT_LT(picture_noise(noisy_blocks(4), 1.0), 1e-6);
+  EXPECT_GT(picture_noise(noisy_blocks(6), 1.0), 0.01);
+}
+
+TEST(PictureNoise, FarBeyondWhiteNothingShows) {
+  const auto lamp = [](uint32_t, Rng& rng) { return 1000.0f * (0.5f + rng.next_float()); };
+  EXPECT_LT(picture_noise(make_film(kSamples, lamp), 1.0), 1e-3);
+}
+
+TEST(PictureNoise, OfOneSampleNoneIsSure) {
+  EXPECT_GT(picture_noise(make_film(1, [](uint32_t, Rng&) { return 0.5f; }), 1.0), 0.2);
+}
+
+}  // namespace
+}  // namespace cistern::test
