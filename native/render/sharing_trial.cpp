@@ -19,8 +19,9 @@ constexpr uint64_t kTrialSeed = 0x747269616c;
 /// light from the same group as in a block: boxes of two pixels show here what boxes of four do there.
 constexpr int kBox = 2;
 
-/// Samples that are shared take so many times as long as plain ones, about (seven scenes of the scoreboard): 1.6
-/// to 2.2; with next vertices alone 1.2 to 1.7.
+/// Samples that are shared take so many times as long as plain ones where sharing does not pay (outdoors and in a
+/// glossy hall 2.0; with next vertices alone 1.5). Where it does it is less, and that takes nothing from it: 1.4
+/// to 2.0, and 1.2 to 1.6 (eight scenes of the scoreboard).
 constexpr double kCost = 2.0, kCostOfNextVertices = 1.5;
 
 /// Standard errors by which a way must be better to count as such. Ways that do less have to prove that it is enough:
