@@ -257,13 +257,13 @@ bool Session::try_sharing(uint32_t frames, const RenderWorld& world, std::option
   return true;
 }
 
-/// After so many frames, if it is time to look.
+/// After so many frames, if it is time to look; all are looked at once more, to tell how noisy the picture was left.
 bool Session::has_little_noise(uint32_t frames) {
-  if (!(settings_.noise_threshold > 0.0) || next_look(frames - 1) != frames) return false;
+  const auto most = static_cast<uint32_t>(settings_.samples);
+  if (!(settings_.noise_threshold > 0.0) || (next_look(frames - 1) != frames && frames != most)) return false;
   const double noise = picture_noise(*film_, settings_.exposure), excess = noise / settings_.noise_threshold;
   std::lock_guard lock(mutex_);
   progress_.noise = noise;
-  const auto most = static_cast<uint32_t>(settings_.samples);
   const auto enough = static_cast<uint32_t>(std::clamp<double>(frames * excess * excess, frames, most));
   progress_.expected_frames = static_cast<int>(std::min(next_look(enough), most));
   return noise <= settings_.noise_threshold;
