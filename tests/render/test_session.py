@@ -188,32 +188,33 @@ def test_time_limit_ends_a_render_with_every_pixel_sampled() -> None:
     assert (s.read("Combined")[..., 3] > 0.99).all()
 
 
+def displayed(picture: np.ndarray) -> np.ndarray:
+    compressed = np.maximum(picture, 0.0) / (1.0 + np.maximum(picture, 0.0))
+    return np.where(compressed < 0.0031308, 12.92 * compressed, 1.055 * compressed ** (1.0 / 2.4) - 0.055)
+
+
 @pytest.mark.parametrize("indirect", ["PATH", "CELL_SHARED"])
 def test_a_noise_threshold_ends_a_render_at_its_noise(indirect: str) -> None:
-    """Beside the error that pictures of so many samples have, told by replicas: as displayed, over the whole picture.
-    Blocks that are left out may be noisier, and most others are less noisy than the noisiest that is not."""
-    s = session(width=64, height=48, samples=1 << 14, noise_threshold=0.02, indirect=indirect, temporal_reuse=False)
+    """Beside what replicas of as many samples differ by, as displayed, in the same blocks. A render ends when it seems
+    clean, so the quotient is a little below 1: of eight pictures 0.88 to 1.04, 0.94 on average, with a standard
+    deviation of 0.06, of which the bounds are five away: a false alarm in a million. The whole difference of the
+    halves, in place of half of it, would be twice as much."""
+    options = {"width": 64, "height": 48, "indirect": indirect, "temporal_reuse": False}
+    s = session(samples=1 << 14, noise_threshold=0.03, **options)
     s.start(room())
     progress = s.wait(120.0)
     assert progress.status is core.Status.DONE
-    assert 16 <= progress.frames_done < 1 << 14 and 0.0 < progress.noise <= 0.02
+    assert 16 < progress.frames_done < 1 << 14 and 0.02 < progress.noise <= 0.03
     assert progress.expected_frames >= progress.frames_done
     pictures = []
-    for seed in range(8):
-        replica = session(
-            width=64,
-            height=48,
-            samples=progress.frames_done,
-            seed=100 + seed,
-            indirect=indirect,
-            temporal_reuse=False,
-        )
+    for seed in range(6):
+        replica = session(samples=progress.frames_done, seed=100 + seed, **options)
         replica.start(room())
         assert replica.wait(120.0).status is core.Status.DONE
-        picture = replica.read("Combined")[..., :3].astype(np.float64)
-        pictures.append(np.maximum(picture / (1.0 + picture), 0.0) ** (1.0 / 2.2))
-    error = np.sqrt(np.var(pictures, axis=0, ddof=1).mean())
-    assert 0.3 < error / progress.noise < 1.2
+        pictures.append(displayed(replica.read("Combined")[..., :3].astype(np.float64)))
+    squares = np.var(pictures, axis=0, ddof=1).reshape(6, 8, 8, 8, 3).mean((1, 3, 4))
+    found = np.sqrt(np.sort(squares.ravel())[-1 - int(0.05 * squares.size)])
+    assert 0.64 < progress.noise / found < 1.24
 
 
 def test_a_noise_threshold_needs_samples_that_tell_their_noise() -> None:
