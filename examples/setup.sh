@@ -24,7 +24,7 @@ done
 # Compilers (Clang for faster code, GCC for its standard library) and what the core links, Python 3.11 with its headers,
 # and the X and GL libraries that bpy loads.
 packages=(
-  clang g++ cmake ninja-build libembree-dev libtbb-dev python3 python3-dev python3-venv ca-certificates
+  clang-19 g++ cmake ninja-build libembree-dev libtbb-dev python3 python3-dev python3-venv ca-certificates
   libgl1 libice6 libsm6 libx11-6 libxext6 libxfixes3 libxi6 libxkbcommon0 libxrender1 libxxf86vm1
 )
 [ $tests = 0 ] || packages+=(libgtest-dev)
@@ -90,7 +90,7 @@ build_core() {
   echo "Building the core (some minutes)"
   rm -f "$stamp"
   # Else scikit-build-core takes the compiler that Python was built with.
-  if [ -z "${CXX:-}" ] && command -v clang++ >/dev/null; then export CC=clang CXX=clang++; fi
+  if [ -z "${CXX:-}" ] && command -v clang++-19 >/dev/null; then export CC=clang-19 CXX=clang++-19; fi
   "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall \
     --config-settings=build-dir=build/core . || fail "the core could not be built"
   printf '%s' "$sources" >"$stamp"
