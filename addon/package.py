@@ -19,7 +19,7 @@ from extension_build.wheels import PackagingError
 ADDON = Path(__file__).resolve().parent
 REPOSITORY = ADDON.parent
 
-LEFT_OUT = {"package.py", "extension_build", "__pycache__"}
+LEFT_OUT = {"README.md", "package.py", "extension_build", "__pycache__"}
 
 # Debian packages whose libraries the core's wheel bundles; their licences go into the zip.
 BUNDLED_PACKAGES = {"embree": "libembree3-3", "onetbb": "libtbb12"}

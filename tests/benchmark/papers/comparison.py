@@ -65,7 +65,7 @@ def parser(description: str, scenes: Sequence[str], bounces: int) -> argparse.Ar
     result.add_argument("--bounces", type=int, default=bounces, help="of indirect light")
     result.add_argument("--rounds", type=int, default=3, help="repetitions with other seeds")
     result.add_argument("--reference-samples", type=int, default=2048)
-    result.add_argument("--diffuse", action="store_true", help="only light that diffuse lobes scatter; see the README")
+    result.add_argument("--diffuse", action="store_true", help="only light that diffuse lobes scatter")
     result.add_argument("--usual-filter", action="store_true", help="pixels see a new point in each frame")
     result.add_argument("--output", type=Path, default=ROOT / "out" / "papers")
     return result
