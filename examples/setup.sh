@@ -90,7 +90,10 @@ build_core() {
   echo "Building the core (some minutes)"
   rm -f "$stamp"
   # Else scikit-build-core takes the compiler that Python was built with.
-  if [ -z "${CXX:-}" ] && command -v clang++-19 >/dev/null; then export CC=clang-19 CXX=clang++-19; fi
+  local version
+  for version in -19 ''; do
+    if [ -z "${CXX:-}" ] && command -v "clang++$version" >/dev/null; then export CC=clang$version CXX=clang++$version; fi
+  done
   "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall \
     --config-settings=build-dir=build/core . || fail "the core could not be built"
   printf '%s' "$sources" >"$stamp"

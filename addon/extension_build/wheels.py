@@ -93,11 +93,12 @@ def build_core(version: str, repository: Path, work: Path, target: Path) -> Path
 
 
 def _compiler_environment(repository: Path) -> dict[str, str]:
-    """Clang where it is installed and no compiler is named: scikit-build-core would take the one that Python was built
-    with. Where ccache is, the second Python's core takes the objects of the first."""
+    """Clang, rather 19, where it is installed and no compiler is named: scikit-build-core would take the one that Python
+    was built with. Where ccache is, the second Python's core takes the objects of the first."""
     environment = {}
-    if not os.environ.get("CXX") and shutil.which("clang++"):
-        environment |= {"CC": "clang", "CXX": "clang++"}
+    version = next((version for version in ("-19", "") if shutil.which(f"clang++{version}")), None)
+    if not os.environ.get("CXX") and version is not None:
+        environment |= {"CC": f"clang{version}", "CXX": f"clang++{version}"}
     if shutil.which("ccache"):
         environment |= {
             "CMAKE_CXX_COMPILER_LAUNCHER": "ccache",
