@@ -93,8 +93,8 @@ def build_core(version: str, repository: Path, work: Path, target: Path) -> Path
 
 
 def _compiler_environment(repository: Path) -> dict[str, str]:
-    """Clang, rather 19, where it is installed and no compiler is named: scikit-build-core would take the one that Python
-    was built with. Where ccache is, the second Python's core takes the objects of the first."""
+    """Clang, rather 19, where it is installed and no compiler is named: scikit-build-core would take the one that
+    Python was built with. Where ccache is, the second Python's core takes the objects of the first."""
     environment = {}
     version = next((version for version in ("-19", "") if shutil.which(f"clang++{version}")), None)
     if not os.environ.get("CXX") and version is not None:
