@@ -18,7 +18,7 @@ from typing import NoReturn
 import bpy
 from bpy.app.handlers import persistent
 
-from . import report, techniques
+from . import cycles_settings, report, techniques
 from .properties import MAX_INT, MAX_SAMPLES
 
 RENDER_OPTIONS = frozenset({"-f", "--render-frame", "-a", "--render-anim"})
@@ -80,6 +80,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     add("--cistern-threads", dest="threads", type=_number(int, 0, MAX_THREADS))
     add("--cistern-noise-threshold", dest="noise_threshold", type=_number(float, 0.0, float("inf")))
     add("--cistern-time-limit", dest="time_limit", type=_number(float, 0.0, float("inf")))
+    add("--cistern-cycles-settings", dest="cycles_settings", action="store_true")
     add("--cistern-resume", dest="resume", action="store_true")
     after = argv[argv.index("--") + 1 :] if "--" in argv else []
     options, others = parser.parse_known_args(after)
@@ -89,9 +90,18 @@ def parse(argv: list[str]) -> argparse.Namespace:
     return options
 
 
+def take_cycles_settings(scene: bpy.types.Scene) -> None:
+    if cycles_settings.is_there(scene):
+        cycles_settings.take_over(scene)
+    else:
+        sys.stderr.write("cistern: Cycles is not enabled: there are no settings to take from it\n")
+
+
 def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
-    """Give the scene the values that the command line names."""
+    """Give the scene the values that the command line names; single ones win over those of Cycles."""
     settings, render = scene.cistern, scene.render
+    if options.cycles_settings:
+        take_cycles_settings(scene)
     if options.preset is not None:
         techniques.choose_preset(settings, options.preset)
     if options.guiding is not None:

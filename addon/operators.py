@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import EnumProperty
 
-from . import techniques
+from . import cycles_settings, techniques
 
 
 class CISTERN_OT_choose_preset(bpy.types.Operator):  # noqa: N801  (Blender wants CATEGORY_OT_name)
@@ -20,9 +20,34 @@ class CISTERN_OT_choose_preset(bpy.types.Operator):  # noqa: N801  (Blender want
         return {"FINISHED"}
 
 
+class CISTERN_OT_take_cycles_settings(bpy.types.Operator):  # noqa: N801
+    """Give samples, bounces, clamping, filter, seed, denoising and passes the values that this scene has for Cycles"""
+
+    bl_idname = "cistern.take_cycles_settings"
+    bl_label = "Take Settings from Cycles"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if cycles_settings.is_there(context.scene):
+            return True
+        cls.poll_message_set("Cycles, whose settings these are, is not enabled")
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        left = cycles_settings.take_over(context.scene)
+        self.report({"INFO"}, "Settings are those of Cycles" + (f", but {', '.join(left)}" if left else ""))
+        return {"FINISHED"}
+
+
+CLASSES = (CISTERN_OT_choose_preset, CISTERN_OT_take_cycles_settings)
+
+
 def register() -> None:
-    bpy.utils.register_class(CISTERN_OT_choose_preset)
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
-    bpy.utils.unregister_class(CISTERN_OT_choose_preset)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

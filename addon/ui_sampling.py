@@ -65,6 +65,7 @@ class CISTERN_RENDER_PT_sampling(CisternPanel, Panel):
         layout.prop(settings, "use_denoising")
         if settings.use_denoising:
             draw_sentence(layout, denoise.state_sentence(), context)
+        layout.operator("cistern.take_cycles_settings", icon="IMPORT")
 
 
 class CISTERN_RENDER_PT_viewport(CisternPanel, Panel):

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import addon
 import make_demo_scene
-from addon import report
+from addon import cycles_settings, report
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 PROGRESS_SECONDS = 10.0
@@ -52,6 +52,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--preset", help="FINAL, INTERACTIVE, RIS, RESTIR_DI, CELL_CACHE ... (README: Settings)")
     parser.add_argument("--light-sampler", help="UNIFORM, POWER or TREE")
     parser.add_argument("--frame", type=int, help="frame number (default: the file's current frame)")
+    parser.add_argument("--cycles-settings", action="store_true", help="with what the file has set for Cycles")
     parser.add_argument("--output", type=Path, default=REPOSITORY / "out", help="folder (default: out)")
     parser.add_argument(
         "--engine",
@@ -112,6 +113,8 @@ def apply_settings(scene: bpy.types.Scene, arguments: argparse.Namespace) -> Non
     set_resolution(scene.render, arguments.width, arguments.height)
     if arguments.frame is not None:
         scene.frame_set(arguments.frame)
+    if arguments.cycles_settings:
+        cycles_settings.take_over(scene)
     settings = [("preset", arguments.preset), ("samples", arguments.samples), ("seed", arguments.seed)]
     settings.append(("light_sampler", arguments.light_sampler))
     for setting in arguments.settings:
