@@ -15,11 +15,16 @@
 namespace cistern {
 namespace {
 
-constexpr size_t kBlockSize = 65536;  // entries; fixed, so that results do not depend on threads
-constexpr int kDigitBits = 11;        // counters of a block fit the first cache
+// Of entries, by their number alone, so that results do not depend on threads: small enough to keep many threads busy
+// with a band of a picture, few enough that adding up what they counted, which one thread does, takes no time to speak
+// of.
+constexpr size_t kSmallestBlock = 8192, kMostBlocks = 64;
+constexpr int kDigitBits = 10;  // counters of a block fit the first cache
 constexpr size_t kDigits = size_t{1} << kDigitBits;
 constexpr size_t kMaxEntries = size_t{1} << 31;
-constexpr size_t kTableBlock = 16384;  // segments
+constexpr size_t kTableBlock = 4096;  // segments
+
+size_t block_size(size_t entries) { return std::max(kSmallestBlock, block_count(entries, kMostBlocks)); }
 
 /// Turns counts per block into the positions at which blocks begin, in the order of blocks; returns the total.
 uint32_t exclusive_scan(std::span<uint32_t> counts) {
@@ -41,10 +46,10 @@ void HashGrid::build(std::span<const CellKey> keys) {
 
 /// Lists the entries that have a cell, with keys reduced to the bits in which any two of them differ.
 void HashGrid::gather_entries(std::span<const CellKey> keys) {
-  const size_t blocks = block_count(keys.size(), kBlockSize);
+  const size_t blocks = block_count(keys.size(), block_size(keys.size()));
   std::vector<CellKey> all_set(blocks, ~CellKey{0}), any_set(blocks, 0);
   counts_.assign(blocks, 0);
-  parallel_blocks(keys.size(), kBlockSize, [&](size_t block, size_t begin, size_t end) {
+  parallel_blocks(keys.size(), block_size(keys.size()), [&](size_t block, size_t begin, size_t end) {
     CellKey all = ~CellKey{0}, any = 0;
     uint32_t count = 0;
     for (size_t i = begin; i < end; ++i) {
@@ -66,7 +71,7 @@ void HashGrid::gather_entries(std::span<const CellKey> keys) {
     items->keys.resize(total);
     items->entries.resize(total);
   }
-  parallel_blocks(keys.size(), kBlockSize, [&](size_t block, size_t begin, size_t end) {
+  parallel_blocks(keys.size(), block_size(keys.size()), [&](size_t block, size_t begin, size_t end) {
     uint32_t to = counts_[block];
     for (size_t i = begin; i < end; ++i) {
       if (keys[i] == kNoCell) continue;
@@ -78,17 +83,17 @@ void HashGrid::gather_entries(std::span<const CellKey> keys) {
 
 /// One stable pass of a radix sort, least significant digit first: counts and moves in fixed blocks.
 void HashGrid::sort_by_digit(int shift) {
-  const size_t size = sorted_.keys.size(), blocks = block_count(size, kBlockSize);
+  const size_t size = sorted_.keys.size(), blocks = block_count(size, block_size(size));
   counts_.assign(blocks * kDigits, 0);
   const auto digit_of = [shift](CellKey key) { return (key >> shift) & (kDigits - 1); };
-  parallel_blocks(size, kBlockSize, [&](size_t block, size_t begin, size_t end) {
+  parallel_blocks(size, block_size(size), [&](size_t block, size_t begin, size_t end) {
     uint32_t* counts = counts_.data() + block * kDigits;
     for (size_t i = begin; i < end; ++i) ++counts[digit_of(sorted_.keys[i])];
   });
   uint32_t sum = 0;
   for (size_t digit = 0; digit < kDigits; ++digit)
     for (size_t block = 0; block < blocks; ++block) sum += std::exchange(counts_[block * kDigits + digit], sum);
-  parallel_blocks(size, kBlockSize, [&](size_t block, size_t begin, size_t end) {
+  parallel_blocks(size, block_size(size), [&](size_t block, size_t begin, size_t end) {
     uint32_t* positions = counts_.data() + block * kDigits;
     for (size_t i = begin; i < end; ++i) {
       const uint32_t to = positions[digit_of(sorted_.keys[i])]++;
@@ -100,16 +105,16 @@ void HashGrid::sort_by_digit(int shift) {
 }
 
 void HashGrid::find_segments(std::span<const CellKey> keys) {
-  const size_t size = sorted_.keys.size(), blocks = block_count(size, kBlockSize);
+  const size_t size = sorted_.keys.size(), blocks = block_count(size, block_size(size));
   const auto is_first = [this](size_t i) { return i == 0 || sorted_.keys[i] != sorted_.keys[i - 1]; };
   counts_.assign(blocks, 0);
-  parallel_blocks(size, kBlockSize, [&](size_t block, size_t begin, size_t end) {
+  parallel_blocks(size, block_size(size), [&](size_t block, size_t begin, size_t end) {
     uint32_t count = 0;
     for (size_t i = begin; i < end; ++i) count += is_first(i);
     counts_[block] = count;
   });
   segments_.resize(exclusive_scan(counts_));
-  parallel_blocks(size, kBlockSize, [&](size_t block, size_t begin, size_t end) {
+  parallel_blocks(size, block_size(size), [&](size_t block, size_t begin, size_t end) {
     uint32_t segment = counts_[block];
     for (size_t i = begin; i < end; ++i) {
       if (!is_first(i)) continue;

@@ -5,7 +5,7 @@
 namespace cistern {
 namespace {
 
-constexpr size_t kGroupBlock = 64, kPixelBlock = 1024;
+constexpr size_t kGroupBlock = 16, kPixelBlock = 1024;
 
 template <class T>
 void prefetch(const T& object) {

@@ -24,7 +24,7 @@ struct StopCondition {
 /// early, within milliseconds, once cancelled or past the deadline; true if every pixel was visited.
 template <class Scratch, class Body, class Finish>
 bool for_each_pixel(int width, int height, const StopCondition& stop, const Body& body, const Finish& finish) {
-  constexpr int kTileSize = 16;
+  constexpr int kTileSize = 8;  // small: coarse pictures and bands are to keep many threads busy
   const tbb::blocked_range2d<int> tiles(0, height, kTileSize, 0, width, kTileSize);
   std::atomic<bool> stopped{false};
   const auto visit_tile = [&](const tbb::blocked_range2d<int>& tile) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace cistern::test {
@@ -57,7 +58,7 @@ inline double chi_square_p_value(std::span<const double> observed, std::span<con
                                  double pool_below = 5.0) {
   std::vector<size_t> order(expected.size());
   std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return expected[a] < expected[b]; });
+  std::ranges::sort(order, {}, [&](size_t i) { return std::pair(expected[i], i); });
   double statistic = 0.0, pooled_observed = 0.0, pooled_expected = 0.0;
   int bins = 0;
   const auto add_bin = [&](double o, double e) {
