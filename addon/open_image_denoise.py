@@ -31,6 +31,10 @@ CPU_DEVICE = 1
 FLOAT3 = 3
 NO_ERROR = 0
 CANCELLED = 6
+BALANCED_QUALITY = 5
+FAST_QUALITY = 4  # from version 2.3 on
+
+FIRST_WITH_FAST_QUALITY = 20300
 
 # (user pointer, share done) -> whether to go on
 ProgressMonitor = ctypes.CFUNCTYPE(c_bool, c_void_p, c_double)
@@ -43,6 +47,7 @@ SIGNATURES = {
     "oidnSetDeviceInt": (None, [c_void_p, c_char_p, c_int]),
     "oidnSetDeviceErrorFunction": (None, [c_void_p, ErrorFunction, c_void_p]),
     "oidnCommitDevice": (None, [c_void_p]),
+    "oidnGetDeviceInt": (c_int, [c_void_p, c_char_p]),
     "oidnGetDeviceError": (c_int, [c_void_p, POINTER(c_char_p)]),
     "oidnReleaseDevice": (None, [c_void_p]),
     "oidnNewFilter": (c_void_p, [c_void_p, c_char_p]),
@@ -51,6 +56,7 @@ SIGNATURES = {
         [c_void_p, c_char_p, c_void_p, c_int, c_size_t, c_size_t, c_size_t, c_size_t, c_size_t],
     ),
     "oidnSetFilterBool": (None, [c_void_p, c_char_p, c_bool]),
+    "oidnSetFilterInt": (None, [c_void_p, c_char_p, c_int]),
     "oidnSetFilterProgressMonitorFunction": (None, [c_void_p, ProgressMonitor, c_void_p]),
     "oidnCommitFilter": (None, [c_void_p]),
     "oidnExecuteFilter": (None, [c_void_p]),
@@ -160,15 +166,21 @@ class Denoiser:
             if code not in (NO_ERROR, CANCELLED):
                 raise DenoiserError(f"{NAME} failed: {sentence}")
 
+    @property
+    def quickest_quality(self) -> int:
+        version = self.library.oidnGetDeviceInt(self.device, b"version")
+        return FAST_QUALITY if version >= FIRST_WITH_FAST_QUALITY else BALANCED_QUALITY
+
     def filter(
         self,
         inputs: dict[str, Picture],
         is_hdr: bool = False,
         has_clean_guides: bool = False,
+        is_quick: bool = False,
         is_wanted: Callable[[], bool] = lambda: True,
     ) -> Picture | None:
         """One run of the ray-tracing filter on `color`, `albedo` and `normal`, contiguous and of one size, of
-        which the first is what is filtered; None if it was stopped. Raises DenoiserError."""
+        which the first is what is filtered; None if it was stopped. Quick ones are less exact. Raises DenoiserError."""
         output = np.empty_like(next(iter(inputs.values())))
         stops: list[bool] = []
 
@@ -187,6 +199,8 @@ class Denoiser:
                 library.oidnSetSharedFilterImage(handle, name.encode(), address, FLOAT3, width, height, 0, 0, 0)
             library.oidnSetFilterBool(handle, b"hdr", is_hdr)
             library.oidnSetFilterBool(handle, b"cleanAux", has_clean_guides)
+            if is_quick:
+                library.oidnSetFilterInt(handle, b"quality", self.quickest_quality)
             library.oidnSetFilterProgressMonitorFunction(handle, monitor, None)
             library.oidnCommitFilter(handle)
             library.oidnExecuteFilter(handle)
