@@ -11,7 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .open_image_denoise import NAME, Denoiser, DenoiserError, Picture, is_there
+from .open_image_denoise import (
+    BALANCED_QUALITY,
+    FAST_QUALITY,
+    HIGH_QUALITY,
+    NAME,
+    Denoiser,
+    DenoiserError,
+    Picture,
+    is_there,
+)
 from .view_modes import Reader
 
 __all__ = [
@@ -38,6 +47,10 @@ GUIDE_PASSES = ("Denoising Albedo", "Denoising Normal")
 # What is read for a quick picture: filtering indirect light by itself would take as long again.
 EMISSION_PASSES = LAYER_PASSES[1:]
 QUICK_PASSES = (NOISY_PASS, *EMISSION_PASSES, *GUIDE_PASSES)
+
+# From so many samples on guides have so little noise that quick filters take them for clean, which keeps patterns. With
+# fewer that leaves up to half more noise.
+CLEAN_GUIDE_SAMPLES = 8
 
 # Light that neighbours share would not be used. (3D viewports share all the same: their first pictures are shown before
 # they can be denoised, with half the noise, and afterwards as little is left.)
@@ -112,15 +125,21 @@ def denoise_layers(
 
 
 def denoise_quickly(
-    layers: Layers, albedo: Picture, normal: Picture, threads: int, is_wanted: Callable[[], bool]
+    layers: Layers,
+    albedo: Picture,
+    normal: Picture,
+    has_clean_guides: bool,
+    threads: int,
+    is_wanted: Callable[[], bool],
 ) -> Picture | None:
-    """`denoise_layers` in a sixteenth of the time, and for few samples with about 15 % more error: guides are taken
-    with their noise, and the library's quickest filter also stops sooner."""
+    """`denoise_layers` with guides as they are, noisy or clean: of a single layer and few samples in a sixteenth of the
+    time with about 15 % more error. The library's lesser qualities also stop sooner once they are not wanted."""
     check_shapes(layers, albedo, normal)
+    quality = BALANCED_QUALITY if has_clean_guides else FAST_QUALITY  # a finer filter pays once there is little noise
     try:
         guides = {"albedo": prepared(albedo), "normal": prepared(normal)}
         with Denoiser(threads) as denoiser:
-            return filtered(denoiser, layers, guides, is_wanted, is_quick=True)
+            return filtered(denoiser, layers, guides, is_wanted, has_clean_guides, quality)
     except MemoryError as error:
         raise DenoiserError(f"{NAME} failed: {error}") from error
 
@@ -138,9 +157,10 @@ def filtered(
     layers: Layers,
     guides: dict[str, Picture],
     is_wanted: Callable[[], bool],
-    is_quick: bool = False,
+    has_clean_guides: bool = True,
+    quality: int = HIGH_QUALITY,
 ) -> Picture | None:
-    """The sum of the filtered layers; None once nobody wants it. Quickly, guides may have noise."""
+    """The sum of the filtered layers; None once nobody wants it."""
     (top, _), (left, _), _ = margins(layers.scattered)
     height, width, _ = layers.scattered.shape
     total = np.zeros(layers.scattered.shape, np.float32)
@@ -149,7 +169,7 @@ def filtered(
             continue
         inputs = {"color": prepared(layer)} | guides
         output = denoiser.filter(
-            inputs, is_hdr=True, has_clean_guides=not is_quick, is_quick=is_quick, is_wanted=is_wanted
+            inputs, is_hdr=True, has_clean_guides=has_clean_guides, quality=quality, is_wanted=is_wanted
         )
         if output is None:
             return None
@@ -246,12 +266,15 @@ def denoised_combined(read: Reader, threads: int, is_wanted: Callable[[], bool])
     return None if color is None else with_alpha(color, noisy)
 
 
-def quickly_denoised_combined(read: Reader, threads: int, is_wanted: Callable[[], bool]) -> Picture | None:
-    """The same of QUICK_PASSES. What one filter gets is the whole picture, save sharp lamps in view."""
+def quickly_denoised_combined(
+    read: Reader, samples: int, threads: int, is_wanted: Callable[[], bool]
+) -> Picture | None:
+    """The same of QUICK_PASSES of so many samples. What one filter gets is the whole picture, save sharp lamps."""
     noisy = read(NOISY_PASS)
     nothing = np.zeros_like(noisy[..., :3])
     layers = layers_of(noisy[..., :3], nothing, *map(read, EMISSION_PASSES))
-    color = denoise_quickly(layers, *guides(read), threads=threads, is_wanted=is_wanted)
+    has_clean_guides = samples >= CLEAN_GUIDE_SAMPLES
+    color = denoise_quickly(layers, *guides(read), has_clean_guides, threads, is_wanted)
     return None if color is None else with_alpha(color, noisy)
 
 

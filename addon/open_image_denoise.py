@@ -31,6 +31,7 @@ CPU_DEVICE = 1
 FLOAT3 = 3
 NO_ERROR = 0
 CANCELLED = 6
+HIGH_QUALITY = 6
 BALANCED_QUALITY = 5
 FAST_QUALITY = 4  # from version 2.3 on
 
@@ -166,21 +167,21 @@ class Denoiser:
             if code not in (NO_ERROR, CANCELLED):
                 raise DenoiserError(f"{NAME} failed: {sentence}")
 
-    @property
-    def quickest_quality(self) -> int:
+    def known_quality(self, quality: int) -> int:
+        """The next that this version of the library has."""
         version = self.library.oidnGetDeviceInt(self.device, b"version")
-        return FAST_QUALITY if version >= FIRST_WITH_FAST_QUALITY else BALANCED_QUALITY
+        return max(quality, FAST_QUALITY if version >= FIRST_WITH_FAST_QUALITY else BALANCED_QUALITY)
 
     def filter(
         self,
         inputs: dict[str, Picture],
         is_hdr: bool = False,
         has_clean_guides: bool = False,
-        is_quick: bool = False,
+        quality: int = HIGH_QUALITY,
         is_wanted: Callable[[], bool] = lambda: True,
     ) -> Picture | None:
         """One run of the ray-tracing filter on `color`, `albedo` and `normal`, contiguous and of one size, of
-        which the first is what is filtered; None if it was stopped. Quick ones are less exact. Raises DenoiserError."""
+        which the first is what is filtered; None if it was stopped. Raises DenoiserError."""
         output = np.empty_like(next(iter(inputs.values())))
         stops: list[bool] = []
 
@@ -199,8 +200,7 @@ class Denoiser:
                 library.oidnSetSharedFilterImage(handle, name.encode(), address, FLOAT3, width, height, 0, 0, 0)
             library.oidnSetFilterBool(handle, b"hdr", is_hdr)
             library.oidnSetFilterBool(handle, b"cleanAux", has_clean_guides)
-            if is_quick:
-                library.oidnSetFilterInt(handle, b"quality", self.quickest_quality)
+            library.oidnSetFilterInt(handle, b"quality", self.known_quality(quality))
             library.oidnSetFilterProgressMonitorFunction(handle, monitor, None)
             library.oidnCommitFilter(handle)
             library.oidnExecuteFilter(handle)
