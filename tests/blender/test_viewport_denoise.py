@@ -145,7 +145,7 @@ class FrugalSession(FakeViewportSession):
 
     def wait(self, seconds):
         progress = super().wait(seconds)
-        if self.has_been_read and progress.frames_done > 0:
+        if self.has_been_read and progress.frames_done > self.version:
             self.version, self.has_been_read = progress.frames_done, False
         progress.version = self.version
         return progress
