@@ -15,6 +15,7 @@ COPIED = (
     ("use_animated_seed", "use_animated_seed"),
     ("use_denoising", "use_denoising"),
     ("viewport_samples", "preview_samples"),
+    ("use_viewport_denoising", "use_preview_denoising"),
     ("max_bounces", "max_bounces"),
     ("max_diffuse_bounces", "diffuse_bounces"),
     ("max_glossy_bounces", "glossy_bounces"),

@@ -31,6 +31,11 @@ CPU_DEVICE = 1
 FLOAT3 = 3
 NO_ERROR = 0
 CANCELLED = 6
+HIGH_QUALITY = 6
+BALANCED_QUALITY = 5
+FAST_QUALITY = 4  # from version 2.3 on
+
+FIRST_WITH_FAST_QUALITY = 20300
 
 # (user pointer, share done) -> whether to go on
 ProgressMonitor = ctypes.CFUNCTYPE(c_bool, c_void_p, c_double)
@@ -43,6 +48,7 @@ SIGNATURES = {
     "oidnSetDeviceInt": (None, [c_void_p, c_char_p, c_int]),
     "oidnSetDeviceErrorFunction": (None, [c_void_p, ErrorFunction, c_void_p]),
     "oidnCommitDevice": (None, [c_void_p]),
+    "oidnGetDeviceInt": (c_int, [c_void_p, c_char_p]),
     "oidnGetDeviceError": (c_int, [c_void_p, POINTER(c_char_p)]),
     "oidnReleaseDevice": (None, [c_void_p]),
     "oidnNewFilter": (c_void_p, [c_void_p, c_char_p]),
@@ -51,6 +57,7 @@ SIGNATURES = {
         [c_void_p, c_char_p, c_void_p, c_int, c_size_t, c_size_t, c_size_t, c_size_t, c_size_t],
     ),
     "oidnSetFilterBool": (None, [c_void_p, c_char_p, c_bool]),
+    "oidnSetFilterInt": (None, [c_void_p, c_char_p, c_int]),
     "oidnSetFilterProgressMonitorFunction": (None, [c_void_p, ProgressMonitor, c_void_p]),
     "oidnCommitFilter": (None, [c_void_p]),
     "oidnExecuteFilter": (None, [c_void_p]),
@@ -160,11 +167,17 @@ class Denoiser:
             if code not in (NO_ERROR, CANCELLED):
                 raise DenoiserError(f"{NAME} failed: {sentence}")
 
+    def known_quality(self, quality: int) -> int:
+        """The next that this version of the library has."""
+        version = self.library.oidnGetDeviceInt(self.device, b"version")
+        return max(quality, FAST_QUALITY if version >= FIRST_WITH_FAST_QUALITY else BALANCED_QUALITY)
+
     def filter(
         self,
         inputs: dict[str, Picture],
         is_hdr: bool = False,
         has_clean_guides: bool = False,
+        quality: int = HIGH_QUALITY,
         is_wanted: Callable[[], bool] = lambda: True,
     ) -> Picture | None:
         """One run of the ray-tracing filter on `color`, `albedo` and `normal`, contiguous and of one size, of
@@ -187,6 +200,7 @@ class Denoiser:
                 library.oidnSetSharedFilterImage(handle, name.encode(), address, FLOAT3, width, height, 0, 0, 0)
             library.oidnSetFilterBool(handle, b"hdr", is_hdr)
             library.oidnSetFilterBool(handle, b"cleanAux", has_clean_guides)
+            library.oidnSetFilterInt(handle, b"quality", self.known_quality(quality))
             library.oidnSetFilterProgressMonitorFunction(handle, monitor, None)
             library.oidnCommitFilter(handle)
             library.oidnExecuteFilter(handle)

@@ -89,6 +89,14 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         items=VIEWPORT_PRESET_ITEMS,
         default="INTERACTIVE",
     )
+    use_viewport_denoising: BoolProperty(
+        name="Denoise Viewport",
+        description=(
+            "Filter what 3D viewports show by Open Image Denoise, which Blender brings along, while samples are added: "
+            "the picture of the 1st sample, the 2nd, the 4th and so on, and of the last"
+        ),
+        default=False,
+    )
     viewport_view: EnumProperty(
         name="Viewport View",
         description="What 3D viewports show: the render, a part of its light, or what reuse works with",

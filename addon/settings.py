@@ -91,6 +91,11 @@ def is_denoised(scene: bpy.types.Scene, is_preview: bool) -> bool:
     return scene.cistern.use_denoising and not is_preview and scene.cistern.view == "COMBINED"
 
 
+def is_viewport_denoised(scene: bpy.types.Scene) -> bool:
+    """The same for 3D viewports."""
+    return scene.cistern.use_viewport_denoising and scene.cistern.viewport_view == "COMBINED"
+
+
 def technique_settings(scene: bpy.types.Scene, core: ModuleType, is_preview: bool) -> dict[str, Any]:
     """The techniques of a final render; icons, being small, reuse nothing."""
     in_force: dict[str, Any] = dict(settings_in_force(scene.cistern))
@@ -170,10 +175,13 @@ def core_settings(
 def viewport_settings(core: ModuleType, scene: bpy.types.Scene) -> dict[str, Any]:
     """The same for a 3D viewport, save what depends on the size of its pixels."""
     technique = technique_arguments(viewport_settings_in_force(scene.cistern), core)
-    kept = {"keep_history": True, "keep_instances": True}
+    kept: dict[str, Any] = {"keep_history": True, "keep_instances": True}
     # Before the first sample a trial would delay each picture; with history for that sample alone it comes later.
     on_trial = all(technique.get(name) for name in ("share_trial", "temporal_reuse", "first_frame_history"))
     passes = pass_names([], scene.cistern.viewport_view)
+    if is_viewport_denoised(scene):
+        passes = denoise.with_quick_passes(passes)
+        kept["sequence"] = denoise.SEQUENCE
     return scene_settings(core, scene, technique, passes) | kept | {"share_trial": on_trial}
 
 

@@ -80,6 +80,9 @@ class CISTERN_RENDER_PT_viewport(CisternPanel, Panel):
         layout.prop(settings, "viewport_view", text="View")
         layout.prop(settings, "viewport_samples", text="Samples")
         layout.prop(settings, "viewport_time_limit", text="Time Limit")
+        layout.prop(settings, "use_viewport_denoising", text="Denoise")
+        if settings.use_viewport_denoising:
+            draw_sentence(layout, denoise.viewport_sentence(), context)
         layout.prop(context.scene.render, "preview_pixel_size", text="Pixel Size")
         layout.prop(settings, "viewport_pause")
 

@@ -79,7 +79,7 @@ class Viewport:
         if error is not None:
             return f"Error: {error}"
         progress = self._render.picture.status if self._render.picture is not None else "Building"
-        warnings = [*self._scene_warnings, *self.warnings]
+        warnings = [*self._scene_warnings, *self.warnings, *self._render.warnings]
         parts = [f"{progress} (paused)" if is_paused else progress, *warnings[:1]]
         if len(warnings) > 1:
             parts.append(f"{len(warnings) - 1} more warnings")
@@ -127,6 +127,7 @@ class Viewport:
             scene.cistern.viewport_samples,
             scene.cistern.viewport_time_limit,
             finest_pixel,
+            settings.is_viewport_denoised(scene),
         )
 
 

@@ -11,7 +11,7 @@ import threading
 import time
 import weakref
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
 
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from . import view_modes
 from .progress import status_text
 from .viewport_camera import Rectangle, View
+from .viewport_denoise import Filter, ViewportDenoiser
 
 # How often the thread looks up from waiting for the core.
 POLL_SECONDS = 0.005
@@ -60,6 +61,7 @@ class Job:
     time_limit: float
     finest_pixel: int
     """Side of the smallest pixel, in those of the screen."""
+    is_denoised: bool = False
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,8 @@ class Picture:
     """(height, width, 4), row 0 at the bottom, premultiplied, scene-linear."""
     place: Rectangle
     status: str
+    denoised: tuple[int, int] | None = None
+    """Size of its pixels and number of samples, if it is denoised."""
 
 
 class Stage:
@@ -81,9 +85,9 @@ class Stage:
 
     def __init__(self, core: ModuleType, job: Job, pixel: int, is_first: bool, cache: Any) -> None:  # noqa: ANN401
         (width, height), region = job.view.frame(pixel)
-        self._pixel, self._is_finest = pixel, pixel == job.finest_pixel
+        self.pixel, self.is_finest = pixel, pixel == job.finest_pixel
         settings = dict(job.settings) | {"width": width, "height": height, "region": region, "samples": 1}
-        if self._is_finest:
+        if self.is_finest:
             settings |= {"samples": job.samples, "time_limit": job.time_limit}
         else:
             settings |= {"keep_history": is_first, "is_draft": True}
@@ -113,7 +117,7 @@ class Stage:
 
     def status(self, progress: Any) -> str:  # noqa: ANN401
         """The line in the corner of the viewport; the one sample of a coarse picture is not the end."""
-        return status_text(progress) if self._is_finest else f"{progress.stage} | Pixel Size {self._pixel}×"
+        return status_text(progress) if self.is_finest else f"{progress.stage} | Pixel Size {self.pixel}×"
 
     def seconds_per_pixel(self, progress: Any) -> float:  # noqa: ANN401
         """Of one sample."""
@@ -140,6 +144,7 @@ class ViewportRender:
         self._pictures = 0
         self.picture: Picture | None = None
         self.error: str | None = None
+        self._denoiser = ViewportDenoiser()
         self._thread = threading.Thread(target=self._run, name="cistern-viewport", daemon=True)
         self._thread.start()
         _running.add(self)
@@ -188,6 +193,11 @@ class ViewportRender:
             self._thread.join(STOP_SECONDS)
 
     @property
+    def warnings(self) -> list[str]:
+        """Of denoising."""
+        return [] if self._denoiser.error is None else [self._denoiser.error]
+
+    @property
     def is_alive(self) -> bool:
         return self._thread.is_alive()
 
@@ -201,6 +211,7 @@ class ViewportRender:
                     self.error = str(error) or type(error).__name__
                     self._condition.notify_all()
                 self._on_picture()
+        self._denoiser.close()
 
     def _next_job(self) -> Job | None:
         with self._condition:
@@ -216,10 +227,18 @@ class ViewportRender:
 
     def _render(self, job: Job) -> None:
         """All pictures of a job. Raises the core's Error, and RuntimeError with its sentence for a failed render."""
+        self._denoiser.begin_job(job.is_denoised, dict(job.settings).get("threads", 0))
+        try:
+            self._render_stages(job)
+        finally:
+            self._denoiser.end_job()
+
+    def _render_stages(self, job: Job) -> None:
         pixel = first = self._first_pixel(job)
         is_complete = True
         while is_complete and pixel >= job.finest_pixel:
             stage = Stage(self._core, job, pixel, pixel == first, self._cache)
+            self._denoiser.begin_stage(stage)
             try:
                 is_complete = self._watch(stage, 0.0 if pixel < first else PATIENCE_SECONDS)
             finally:
@@ -241,17 +260,53 @@ class ViewportRender:
                 self._show(stage, progress)
                 shown, patience = progress.frames_done, 0.0
                 next_display = time.perf_counter() + DISPLAY_SECONDS
+            self._denoise(stage, progress, not is_running)
             if not is_running:
-                return progress.frames_done > 0
+                if not (stage.is_finest and self._denoiser.is_behind(progress.frames_done)):
+                    return progress.frames_done > 0
+                self._denoiser.wait(POLL_SECONDS)
             if self._must_leave(stage.rendering_seconds >= patience):
                 if shown == 0 and patience > 0.0:  # so slow that nothing would be seen while things move
                     self._seconds_per_pixel = 2.0 * max(self._seconds_per_pixel or 0.0, patience / stage.pixels)
                 return False
 
     def _show(self, stage: Stage, progress: Any) -> None:  # noqa: ANN401
-        pixels = np.ascontiguousarray(stage.read("Combined"), np.float32)
+        """The picture as it is; where one that is denoised is on show already, only how far rendering has come."""
+        status = stage.status(progress)
+        shown = self._denoised_on_show()
+        if shown is None or not self._denoiser.is_on:
+            pixels = np.ascontiguousarray(stage.read("Combined"), np.float32)
+            self._put(Picture(self._next_number(), self._request_in_hand, pixels, stage.place, status))
+            self._denoiser.cancel_coarser()
+        elif shown.denoised[0] == stage.pixel:
+            self._put(replace(shown, status=f"{status} | Denoised at Sample {shown.denoised[1]}"))
+
+    def _denoised_on_show(self) -> Picture | None:
+        """Of the job in hand."""
+        picture = self.picture
+        is_it = picture is not None and picture.denoised is not None and picture.request == self._request_in_hand
+        return picture if is_it else None
+
+    def _denoise(self, stage: Stage, progress: Any, has_ended: bool) -> None:  # noqa: ANN401
+        """Begin to filter what is due, and show what has been filtered."""
+        was_on = self._denoiser.is_on
+        done = self._denoiser.follow(progress, has_ended)
+        if done is not None:
+            self._put(self._denoised_picture(done))
+        elif was_on and not self._denoiser.is_on and progress.frames_done > 0:  # it failed, and noise is news
+            self._show(stage, progress)
+
+    def _denoised_picture(self, done: Filter) -> Picture:
+        noisy = done.noisy
+        text, kind = f"{noisy.status} | Denoised", (noisy.pixel, noisy.samples)
+        return Picture(self._next_number(), self._request_in_hand, done.pixels, noisy.place, text, kind)
+
+    def _next_number(self) -> int:
         self._pictures += 1
-        picture = Picture(self._pictures, self._request_in_hand, pixels, stage.place, stage.status(progress))
+        return self._pictures
+
+    def _put(self, picture: Picture) -> None:
+        """On show."""
         with self._condition:
             is_first = self.picture is None or self.picture.request != picture.request
             if is_first and time.perf_counter() - self._submitted_in_hand < REDRAW_SECONDS:

@@ -3,12 +3,13 @@
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from addon import open_image_denoise
-from addon.denoise import DenoiserError, Layers, denoise, denoise_layers
+from addon.denoise import DenoiserError, Layers, denoise, denoise_layers, denoise_quickly
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -56,6 +57,34 @@ def test_each_guide_has_its_own_part(board):
     nothing = np.zeros_like(board.noisy)
     assert error(denoise(board.noisy, board.normal, board.albedo), board.truth) > 2.0 * right
     assert error(denoise(board.noisy, nothing, board.normal), board.truth) > 2.0 * right
+
+
+@has_library
+def test_quickly_most_noise_goes_and_guides_may_have_some(board):
+    """Planted: noisy guides passed off as clean."""
+    noise = np.random.default_rng(8).normal(0.0, 0.1, board.albedo.shape).astype(np.float32)
+    guides = (board.albedo + noise, board.normal + noise)
+    quick, trusted = (denoise_quickly(Layers(board.noisy), *guides, clean, 0, lambda: True) for clean in (False, True))
+    assert error(quick, board.truth) < 0.8 * error(board.noisy, board.truth)
+    assert error(quick, board.truth) < 0.8 * error(trusted, board.truth)
+
+
+@has_library
+def test_quickly_clean_guides_keep_patterns(board):
+    guides = (board.albedo, board.normal)
+    noisy, clean = (denoise_quickly(Layers(board.noisy), *guides, clean, 0, lambda: True) for clean in (False, True))
+    assert error(clean, board.truth) < 0.15 * error(board.noisy, board.truth)
+    assert error(clean, board.truth) < 0.8 * error(noisy, board.truth)
+
+
+@has_library
+@pytest.mark.parametrize(("version", "qualities"), [(20203, [5, 5, 6]), (20300, [4, 5, 6])])
+def test_libraries_that_have_no_fast_quality_get_the_next(monkeypatch, version, qualities):
+    with open_image_denoise.Denoiser() as denoiser:
+        library = SimpleNamespace(oidnGetDeviceInt=lambda *_: version, oidnReleaseDevice=lambda _: None)
+        monkeypatch.setattr(denoiser, "library", library)
+        assert [denoiser.known_quality(quality) for quality in (4, 5, 6)] == qualities
+        monkeypatch.undo()
 
 
 @has_library

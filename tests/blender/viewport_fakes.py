@@ -32,6 +32,7 @@ class FakeViewportSession:
         self.core, self.settings = core, settings
         self.is_cancelled = False
         self.number = len(core.sessions)
+        self.reads = []
         core.sessions.append(self)
 
     def start(self, scene, cache):
@@ -62,7 +63,8 @@ class FakeViewportSession:
 
     def read(self, name):
         _, _, width, height = self.settings.region
-        channels = {"Combined": 4, "Cell Occupancy": 1, "Cell Level": 1}.get(name, 3)
+        self.reads.append(name)
+        channels = {"Combined": 4, "Noisy": 4, "Cell Occupancy": 1, "Cell Level": 1}.get(name, 3)
         return np.full((height, width, channels), float(self.number + 1), np.float32)
 
 

@@ -55,7 +55,7 @@ class Watch:
     def __init__(self) -> None:
         self.moments: dict[str, dict[int, Moment]] = {step: {} for step in STEPS}
         self._after(viewport_render.ViewportRender, "submit", "exported", lambda render, job: render.requests)
-        self._after(viewport_render.ViewportRender, "_show", "rendered", lambda render, *stage: render.picture.request)
+        self._after(viewport_render.ViewportRender, "_put", "rendered", lambda render, *stage: render.picture.request)
         self._after(viewport_draw.Screen, "draw", "drawn", lambda screen, engine, scene, picture, size: picture.request)
 
     def _after(self, cls: type, method: str, step: str, request_of: Callable[..., int]) -> None:
