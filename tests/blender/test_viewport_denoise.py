@@ -18,7 +18,7 @@ from tests.blender.test_denoise import textured_scene
 from tests.blender.test_open_image_denoise import error, has_library
 from tests.blender.test_ui import draw
 from tests.blender.test_viewport_render import SETTINGS, wait_until
-from tests.blender.viewport_fakes import REGION, FakeViewportCore, FakeViewportSession, fake_context
+from tests.blender.viewport_fakes import REGION, FakeViewportCore, FakeViewportSession, fake_context, watched_render
 
 CLEAN = -1.0
 
@@ -65,12 +65,8 @@ def core():
 
 @pytest.fixture
 def render(core):
-    pictures = []
-    render = ViewportRender(core, lambda: pictures.append(render.picture))
-    render.pictures = pictures
-    yield render
-    render.stop(waits=True)
-    assert not render.is_alive
+    with watched_render(core) as render:
+        yield render
     assert not any(thread.name == "cistern-viewport-denoiser" for thread in threading.enumerate())
 
 

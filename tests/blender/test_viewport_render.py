@@ -8,8 +8,8 @@ import pytest
 
 from addon import viewport_render
 from addon.viewport_camera import WHOLE, View
-from addon.viewport_render import FIRST_PICTURE_SECONDS, PATIENCE_SECONDS, Job, ViewportRender
-from tests.blender.viewport_fakes import REGION, FakeViewportCore
+from addon.viewport_render import FIRST_PICTURE_SECONDS, PATIENCE_SECONDS, Job
+from tests.blender.viewport_fakes import REGION, FakeViewportCore, watched_render
 
 SETTINGS = (("cell_pixels", 0.0), ("keep_history", True), ("passes", ()))
 
@@ -25,12 +25,8 @@ def core():
 
 @pytest.fixture
 def render(core):
-    pictures = []
-    render = ViewportRender(core, lambda: pictures.append(render.picture))
-    render.pictures = pictures
-    yield render
-    render.stop(waits=True)
-    assert not render.is_alive
+    with watched_render(core) as render:
+        yield render
 
 
 def wait_until(condition, seconds=20.0):

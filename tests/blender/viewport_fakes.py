@@ -2,11 +2,14 @@
 
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
 from mathutils import Matrix
 
+from addon.viewport_render import ViewportRender
 from tests.blender.engine_fakes import LightSampling, PixelFilter, Status
 
 REGION = (64, 48)
@@ -66,6 +69,17 @@ class FakeViewportSession:
         self.reads.append(name)
         channels = {"Combined": 4, "Noisy": 4, "Cell Occupancy": 1, "Cell Level": 1}.get(name, 3)
         return np.full((height, width, channels), float(self.number + 1), np.float32)
+
+
+@contextmanager
+def watched_render(core: FakeViewportCore) -> Iterator[ViewportRender]:
+    """A rendering thread that keeps all its pictures, and has to end with the test."""
+    pictures = []
+    render = ViewportRender(core, lambda: pictures.append(render.picture))
+    render.pictures = pictures
+    yield render
+    render.stop(waits=True)
+    assert not render.is_alive
 
 
 class FakeEngine:
