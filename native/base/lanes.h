@@ -57,5 +57,8 @@ inline Lanes where_or_zero(const LaneMask& mask, const Lanes& lanes) {
   where(mask, kept) = lanes;
   return kept;
 }
+inline RgbLanes where_or_zero(const LaneMask& mask, const RgbLanes& lanes) {
+  return {where_or_zero(mask, lanes.r), where_or_zero(mask, lanes.g), where_or_zero(mask, lanes.b)};
+}
 
 }  // namespace cistern

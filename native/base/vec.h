@@ -10,6 +10,7 @@ namespace cistern {
 inline constexpr float kPi = std::numbers::pi_v<float>;
 inline constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
+inline constexpr double kDoubleOneMinusEpsilon = 0x1.fffffffffffffp-1;
 
 inline constexpr float sqr(float x) { return x * x; }
 inline float safe_sqrt(float x) { return std::sqrt(std::max(x, 0.0f)); }

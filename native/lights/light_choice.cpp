@@ -45,8 +45,7 @@ LightChoice::LightChoice(std::span<const EmitterEstimate> emitters, LightSamplin
 
 std::optional<LightChoice::Result> LightChoice::choose(const Vec3& position, const Vec3& n, double u) const {
   if (count_ == 0) return std::nullopt;
-  if (sampling_ == LightSampling::TREE)
-    return choose_by_tree(position, n, std::min(static_cast<float>(u), kOneMinusEpsilon));
+  if (sampling_ == LightSampling::TREE) return choose_by_tree(position, n, u);
   if (sampling_ == LightSampling::POWER && !power_.is_empty()) {
     const uint32_t emitter = power_.sample(u);
     return Result{emitter, power_.pmf(emitter)};
@@ -88,8 +87,8 @@ float LightChoice::distant_share(float distant, const Vec3& position, const Vec3
   return finite == 0.0f ? 1.0f : std::clamp(distant / (distant + finite), kSmallestShare, 1.0f - kSmallestShare);
 }
 
-LightChoice::Result LightChoice::choose_distant(const Vec3& n, float total, float u) const {
-  float target = u * total;
+LightChoice::Result LightChoice::choose_distant(const Vec3& n, float total, double u) const {
+  double target = u * total;
   Result result{};
   for (const Distant& distant : distant_) {
     const float weight = estimate(distant, n);
@@ -101,14 +100,14 @@ LightChoice::Result LightChoice::choose_distant(const Vec3& n, float total, floa
   return result;
 }
 
-std::optional<LightChoice::Result> LightChoice::choose_by_tree(const Vec3& position, const Vec3& n, float u) const {
+std::optional<LightChoice::Result> LightChoice::choose_by_tree(const Vec3& position, const Vec3& n, double u) const {
   const float distant = distant_estimate(n);
   const float share = distant_share(distant, position, n);
   if (u < share) {
     const Result result = choose_distant(n, distant, u / share);
     return Result{result.emitter, share * result.pmf};
   }
-  const auto choice = tree_.choose(position, n, std::min((u - share) / (1.0f - share), kOneMinusEpsilon));
+  const auto choice = tree_.choose(position, n, std::min((u - share) / (1.0 - share), kDoubleOneMinusEpsilon));
   if (!choice) return std::nullopt;
   return Result{finite_[choice->emitter], (1.0f - share) * choice->pmf};
 }

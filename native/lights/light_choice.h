@@ -47,8 +47,8 @@ class LightChoice {
   static float estimate(const Distant& distant, const Vec3& n);
   float distant_estimate(const Vec3& n) const;
   float distant_share(float distant, const Vec3& position, const Vec3& n) const;
-  Result choose_distant(const Vec3& n, float total, float u) const;
-  std::optional<Result> choose_by_tree(const Vec3& position, const Vec3& n, float u) const;
+  Result choose_distant(const Vec3& n, float total, double u) const;
+  std::optional<Result> choose_by_tree(const Vec3& position, const Vec3& n, double u) const;
   float pmf_by_tree(uint32_t emitter, const Vec3& position, const Vec3& n) const;
 
   LightSampling sampling_ = LightSampling::UNIFORM;

@@ -3,7 +3,6 @@
 #include <immintrin.h>
 
 #include <bit>
-#include <type_traits>
 
 namespace cistern {
 
@@ -40,31 +39,40 @@ Angle angle_difference(const Angle& a, Lanes length_a, const Angle& b, Lanes len
 
 /// Estimates of the irradiance each child causes: intensity x cosine at the emitter x cosine at the receiver /
 /// distance^2, the cosines being the largest that the bounds allow, and zero only where a cosine cannot be positive.
+/// Sums are exact enough for lanes of any size to be chosen as often as they weigh.
 struct Importances {
   alignas(32) float lane[kWidth];
-  alignas(32) float sum[kWidth];  // of the lanes up to and including this one
-  float total() const { return sum[kWidth - 1]; }
+  alignas(32) double sum[kWidth];  // of the lanes up to and including this one
+  double total() const { return sum[kWidth - 1]; }
+  double sum_below(int i) const { return i == 0 ? 0.0 : sum[i - 1]; }
 };
 
+/// Of four lanes, each with those before it.
+__m256d running_sums(__m128 lanes) {
+  const __m256d exact = _mm256_cvtps_pd(lanes);
+  const __m256d pairs = exact + _mm256_castsi256_pd(_mm256_slli_si256(_mm256_castpd_si256(exact), 8));
+  const __m256d lower_pair = _mm256_permute2f128_pd(pairs, pairs, 0x08);
+  return pairs + _mm256_permute_pd(lower_pair, 0xf);
+}
+
 Importances with_sums(Lanes lanes) {
-  const auto shifted = [](Lanes v, auto bytes) {
-    return _mm256_castsi256_ps(_mm256_slli_si256(_mm256_castps_si256(v), bytes));
-  };
-  // Sums within each half, then the total of the lower half added to the upper one.
-  Lanes sums = lanes + shifted(lanes, std::integral_constant<int, 4>());
-  sums = sums + shifted(sums, std::integral_constant<int, 8>());
-  const Lanes lower_half = _mm256_permute2f128_ps(sums, sums, 0x08);
-  sums = sums + _mm256_permute_ps(lower_half, 0xff);
+  const __m256d lower = running_sums(_mm256_castps256_ps128(lanes));
+  const __m256d upper = running_sums(_mm256_extractf128_ps(lanes, 1));
   Importances out;
   _mm256_store_ps(out.lane, lanes);
-  _mm256_store_ps(out.sum, sums);
+  _mm256_store_pd(out.sum, lower);
+  _mm256_store_pd(out.sum + kWidth / 2, upper + _mm256_permute4x64_pd(lower, 0xff));
   return out;
 }
 
 /// The lane in whose interval of the sums `target` lies. At least one lane is positive.
-int find_lane(const Importances& weights, float target) {
-  const Lanes is_below = _mm256_cmp_ps(_mm256_load_ps(weights.sum), all(target), _CMP_LE_OQ);
-  int lane = std::popcount(static_cast<unsigned>(_mm256_movemask_ps(is_below)));
+int find_lane(const Importances& weights, double target) {
+  const __m256d targets = _mm256_set1_pd(target);
+  const auto count_below = [targets](const double* sums) {
+    return std::popcount(
+        static_cast<unsigned>(_mm256_movemask_pd(_mm256_cmp_pd(_mm256_load_pd(sums), targets, _CMP_LE_OQ))));
+  };
+  int lane = count_below(weights.sum) + count_below(weights.sum + kWidth / 2);
   // Rounding may carry the target past the last lane.
   if (lane == kWidth) --lane;
   while (weights.lane[lane] == 0.0f) --lane;
@@ -110,7 +118,7 @@ Importances importances(const Node& node, const Vec3& position, const Vec3& n) {
 /// Importances of a node that was chosen: where all vanish, by intensity.
 Importances choosable_importances(const Node& node, const Vec3& position, const Vec3& n) {
   const Importances out = importances(node, position, n);
-  return out.total() > 0.0f ? out : with_sums(_mm256_load_ps(node.intensity));
+  return out.total() > 0.0 ? out : with_sums(_mm256_load_ps(node.intensity));
 }
 
 }  // namespace
@@ -130,30 +138,28 @@ LightTree::LightTree(std::span<const LightBounds> emitters)
 }
 
 float LightTree::irradiance_estimate(const Vec3& position, const Vec3& n) const {
-  return nodes_.empty() ? 0.0f : importances(nodes_[0], position, n).total();
+  return nodes_.empty() ? 0.0f : static_cast<float>(importances(nodes_[0], position, n).total());
 }
 
-std::optional<LightTree::Choice> LightTree::choose(const Vec3& position, const Vec3& n, float u) const {
+std::optional<LightTree::Choice> LightTree::choose(const Vec3& position, const Vec3& n, double u) const {
   if (nodes_.empty()) return std::nullopt;
   Importances weights = importances(nodes_[0], position, n);
-  if (!(weights.total() > 0.0f)) return std::nullopt;
-  float pmf = 1.0f;
+  if (!(weights.total() > 0.0)) return std::nullopt;
+  double pmf = 1.0;
   for (uint32_t node = 0;;) {
-    const float target = u * weights.total();
+    const double target = u * weights.total();
     const int chosen = find_lane(weights, target);
-    const float below = chosen == 0 ? 0.0f : weights.sum[chosen - 1];
-    const float width = weights.sum[chosen] - below;
-    u = width > 0.0f ? std::clamp((target - below) / width, 0.0f, kOneMinusEpsilon) : 0.0f;
+    u = std::clamp((target - weights.sum_below(chosen)) / weights.lane[chosen], 0.0, kDoubleOneMinusEpsilon);
     pmf *= weights.lane[chosen] / weights.total();
     const uint32_t child = nodes_[node].child[chosen];
-    if (child & kLeafBit) return Choice{child & ~kLeafBit, pmf, u};
+    if (child & kLeafBit) return Choice{child & ~kLeafBit, static_cast<float>(pmf), u};
     node = child;
     weights = choosable_importances(nodes_[node], position, n);
   }
 }
 
 float LightTree::pmf(uint32_t emitter, const Vec3& position, const Vec3& n) const {
-  float pmf = 1.0f;
+  double pmf = 1.0;
   uint32_t slot = slot_of_emitter_[emitter];
   if (slot == kNoSlot) return 0.0f;
   for (;;) {
@@ -162,7 +168,7 @@ float LightTree::pmf(uint32_t emitter, const Vec3& position, const Vec3& n) cons
         node == 0 ? importances(nodes_[0], position, n) : choosable_importances(nodes_[node], position, n);
     if (weights.lane[slot % kWidth] == 0.0f) return 0.0f;
     pmf *= weights.lane[slot % kWidth] / weights.total();
-    if (node == 0) return pmf;
+    if (node == 0) return static_cast<float>(pmf);
     slot = parent_of_node_[node];
   }
 }

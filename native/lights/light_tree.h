@@ -31,11 +31,12 @@ class LightTree {
   struct Choice {
     uint32_t emitter;
     float pmf;
-    float u_rest;  // what is left of `u`: again uniform in [0, 1)
+    double u_rest;  // what is left of `u`: again uniform in [0, 1)
   };
   /// Where no child of a node can reach the receiver although the node seemed able to, the choice goes by intensity:
-  /// the probabilities of all emitters sum to 1. Empty when no emitter can reach the receiver (or there is none).
-  std::optional<Choice> choose(const Vec3& position, const Vec3& n, float u) const;
+  /// the probabilities of all emitters sum to 1. Empty when no emitter can reach the receiver (or there is none). `u`
+  /// in [0, 1) has to have more bits than a float where there are many emitters: each step takes some.
+  std::optional<Choice> choose(const Vec3& position, const Vec3& n, double u) const;
   /// Probability that `choose` returns the emitter.
   float pmf(uint32_t emitter, const Vec3& position, const Vec3& n) const;
 

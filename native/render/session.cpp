@@ -1,5 +1,7 @@
 #include "render/session.h"
 
+#include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -154,6 +156,9 @@ std::vector<float> Session::read_published(const std::vector<float>& pixels, int
 void Session::run() {
   std::unique_ptr<ReuseFrame> reuse;  // freed when the render has ended: buffers of a gigabyte take their time
   try {
+    std::optional<tbb::global_control> workers;  // more than processors, where they are asked for
+    if (settings_.threads > tbb::info::default_concurrency())
+      workers.emplace(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(settings_.threads));
     tbb::task_arena arena(settings_.threads > 0 ? settings_.threads : tbb::task_arena::automatic);
     arena.execute([this, &reuse] {
       std::vector<Pass> passes = settings_.passes;
@@ -186,8 +191,10 @@ void Session::run() {
       }
       const StopCondition no_limit{cancelled_, Clock::time_point::max()};
       if (show_cells(world->context, cache_cells.get(), *film_, no_limit) &&
-          show_indices(world->context, *film_, no_limit))
+          show_indices(world->context, *film_, no_limit)) {
         render(world, reuse.get());
+        tell_noise_left();
+      }
       show_learning(world->context, *film_, no_limit);
       if (reuse) leave_history(std::move(reuse));
     });
@@ -257,16 +264,28 @@ bool Session::try_sharing(uint32_t frames, const RenderWorld& world, std::option
   return true;
 }
 
-/// After so many frames, if it is time to look; all are looked at once more, to tell how noisy the picture was left.
+/// After so many frames, if it is time to look.
 bool Session::has_little_noise(uint32_t frames) {
+  if (!(settings_.noise_threshold > 0.0) || next_look(frames - 1) != frames) return false;
+  return look_at_noise(frames) <= settings_.noise_threshold;
+}
+
+double Session::look_at_noise(uint32_t frames) {
   const auto most = static_cast<uint32_t>(settings_.samples);
-  if (!(settings_.noise_threshold > 0.0) || (next_look(frames - 1) != frames && frames != most)) return false;
   const double noise = picture_noise(*film_, settings_.exposure), excess = noise / settings_.noise_threshold;
   std::lock_guard lock(mutex_);
   progress_.noise = noise;
   const auto enough = static_cast<uint32_t>(std::clamp<double>(frames * excess * excess, frames, most));
   progress_.expected_frames = static_cast<int>(std::min(next_look(enough), most));
-  return noise <= settings_.noise_threshold;
+  return noise;
+}
+
+/// Of a picture that ends after any number of frames, all of them or as many as there was time for: two have a
+/// difference to tell it by.
+void Session::tell_noise_left() {
+  const auto frames = static_cast<uint32_t>(progress_.frames_done);
+  if (!(settings_.noise_threshold > 0.0) || cancelled_ || frames < 2) return;
+  if (next_look(frames - 1) != frames) look_at_noise(frames);
 }
 
 /// By `reuse`, all frames or the first one; where that is null or has made its own, in bands or by the reference path

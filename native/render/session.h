@@ -79,6 +79,8 @@ class Session {
                                                std::shared_ptr<const LightCacheCells> cache_cells);
   void report_caching(float done);
   bool has_little_noise(uint32_t frames);
+  double look_at_noise(uint32_t frames);
+  void tell_noise_left();
   bool try_sharing(uint32_t frames, const RenderWorld& world, std::optional<BandedFrame>& banded);
   void render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse);
   std::shared_ptr<const RenderWorld> at_moment(uint32_t frame, const RenderWorld& earlier) const;

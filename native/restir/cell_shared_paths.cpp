@@ -234,8 +234,11 @@ void CellSharedPaths::hand_out(Group& group, size_t finder, float weight, Scratc
   for (size_t b = 0; b < scratch.pairs.size(); ++b) {
     const Scratch::Pairs& pairs = scratch.pairs[b];
     Scratch::Vertices& vertices = scratch.vertices[b];
-    const Lanes arriving = where_or_zero(pairs.density > 0.0f, pairs.geometry * sent_shares(found.to, pairs.wi));
-    const RgbLanes radiance = pairs.transmittance * (found.to.continuation.radiance * arriving);
+    // Light beyond the range of numbers stays with those that it reaches.
+    const LaneMask is_reached = pairs.density > 0.0f && !is_black(pairs.transmittance);
+    const Lanes arriving = pairs.geometry * sent_shares(found.to, pairs.wi);
+    const RgbLanes radiance =
+        where_or_zero(is_reached, pairs.transmittance * (found.to.continuation.radiance * arriving));
     vertices.sum += pairs.f_cos * radiance * weight;
     vertices.even += pairs.even_cos * radiance * weight;
     if (b == block_of(finder)) {

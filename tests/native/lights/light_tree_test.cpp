@@ -100,6 +100,38 @@ TEST(LightTree, ChoiceReportsItsProbabilityAndAUniformRest) {
   EXPECT_GT(chi_square_p_value(rest, expected), kFalseAlarmRate);
 }
 
+/// Largest relative difference between what emitters' probabilities say and how much of [0, 1) chooses them, which
+/// bisection measures; numbers go through `rounded`.
+template <class Rounded>
+double largest_error(const LightTree& tree, const Receiver& r, const Rounded& rounded) {
+  const auto choose = [&](double u) { return *tree.choose(r.position, r.n, rounded(u)); };
+  double largest = 0.0;
+  for (double begin = 0.0; begin < 1.0;) {
+    const LightTree::Choice choice = choose(begin);
+    double same = begin, end = 1.0;
+    for (double middle; middle = 0.5 * (same + end), middle > same && middle < end;)
+      (choose(std::min(middle, kDoubleOneMinusEpsilon)).emitter == choice.emitter ? same : end) = middle;
+    largest = std::max(largest, std::abs((end - begin) / choice.pmf - 1.0));
+    begin = end;
+  }
+  return largest;
+}
+
+TEST(LightTree, EmittersAreChosenAsOftenAsTheySayHoweverSmallTheirShare) {
+  std::vector<LightBounds> emitters = random_emitters(8, 300);
+  Rng rng(9, 0, 0, 0);
+  for (LightBounds& e : emitters) {
+    e.intensity = std::exp(25.0f * (rng.next_float() - 1.0f));  // candles beside a lamp
+    e.cos_normals = -1.0f;
+  }
+  const LightTree tree(emitters);
+  for (int i = 0; i < 3; ++i) {
+    const Receiver r = random_receiver(rng);
+    EXPECT_LT(largest_error(tree, r, [](double u) { return u; }), 1e-3);
+    EXPECT_GT(largest_error(tree, r, [](double u) { return static_cast<float>(u); }), 0.1) << "planted: few bits";
+  }
+}
+
 /// A receiver and a point of an emitter between which light can pass, by the definition of LightBounds.
 bool can_light(const LightBounds& e, Vec3 point, Vec3 normal, const Receiver& r) {
   const Vec3 to_receiver = normalize(r.position - point);

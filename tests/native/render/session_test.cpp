@@ -104,6 +104,25 @@ TEST(Session, EndsWhenLittleNoiseIsLeft) {
   EXPECT_GT(cut.noise, 0.03) << "and yet known";
 }
 
+TEST(Session, TellsTheNoiseThatATimeLimitLeaves) {
+  Settings settings = small_settings(40, 24, 1 << 20);
+  settings.noise_threshold = 1e-6;
+  settings.sequence = SampleSequence::RANDOM;  // points of others depend on the number of samples
+  settings.time_limit = 0.3;
+  Session limited(settings);
+  limited.start(small_room());
+  const Progress left = limited.wait(60.0);
+  ASSERT_EQ(left.status, Status::DONE);
+  settings.samples = left.frames_done;
+  settings.time_limit = 0.0;
+  Session whole(settings);
+  whole.start(small_room());
+  const Progress same = whole.wait(60.0);
+  ASSERT_GT(same.noise, 0.0);
+  // But for the frame that the limit cut off; a look before would be up to sqrt(1.5) off.
+  EXPECT_NEAR(left.noise, same.noise, 0.02 * same.noise);
+}
+
 TEST(Session, RefusesANoiseThresholdWhereSamplesDoNotTellTheirNoise) {
   Settings settings = small_settings();
   settings.noise_threshold = 0.01;

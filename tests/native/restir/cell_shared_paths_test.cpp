@@ -224,5 +224,43 @@ TEST(CellSharedPaths, PairsTakenTogetherAreWhatTheyAreAlone) {
   EXPECT_GT(handed_on, 20);
 }
 
+/// Before, a product of infinity and zero took all of a group along.
+TEST(CellSharedPaths, LightBeyondTheRangeOfNumbersReachesThoseAloneThatSeeIt) {
+  const Tracer tracer(divided_box());
+  const CellSharedPaths paths(tracer.context());
+  PathScratch path_scratch;
+  CellSharedPaths::Scratch scratch;
+  int reached = 0, spared = 0;
+  for (uint32_t path = 0; path < 400; ++path) {
+    const std::array<Ray, 3> rays{kLit, kShaded, kCorner};
+    std::array<PathCapture, 3> captures;
+    std::array<ReflectedPaths, 3> reflected;
+    CellSharedPaths::Group group;
+    for (uint32_t k = 0; k < 3; ++k) {
+      captures[k].link_count = 1;
+      PathSampler sampler(7, k, path, SampleSequence::RANDOM);
+      trace_path(tracer.context(), rays[k], sampler, path_scratch, &captures[k]);
+      CellSharedPaths::divide(captures[k].links[0], {}, reflected[k]);
+      group.links.push_back(&captures[k].links[0]);
+      group.confidences.push_back(1.0f);
+      group.reflected.push_back(&reflected[k]);
+    }
+    std::array<bool, 3> is_reached;
+    reflected = {};
+    paths.share(group, scratch);
+    for (uint32_t k = 0; k < 3; ++k) is_reached[k] = !is_black(reflected[k].sum);
+    for (PathCapture& capture : captures)
+      if (Rgb& light = capture.links[0].to.continuation.radiance; !is_black(light)) light = Rgb(INFINITY);
+    reflected = {};
+    paths.share(group, scratch);
+    for (uint32_t k = 0; k < 3; ++k) {
+      EXPECT_EQ(std::isfinite(reflected[k].sum.g), !is_reached[k]);
+      (is_reached[k] ? reached : spared) += 1;
+    }
+  }
+  EXPECT_GT(reached, 20);
+  EXPECT_GT(spared, 10);
+}
+
 }  // namespace
 }  // namespace cistern::test
