@@ -22,7 +22,6 @@ from .light_linking import LightLinks
 from .lights import is_portal
 from .materials import MaterialTable, TreeUses
 from .mesh_table import KeptMeshes, MeshTable, PlacedMesh
-from .meshes import has_own_texture_space
 from .particle_values import with_particle_values
 from .placements import (
     Lamp,
@@ -268,17 +267,12 @@ class InstanceSync:
             if obj.type not in _INVISIBLE_TYPES | _MESHED_TYPES:
                 self._report.warn(f"Object '{obj.name}': type {obj.type} is not supported and left out")
             return None
-        is_mesh = isinstance(obj.data, bpy.types.Mesh)
         view_layer = self._depsgraph.view_layer_eval
         is_in_layer = {bpy.types.Mesh: view_layer.use_solid, bpy.types.Curves: view_layer.use_strand}
         is_shown = self._visibility(obj, instancer)[0] and is_in_layer.get(type(obj.data), True)
         mesh = self._mesh(obj) if is_shown else None
         if mesh is None:
             return None
-        if is_mesh and instancer is None and has_own_texture_space(obj.data):
-            self._report.warn(
-                f"Mesh '{obj.data.name}': its own texture space is ignored, Generated uses the bounding box"
-            )
         return self._surface(obj, instancer, key, mesh)
 
     def _volume(self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey) -> Surface | None:

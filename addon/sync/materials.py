@@ -17,7 +17,7 @@ from .images import ImageCache
 from .instance_values import Rgba, layer_value
 from .nodes import compile_light, compile_material, compile_volume, compile_world
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
-from .nodes.value_names import ATTRIBUTE_OUTPUTS, value_names
+from .nodes.value_names import ATTRIBUTE_OUTPUTS, GENERATED, value_names
 
 if TYPE_CHECKING:
     from cistern_core import MaterialProgram, SceneBuilder
@@ -27,6 +27,10 @@ Animations = frozenset[tuple[int, ImageSource | None]]
 
 SHADED = bpy.types.Material | bpy.types.World | bpy.types.Light
 _EMPTY_SLOT = 0
+# Textures that read something else where no vector is linked.
+_WITHOUT_GENERATED = frozenset(
+    f"ShaderNodeTex{kind}" for kind in ("Image", "Environment", "Sky", "IES", "PointDensity")
+)
 
 
 @dataclass(frozen=True)
@@ -291,11 +295,28 @@ def tree_uses(depsgraph: bpy.types.Depsgraph, only_updated: bool = False) -> Tre
         attributes.update(name for output, name in outputs.items() if node.outputs[output].is_linked)
         if getattr(node, "attribute_type", "GEOMETRY") == "GEOMETRY":
             attributes.add(getattr(node, "attribute_name", ""))
+        if _reads_generated(node):
+            attributes.add(GENERATED)
         if node.bl_idname == "ShaderNodeVertexColor":
             attributes.add(node.layer_name or DEFAULT_COLOR_ATTRIBUTE)
         if _has_image(node):
             images.setdefault(node.image.as_pointer(), (node.image, node.image_user))
     return TreeUses(frozenset(attributes - {""}), frozenset(instance_values), tuple(images.values()))
+
+
+def _reads_generated(node: bpy.types.Node) -> bool:
+    """Whether it may: textures do without a vector, and tangents around an axis of the object, of anisotropic
+    closures too."""
+    if node.bl_idname == "ShaderNodeTexCoord":
+        return node.outputs["Generated"].is_linked
+    if node.bl_idname == "ShaderNodeTangent":
+        return node.direction_type == "RADIAL"
+    free = {socket.identifier for socket in node.inputs if not socket.is_linked}
+    if node.bl_idname.startswith("ShaderNodeTex"):
+        return "Vector" in free and node.bl_idname not in _WITHOUT_GENERATED
+    anisotropy = node.inputs.get("Anisotropic") or node.inputs.get("Anisotropy")
+    is_anisotropic = anisotropy is not None and (anisotropy.is_linked or anisotropy.default_value != 0.0)
+    return is_anisotropic and "Tangent" in free
 
 
 def _has_image(node: bpy.types.Node) -> bool:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .colour import srgb_to_linear
 from .islands import random_per_island
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
-from .nodes.value_names import POINTINESS, RANDOM_PER_ISLAND
+from .nodes.value_names import GENERATED, POINTINESS, RANDOM_PER_ISLAND
 from .pointiness import pointiness
 
 # Attribute type -> (property of an element, components). Other types carry nothing a shader can read.
@@ -33,6 +33,7 @@ _READABLE_TYPES = {
 }
 _READABLE_DOMAINS = ("POINT", "FACE", "CORNER", "EDGE")
 _LARGEST_POLYGON_OF_CORE = 4
+SAME_COORDINATE = 1e-5  # of the mesh's extent: rounding
 
 
 @dataclass(frozen=True)
@@ -72,9 +73,20 @@ def mesh_arrays(mesh: bpy.types.Mesh, wanted_attributes: Set[str] = frozenset())
     )
 
 
-def has_own_texture_space(mesh: bpy.types.Mesh) -> bool:
-    """Whether the user moved the texture space, so that Generated coordinates are not the bounding box."""
-    return not mesh.use_auto_texspace
+def generated_coordinates(mesh: bpy.types.Mesh) -> NDArray[np.float32] | None:
+    """(n, 3): where points were before modifiers and shape keys moved them, in the texture space of the original mesh.
+    None where that is as the core has it by itself: where points are, in the mesh's bounds. In viewports Blender only
+    knows points as they are."""
+    before = np.empty((len(mesh.vertices), 3), np.float32)
+    mesh.vertices.foreach_get("undeformed_co", before.ravel())
+    size = np.array(mesh.texspace_size, np.float32)
+    scale = np.divide(0.5, size, out=np.zeros_like(size), where=size != 0.0)
+    generated = (before - np.array(mesh.texspace_location, np.float32)) * scale + 0.5
+    positions = _positions(mesh)
+    lower = positions.min(axis=0, initial=np.inf)
+    extent = positions.max(axis=0, initial=-np.inf) - lower
+    in_bounds = np.divide(positions - lower, extent, out=np.full_like(positions, 0.5), where=extent > 0.0)
+    return None if np.allclose(generated, in_bounds, rtol=0.0, atol=SAME_COORDINATE) else generated
 
 
 def _positions(mesh: bpy.types.Mesh) -> NDArray[np.float32]:
@@ -142,6 +154,9 @@ def _attributes(mesh: bpy.types.Mesh, wanted: Set[str]) -> list[tuple[str, str, 
         columns.append((RANDOM_PER_ISLAND, "FACE", random_per_island(mesh)))
     if POINTINESS in wanted and len(mesh.polygons):
         columns.append((POINTINESS, "POINT", pointiness(mesh)))
+    generated = generated_coordinates(mesh) if GENERATED in wanted and len(mesh.polygons) else None
+    if generated is not None:
+        columns.append((GENERATED, "POINT", generated))
     return columns + _unnamed_color(mesh, wanted, names)
 
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scene/voxel_volume.h"
@@ -19,6 +20,10 @@ inline uint32_t attribute_name_hash(const std::string& name) {
   for (const char c : name) hash = (hash ^ static_cast<uint8_t>(c)) * 16777619u;
   return hash != 0 ? hash : 1u;
 }
+
+/// Name of the attribute, three floats to a point, that holds Generated coordinates where these are not the mesh's
+/// bounds mapped to [0, 1].
+inline constexpr std::string_view kGeneratedAttribute = "INFO:generated";
 
 /// A named per-corner or per-point attribute of 1 to 4 floats (UV maps have 2, colours 4).
 struct MeshAttribute {
@@ -50,6 +55,7 @@ struct Mesh {
   std::vector<uint32_t> normals;          // octahedral 2x16 bits per point or per corner
   std::vector<uint8_t> sharp_polygons;    // 1: flat, though the domain of normals is CORNER; empty = none
   std::vector<MeshAttribute> attributes;  // UV maps first, in Blender's order
+  int generated_attribute = -1;           // index of kGeneratedAttribute; -1: none
   std::vector<float> radii;               // of strands: per position, in object space, at least 0; empty: triangles
   StrandShape strand_shape = StrandShape::SPLINES;
   uint32_t corner_count = 0;       // elements of corner data; of strands: how many there are

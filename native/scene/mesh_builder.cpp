@@ -135,6 +135,7 @@ void set_attributes(const MeshInput& input, Mesh& mesh) {
   for (const MeshAttribute& attribute : input.attributes) {
     mesh.attributes.push_back(attribute.domain == Domain::FACE ? expand_to_corners(input, attribute) : attribute);
     mesh.attributes.back().name_hash = attribute_name_hash(attribute.name);
+    if (attribute.name == kGeneratedAttribute) mesh.generated_attribute = static_cast<int>(mesh.attributes.size()) - 1;
   }
 }
 

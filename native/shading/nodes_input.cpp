@@ -61,11 +61,13 @@ Vec3 original_position(const NodeContext& c, BumpShift shift) {
   return interpolate_position(c.mesh().original(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
 }
 
-/// Mesh bounds to [0, 1]; an axis without extent is 1/2, as with Blender's texture space. Of a lamp and a point, as in
-/// Cycles, object coordinates.
+/// Those of the mesh, or its bounds to [0, 1]; an axis without extent is 1/2, as with Blender's texture space. Of a
+/// lamp and a point, as in Cycles, object coordinates.
 Vec3 generated_node(const NodeContext& c, BumpShift shift) {
   if (c.is_environment) return c.point.position;
   if ((!c.has_mesh() && !c.is_inside) || is_ball(c)) return object_position(c, shift);
+  if (const int own = c.mesh().generated_attribute; own >= 0 && !c.is_inside)
+    return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), own).value;
   const Bounds3& bounds = c.mesh().original().bounds;
   const Vec3 p = original_position(c, shift) - bounds.lower;
   const Vec3 size = bounds.diagonal();

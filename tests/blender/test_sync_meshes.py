@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fake_core import SceneBuilder
 
-from addon.sync.meshes import has_own_texture_space, mesh_arrays
+from addon.sync.meshes import generated_coordinates, mesh_arrays
 
 
 def evaluated_object(data: bpy.types.ID) -> bpy.types.Object:
@@ -171,8 +171,13 @@ def test_modifiers_are_applied(empty_scene) -> None:
     assert len(mesh_arrays(evaluated.data).positions) == 98
 
 
-def test_own_texture_space_is_seen(empty_scene) -> None:
+def test_generated_coordinates_are_left_to_the_core_where_they_are_the_bounds(empty_scene) -> None:
+    assert generated_coordinates(mesh_of(SQUARE, [(0, 1, 2, 3)])) is None
+
+
+def test_generated_coordinates_in_a_texture_space_of_its_own(empty_scene) -> None:
     mesh = mesh_of(SQUARE, [(0, 1, 2, 3)])
-    assert not has_own_texture_space(mesh)
     mesh.use_auto_texspace = False
-    assert has_own_texture_space(mesh)
+    mesh.texspace_location, mesh.texspace_size = (1.0, 0.0, 0.0), (2.0, 4.0, 1.0)
+    expected = (np.array(SQUARE) - (1.0, 0.0, 0.0)) / (4.0, 8.0, 2.0) + 0.5
+    assert generated_coordinates(mesh) == pytest.approx(expected, abs=1e-6)

@@ -1,0 +1,108 @@
+"""Generated coordinates against Cycles, of what modifiers, shape keys and texture spaces make of them.
+
+They are shown as light, so that there is no noise but that of edges."""
+
+import bpy
+import pytest
+
+from addon.sync import meshes
+from tests.support import blender_scenes as build
+from tests.support.engines import compare_with_cycles
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+
+def shining() -> bpy.types.Material:
+    def make(tree):
+        coordinates = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+        return build.shader(tree, "ShaderNodeEmission", Color=coordinates).outputs[0]
+
+    return build.material("generated", make)
+
+
+def head() -> bpy.types.Object:
+    bpy.ops.mesh.primitive_monkey_add(size=2.0)
+    return bpy.context.object
+
+
+def shape_key() -> bpy.types.Object:
+    obj = head()
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Key")
+    key.value = 1.0
+    for point in key.data:
+        point.co.x *= 1.5 if point.co.z > 0.0 else 0.6
+    return obj
+
+
+def modified(kind: str, **members: object):
+    def make() -> bpy.types.Object:
+        obj = head()
+        modifier = obj.modifiers.new("modifier", kind)
+        for name, value in members.items():
+            setattr(modifier, name, value)
+        return obj
+
+    return make
+
+
+def own_space() -> bpy.types.Object:
+    obj = head()
+    obj.data.use_auto_texspace = False
+    obj.data.texspace_location, obj.data.texspace_size = (0.5, 0.0, 0.0), (2.0, 1.0, 1.5)
+    return obj
+
+
+def text() -> bpy.types.Object:
+    bpy.ops.object.text_add()
+    bpy.context.object.data.extrude = 0.2
+    return bpy.context.object
+
+
+def curve() -> bpy.types.Object:
+    bpy.ops.curve.primitive_bezier_curve_add()
+    bpy.context.object.data.bevel_depth = 0.3
+    return bpy.context.object
+
+
+TWIST = modified("SIMPLE_DEFORM", deform_method="TWIST", angle=2.0, deform_axis="Z")
+ARRAY = modified("ARRAY", count=2, relative_offset_displace=(0.5, 0.0, 0.0))
+MAKERS = {
+    "head": head,
+    "shape key": shape_key,
+    "twist": TWIST,
+    "array": ARRAY,
+    "subdivided": modified("SUBSURF", render_levels=2),
+    "own space": own_space,
+    "text": text,
+    "curve": curve,
+}
+
+
+@pytest.fixture
+def shown(empty_scene):
+    """Makes an object and shows it, seen from the front and above."""
+
+    def show(make) -> bpy.types.Scene:
+        obj = make()
+        obj.data.materials.append(shining())
+        camera = build.add_camera(empty_scene, (0.4, -4.0, 2.5), (1.0, 0.0, 0.0))
+        camera.data.type, camera.data.ortho_scale = "ORTHO", 4.0
+        return empty_scene
+
+    return show
+
+
+def agrees(scene: bpy.types.Scene) -> bool:
+    return compare_with_cycles(scene, (32, 32), 32, count=4, blocks=8).agrees
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_coordinates_are_those_of_cycles(shown, name):
+    assert agrees(shown(MAKERS[name]))
+
+
+@pytest.mark.parametrize("make", [shape_key, TWIST, ARRAY, own_space, text], ids=lambda make: make.__name__)
+def test_bounds_in_their_place_are_seen(shown, monkeypatch, make):
+    monkeypatch.setattr(meshes, "generated_coordinates", lambda mesh: None)
+    assert not agrees(shown(make))
