@@ -75,6 +75,7 @@ class LayerRender:
         self.region = settings.render_region(depsgraph.scene_eval.render, *self.size)
         self.arguments = settings.core_settings(core, depsgraph, self.size, self.region, self.passes, engine.is_preview)
         self.warn_of_noise_threshold()
+        self.warn_of_aovs()
         self.blur = self.motion_blur()
         self.keeps_export = depsgraph.scene_eval.render.use_persistent_data
         self.is_cancelled = False
@@ -260,6 +261,12 @@ class LayerRender:
             self.figures.warnings.append(
                 f"Scene '{self.depsgraph.scene_eval.name}': the noise threshold does nothing, since samples that take "
                 "up earlier ones do not tell how noisy they are; Final, Interactive and Path Tracing have it"
+            )
+
+    def warn_of_aovs(self) -> None:
+        for name in passes.aovs_left_out(self.depsgraph.view_layer_eval):
+            self.figures.warnings.append(
+                f"View layer '{self.layer_name}': shader AOV '{name}' is left out, since another pass has this name"
             )
 
     def warn_of_volume(self, name: str) -> None:

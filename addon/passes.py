@@ -146,12 +146,15 @@ CELL_PASSES = frozenset({"Cells", "Cell Occupancy", "Cell Level", "Normal Bin"})
 
 
 def enabled_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
-    """The passes that this view layer asks for, Combined first."""
+    """The passes that this view layer asks for, Combined first, without AOVs whose name another one has."""
     fixed = [render_pass for render_pass in PASSES if render_pass.is_enabled(view_layer)]
     kinds = [render_pass for render_pass in KIND_PASSES if render_pass.is_enabled(view_layer)]
     if kinds:
         fixed = [replace(p, core_name=BESIDE_KINDS.get(p.core_name, p.core_name)) for p in fixed]
-    return fixed + kinds + matte_passes(view_layer) + aov_passes(view_layer) + light_group_passes(view_layer)
+    mattes, groups = matte_passes(view_layer), light_group_passes(view_layer)
+    taken = {render_pass.name for render_pass in fixed + kinds + mattes + groups}
+    aovs = [render_pass for render_pass in aov_passes(view_layer) if render_pass.name not in taken]
+    return fixed + kinds + mattes + aovs + groups
 
 
 def matte_kinds(view_layer: bpy.types.ViewLayer) -> list[str]:
@@ -170,15 +173,24 @@ def matte_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
     return [RenderPass(name, name, "rgba", "COLOR", lambda layer: True) for name in names]
 
 
+def aov_core_name(aov: bpy.types.AOV) -> str:
+    return f"AOV {aov.type} {aov.name}"
+
+
 def aov_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
-    """What materials write themselves, under the user's names."""
+    """What materials write themselves, under the user's names. Blender marks names that conflict only when it next asks
+    for the passes of an engine, so these may be among them."""
     return [
-        RenderPass(
-            aov.name, f"AOV {aov.type} {aov.name}", "X" if aov.type == "VALUE" else "RGBA", aov.type, lambda layer: True
-        )
+        RenderPass(aov.name, aov_core_name(aov), "X" if aov.type == "VALUE" else "RGBA", aov.type, lambda layer: True)
         for aov in view_layer.aovs
         if aov.is_valid
     ]
+
+
+def aovs_left_out(view_layer: bpy.types.ViewLayer) -> list[str]:
+    """Names of AOVs that other passes have."""
+    kept = {render_pass.core_name for render_pass in enabled_passes(view_layer)}
+    return [aov.name for aov in view_layer.aovs if aov_core_name(aov) not in kept]
 
 
 def cut_name(name: str) -> str:
@@ -195,8 +207,12 @@ def light_group_passes(view_layer: bpy.types.ViewLayer) -> list[RenderPass]:
 
 
 def register_passes(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
-    """Announce the passes, so that they appear as sockets in the compositor and as layers in files."""
-    for render_pass in enabled_passes(view_layer):
+    """Announce the passes, so that they appear as sockets in the compositor and as layers in files.
+
+    AOVs that are left out come last: Blender keeps the first of a name, and marks an AOV whose name it hears twice."""
+    enabled = enabled_passes(view_layer)
+    kept = {render_pass.core_name for render_pass in enabled}
+    for render_pass in enabled + [aov for aov in aov_passes(view_layer) if aov.core_name not in kept]:
         engine.register_pass(
             scene,
             view_layer,

@@ -39,11 +39,12 @@ def positive(text: str) -> int:
     return value
 
 
-def parse_arguments() -> argparse.Namespace:
+def parse_arguments(words: list[str] | None = None) -> argparse.Namespace:
+    """Of the command line, unless other words are given."""
     parser = argparse.ArgumentParser(
         prog="run.sh", description="Render a .blend file, or the demo scene, with Cistern."
     )
-    parser.add_argument("blend", nargs="?", type=Path, help="the file to render (default: the demo scene)")
+    parser.add_argument("blend", nargs="?", help="the file to render (default: the demo scene)")
     parser.add_argument("settings", nargs="*", metavar="SETTING=VALUE", help="any setting of scene.cistern")
     parser.add_argument("--samples", type=positive, help="samples per pixel")
     parser.add_argument("--width", type=positive, help="pixels; the height follows unless given")
@@ -60,11 +61,21 @@ def parse_arguments() -> argparse.Namespace:
         default="CISTERN",
         help="CYCLES renders the same picture with Cycles, to compare",
     )
-    arguments = parser.parse_intermixed_args()
-    if arguments.blend and "=" in arguments.blend.name and not arguments.blend.exists():
-        arguments.settings.insert(0, str(arguments.blend))
-        arguments.blend = None
+    arguments = parser.parse_intermixed_args(words)
+    positionals = [] if arguments.blend is None else [arguments.blend, *arguments.settings]
+    arguments.blend, arguments.settings = sort_positionals(positionals)
+    for setting in arguments.settings:
+        if "=" not in setting:
+            parser.error(f"expected SETTING=VALUE, found {setting!r}")
     return arguments
+
+
+def sort_positionals(words: list[str]) -> tuple[Path | None, list[str]]:
+    """The file to render, wherever it stands, and the others: files that exist go first, whatever their names."""
+    files = [word for word in words if Path(word).is_file()] or [word for word in words if "=" not in word]
+    if not files:
+        return None, words
+    return Path(files[0]), [word for word in words if word is not files[0]]
 
 
 def open_scene(blend: Path | None, output: Path) -> str:
@@ -115,19 +126,29 @@ def apply_settings(scene: bpy.types.Scene, arguments: argparse.Namespace) -> Non
         scene.frame_set(arguments.frame)
     if arguments.cycles_settings:
         cycles_settings.take_over(scene)
-    settings = [("preset", arguments.preset), ("samples", arguments.samples), ("seed", arguments.seed)]
-    settings.append(("light_sampler", arguments.light_sampler))
-    for setting in arguments.settings:
-        name, equals, value = setting.partition("=")
-        if not equals:
-            raise UserError(f"expected SETTING=VALUE, found {setting!r}")
-        settings.append((name, value))
+    of_both = [("samples", arguments.samples), ("seed", arguments.seed)]
+    of_cistern = [("preset", arguments.preset), ("light_sampler", arguments.light_sampler)]
+    of_cistern += [tuple(setting.split("=", 1)) for setting in arguments.settings]
+    if arguments.engine == "CYCLES":
+        set_properties(scene.cycles, of_both)
+        if arguments.samples is not None:
+            scene.cycles.use_denoising = False
+        warn_of_settings([name for name, value in of_cistern if value is not None])
+    else:
+        set_properties(scene.cistern, of_both + of_cistern)
+
+
+def set_properties(owner: bpy.types.bpy_struct, settings: list[tuple[str, object]]) -> None:
+    """Gives each setting its value, in this order, unless that is None."""
     for name, value in settings:
         if value is not None:
-            set_property(scene.cistern, name, str(value))
-    if arguments.engine == "CYCLES" and arguments.samples is not None:
-        scene.cycles.samples = arguments.samples
-        scene.cycles.use_denoising = False
+            set_property(owner, name, str(value))
+
+
+def warn_of_settings(names: list[str]) -> None:
+    if names:
+        are = "are settings of Cistern and are" if len(names) > 1 else "is a setting of Cistern and is"
+        print(f"Warning: {', '.join(names)} {are} left out")
 
 
 def set_format(settings: bpy.types.ImageFormatSettings, file_format: str) -> None:

@@ -1,0 +1,78 @@
+"""The command line of examples/render.py: what its words mean, and what it sets for either engine."""
+
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+
+@pytest.fixture
+def script(monkeypatch, tmp_path):
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    monkeypatch.chdir(tmp_path)
+    import render
+
+    return render
+
+
+@pytest.mark.parametrize(
+    ("line", "blend", "settings"),
+    [
+        ("--samples 4", None, []),
+        ("max_bounces=4 --samples 4", None, ["max_bounces=4"]),
+        ("scene.blend --samples 4 max_bounces=4", "scene.blend", ["max_bounces=4"]),
+        ("max_bounces=4 --samples 4 scene.blend", "scene.blend", ["max_bounces=4"]),
+        ("max_bounces=4 scene.blend clamp_direct=1", "scene.blend", ["max_bounces=4", "clamp_direct=1"]),
+        ("max_bounces=4 a=1.blend", "a=1.blend", ["max_bounces=4"]),
+        ("a=1.blend max_bounces=4", "a=1.blend", ["max_bounces=4"]),
+        ("max_bounces=4 b=1.blend", None, ["max_bounces=4", "b=1.blend"]),
+    ],
+)
+def test_the_file_may_stand_anywhere(script, tmp_path, line, blend, settings):
+    (tmp_path / "a=1.blend").touch()
+    arguments = script.parse_arguments(line.split())
+    assert (arguments.blend, arguments.settings) == (blend and Path(blend), settings)
+
+
+@pytest.mark.parametrize("line", ["scene.blend max_bounces", "max_bounces=4 scene.blend --samples 4 other.blend"])
+def test_other_words_are_refused_before_a_scene_is_opened(script, capsys, line):
+    with pytest.raises(SystemExit) as end:
+        script.parse_arguments(line.split())
+    assert end.value.code == 2
+    assert f"expected SETTING=VALUE, found {line.split()[-1]!r}" in capsys.readouterr().err
+
+
+def test_settings_of_cistern(script, empty_scene, capsys):
+    line = "--preset RIS --light-sampler POWER --seed 7 --samples 3 max_bounces=4"
+    script.apply_settings(empty_scene, script.parse_arguments(line.split()))
+    cistern = empty_scene.cistern
+    found = (cistern.preset, cistern.light_sampler, cistern.seed, cistern.samples, cistern.max_bounces)
+    assert found == ("RIS", "POWER", 7, 3, 4)
+    assert "Warning" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("line", "warning"),
+    [
+        ("", ""),
+        (
+            "--preset RIS --light-sampler POWER max_bounces=4",
+            "Warning: preset, light_sampler, max_bounces are settings of Cistern and are left out\n",
+        ),
+        ("max_bounces=4", "Warning: max_bounces is a setting of Cistern and is left out\n"),
+    ],
+)
+def test_cycles_takes_samples_and_seed_alone(script, empty_scene, capsys, line, warning):
+    arguments = script.parse_arguments(["--engine", "CYCLES", "--seed", "7", "--samples", "3", *line.split()])
+    script.apply_settings(empty_scene, arguments)
+    assert (empty_scene.cycles.seed, empty_scene.cycles.samples) == (7, 3)
+    assert capsys.readouterr().out == warning
+
+
+def test_a_seed_that_cycles_cannot_have_is_refused(script, empty_scene):
+    arguments = script.parse_arguments(["--engine", "CYCLES", "--seed", "-1"])
+    with pytest.raises(script.UserError, match="seed is -1"):
+        script.apply_settings(empty_scene, arguments)
