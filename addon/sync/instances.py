@@ -199,7 +199,8 @@ class InstanceSync:
 
     def _item_values(self, instancers: dict, instancer_of: list[int]) -> NDArray[np.float32] | None:
         known = list(instancers)[1:]  # without None
-        values = item_values(self._depsgraph, self._value_names, known, np.array(instancer_of, np.int32))
+        indices = np.array(instancer_of, np.int32)
+        values = item_values(self._depsgraph, self._value_names, known, indices, self._report.warn)
         return with_particle_values(values, self._depsgraph, self._value_names)
 
     def _place_edited_lamps(self, matrices: NDArray[np.float32], random_ids: NDArray[np.int32]) -> Placements | None:

@@ -200,7 +200,9 @@ def test_pointiness(empty_scene) -> None:
     expect_equal(empty_scene, plant)
 
 
-def instances_on_points(scene: bpy.types.Scene, card: bpy.types.Object, data_type: str, has_mesh: bool) -> None:
+def instances_on_points(
+    scene: bpy.types.Scene, card: bpy.types.Object, data_type: str, has_mesh: bool
+) -> bpy.types.Object:
     """Cards on a grid by geometry nodes, each with a random attribute "tint"."""
     tree = bpy.data.node_groups.new("scatter", "GeometryNodeTree")
     for direction in ("INPUT", "OUTPUT"):
@@ -231,6 +233,106 @@ def instances_on_points(scene: bpy.types.Scene, card: bpy.types.Object, data_typ
     holder.location = (-0.5, -0.5, -0.5)
     holder["tint"] = 0.3
     holder.modifiers.new("scatter", "NODES").node_group = tree
+    return holder
+
+
+def in_collection(scene: bpy.types.Scene, obj: bpy.types.Object) -> bpy.types.Object:
+    """An instance of a collection that has an object, and others before it."""
+    collection = bpy.data.collections.new("around")
+    for other in (bpy.data.objects.new("aside", None), bpy.data.objects.new("hidden", None), obj):
+        collection.objects.link(other)
+        other.hide_render = other.hide_viewport = other.name.startswith("hidden")
+    if obj.name in scene.collection.objects:
+        scene.collection.objects.unlink(obj)
+    instancer = bpy.data.objects.new("instancer", None)
+    instancer.instance_type, instancer.instance_collection = "COLLECTION", collection
+    scene.collection.objects.link(instancer)
+    return instancer
+
+
+def in_geometry_nodes(scene: bpy.types.Scene, obj: bpy.types.Object, kind: str) -> bpy.types.Object:
+    """Geometry nodes that instance an object (OBJECT) or its collection (COLLECTION), with attributes of their own."""
+    shown = obj if kind == "OBJECT" else in_collection(scene, obj).instance_collection
+    for linked in [member for member in scene.collection.objects if member.name.startswith("instancer")]:
+        scene.collection.objects.unlink(linked)
+    if obj.name in scene.collection.objects:
+        scene.collection.objects.unlink(obj)
+    tree = bpy.data.node_groups.new("around", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    end, source, points, scatter = map(
+        tree.nodes.new,
+        (
+            "NodeGroupOutput",
+            "GeometryNodeObjectInfo" if kind == "OBJECT" else "GeometryNodeCollectionInfo",
+            "GeometryNodePoints",
+            "GeometryNodeInstanceOnPoints",
+        ),
+    )
+    source.inputs[0].default_value = shown
+    source.transform_space = "RELATIVE"
+    if kind == "OBJECT":
+        source.inputs["As Instance"].default_value = True
+    tree.links.new(source.outputs["Geometry" if kind == "OBJECT" else 0], scatter.inputs["Instance"])
+    tree.links.new(points.outputs[0], scatter.inputs["Points"])
+    last = scatter.outputs[0]
+    for name, value in {"tint": (0.9, 0.1, 0.1, 1.0), "outer": (0.1, 0.7, 0.3, 1.0)}.items():
+        store = tree.nodes.new("GeometryNodeStoreNamedAttribute")
+        store.domain, store.data_type = "INSTANCE", "FLOAT_COLOR"
+        store.inputs["Name"].default_value = name
+        next(i for i in store.inputs if i.name == "Value" and i.enabled).default_value = value
+        tree.links.new(last, store.inputs[0])
+        last = store.outputs[0]
+    tree.links.new(last, end.inputs[0])
+    holder = build.add_floor(scene, half=0.1)
+    holder.modifiers.new("around", "NODES").node_group = tree
+    return holder
+
+
+AROUND = {
+    "collection": ("tint", in_collection),
+    "collection in a collection": ("tint", lambda scene, obj: in_collection(scene, in_collection(scene, obj))),
+    "object": ("tint", lambda scene, obj: in_geometry_nodes(scene, obj, "OBJECT")),
+    "object, outer": ("outer", lambda scene, obj: in_geometry_nodes(scene, obj, "OBJECT")),
+    "nodes' collection": ("tint", lambda scene, obj: in_geometry_nodes(scene, obj, "COLLECTION")),
+    "nodes' collection in a collection": (
+        "outer",
+        lambda scene, obj: in_collection(scene, in_geometry_nodes(scene, obj, "COLLECTION")),
+    ),
+}
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="bpy tells nothing of instances of geometry nodes")
+@pytest.mark.parametrize("has_mesh", [False, True])
+@pytest.mark.parametrize("case", AROUND)
+def test_instances_in_instances(empty_scene, case, has_mesh) -> None:
+    """The innermost level that has the attribute counts."""
+    name, put = AROUND[case]
+    hidden = bpy.data.collections.new("hidden")
+    add_cards(empty_scene, hidden, [attribute("INSTANCER", name)])
+    card = hidden.objects[0]
+    put(empty_scene, instances_on_points(empty_scene, card, "FLOAT_COLOR", has_mesh))
+    look_down(empty_scene)
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        node = next(n for n in card.data.materials[0].node_tree.nodes if n.bl_idname == "ShaderNodeAttribute")
+        node.attribute_type = "OBJECT"
+
+    expect_equal(empty_scene, plant)
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="bpy tells nothing of instances of geometry nodes")
+def test_instances_inside_of_children_warn(empty_scene, recorded_sync) -> None:
+    hidden = bpy.data.collections.new("hidden")
+    add_cards(empty_scene, hidden, [attribute("INSTANCER", "tint")])
+    holder = instances_on_points(empty_scene, hidden.objects[0], "FLOAT_COLOR", False)
+    parent = build.add_floor(empty_scene, half=1)
+    parent.name, parent.instance_type, holder.parent = "parent", "VERTS", parent
+    look_down(empty_scene)
+    _, report = recorded_sync()
+    assert [w for w in report.warnings if "tint" in w] == [
+        "Object 'parent': attribute 'tint' that geometry nodes give instances inside of its particles or children is "
+        "not supported"
+    ]
 
 
 @pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="bpy tells nothing of instances of geometry nodes")

@@ -13,6 +13,7 @@ from node_trees import Context, Tree, socket
 
 from addon.sync import versions
 from addon.sync.nodes import compile_light, compile_material, compile_world
+from addon.sync.nodes.enums import MATH_OPERATIONS
 from addon.sync.nodes.graph import Scope
 
 SCENES = "CISTERN_TEST_SCENES"
@@ -202,6 +203,27 @@ def test_thin_film(empty_scene, thickness):
     (closure,) = tree.compile(context).closures
     assert [value[0] for value in closure.inputs[29:]] == pytest.approx([thickness, 1.5 if thickness else 1.0])
     assert closure.parameters[2] == versions.films_cover_metal() and not context.warnings
+
+
+@pytest.mark.parametrize(("strength", "emitted"), [(-0.3, 0.0), (0.0, 0.0), (2.5, 2.5)])
+def test_principled_emits_nothing_below_zero(empty_scene, strength, emitted):
+    tree = Tree()
+    node = tree.node("ShaderNodeBsdfPrincipled")
+    node.inputs["Emission Strength"].default_value = strength
+    tree.link(node, "BSDF", tree.output, "Surface")
+    (closure,) = tree.compile().closures
+    assert closure.inputs[24] == (emitted, 0.0, 0.0)
+
+
+def test_principled_clamps_a_textured_emission(empty_scene):
+    tree = Tree()
+    node = tree.node("ShaderNodeBsdfPrincipled")
+    tree.link(tree.node("ShaderNodeTexNoise"), "Fac", node, "Emission Strength")
+    tree.link(node, "BSDF", tree.output, "Surface")
+    (closure,) = tree.compile().closures
+    strength = closure.inputs[24]
+    assert strength.op == "MATH" and strength.inputs[1] == (0.0, 0.0, 0.0)
+    assert strength.parameters[0] == MATH_OPERATIONS.index("MAXIMUM")
 
 
 @pytest.mark.parametrize("component", ["DIFFUSE", "GLOSSY"])

@@ -45,7 +45,8 @@ def principled(node: NodeView, weight: Value) -> None:
         _tangent(node, anisotropic),
         *node.values("Transmission Weight, Coat Weight, Coat Roughness, Coat IOR, Coat Tint"),
         _coat_normal(node),
-        *node.values("Sheen Weight, Sheen Roughness, Sheen Tint, Emission Color, Emission Strength"),
+        *node.values("Sheen Weight, Sheen Roughness, Sheen Tint, Emission Color"),
+        node.math("MAXIMUM", value("Emission Strength"), constant(0.0)),  # Cycles emits nothing below 0
         *_subsurface(node),
         *_thin_film(node),
     ]
