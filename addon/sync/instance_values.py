@@ -104,7 +104,8 @@ def item_values(
     order = np.argsort(instancer_of, kind="stable")
     starts = np.searchsorted(instancer_of[order], np.arange(len(instancers)))
     for instancer, items in zip(instancers, np.split(order, starts)[1:], strict=True):
-        levels.enter(instancer, items)
+        if instancer is not None:
+            levels.enter(instancer, items)
     if not levels.has_values:
         return None
     values = np.full((len(instancer_of), len(names), 4), np.nan, np.float32)
