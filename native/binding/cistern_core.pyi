@@ -43,6 +43,7 @@ class MaterialProgram:
 
     pass_index: float  # what Material Index shows
     is_boundary: bool  # there is no surface: crossing it is no transparent bounce
+    has_transparent_shadow: bool  # else light samples find no light past it, unless there is a volume inside
 
     def __init__(self, name: str) -> None: ...
     def constant(self, x: float, y: float = 0.0, z: float = 0.0) -> int: ...

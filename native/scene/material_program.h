@@ -91,6 +91,7 @@ struct MaterialProgram {
   /// there is none.
   std::vector<std::vector<int>> tile_tables;
   bool is_boundary = false;  // there is no surface, only what is inside: crossing it is no transparent bounce
+  bool has_transparent_shadow = true;  // or light samples find no light past it; what has a volume always has one
   uint16_t register_count = 0;
 
   // Derived by `finish_program`.

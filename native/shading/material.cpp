@@ -119,6 +119,8 @@ Rgb evaluate_lamp_emission(const Scene& scene, const Instance& object, const Sur
 Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const PathState& path, const Accel* accel) {
   const MaterialProgram* program = find_program(scene, point.material);
   if (program == nullptr || !program->may_be_transparent) return {};
+  const bool may_hide_light = !program->has_transparent_shadow && !program->has_volume;
+  if (may_hide_light && path.ray_kind == kVisibleToShadow) return {};
   Rgb transparency;
   run({.scene = scene, .program = *program, .point = point, .path = path, .accel = accel},
       program->transparency_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {

@@ -18,10 +18,11 @@ def material(node_type: str) -> bpy.types.Material:
     return surface
 
 
-def triangle(scene: bpy.types.Scene, height: float, surface: bpy.types.Material) -> None:
+def triangle(scene: bpy.types.Scene, height: float, surface: bpy.types.Material, scale: float = 1.0) -> None:
     """A triangle across the view, without an inner edge on which a ray could hit it twice."""
     mesh = bpy.data.meshes.new("triangle")
-    mesh.from_pydata([(-9.0, -6.0, height), (9.0, -6.0, height), (0.0, 9.0, height)], [], [(0, 1, 2)])
+    corners = [(-9.0 * scale, -6.0 * scale, height), (9.0 * scale, -6.0 * scale, height), (0.0, 9.0 * scale, height)]
+    mesh.from_pydata(corners, [], [(0, 1, 2)])
     mesh.materials.append(surface)
     scene.collection.objects.link(bpy.data.objects.new("triangle", mesh))
 
@@ -63,6 +64,39 @@ def test_soft_lamp_seen_through_a_transparent_surface(empty_scene: bpy.types.Sce
     build(empty_scene, metal, layers=2)
     result = compare_with_cycles(empty_scene, size=(32, 32), samples=64, blocks=2)
     assert result.agrees, result
+
+
+def half_transparent() -> bpy.types.Material:
+    glassy = material("ShaderNodeBsdfPrincipled")
+    glassy.node_tree.nodes[1].inputs["Alpha"].default_value = 0.3
+    return glassy
+
+
+def under_opaque_shadows(scene: bpy.types.Scene, radius: float) -> bpy.types.Material:
+    """A lamp and a grey world over a floor, a part of it below a half transparent sheet, whose material is returned."""
+    build(scene, material("ShaderNodeBsdfDiffuse"), layers=0).shadow_soft_size = radius
+    sheet = half_transparent()
+    triangle(scene, 0.2, sheet, scale=0.06)
+    scene.world = bpy.data.worlds.new("world")
+    scene.world.color = (0.3, 0.3, 0.3)
+    sheet.use_transparent_shadow = False
+    return sheet
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.25])
+@pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL"])
+def test_transparent_shadows_off(empty_scene: bpy.types.Scene, preset: str, radius: float) -> None:
+    under_opaque_shadows(empty_scene, radius)
+    result = compare_with_cycles(empty_scene, samples=64, preset=preset)
+    assert result.agrees, result
+
+
+def test_planted_transparent_shadows(empty_scene: bpy.types.Scene) -> None:
+    sheet = under_opaque_shadows(empty_scene, 0.0)
+    result = compare_with_cycles(
+        empty_scene, samples=64, plant=lambda scene: setattr(sheet, "use_transparent_shadow", True)
+    )
+    assert not result.agrees
 
 
 def test_planted_bug(empty_scene: bpy.types.Scene) -> None:

@@ -50,6 +50,7 @@ def compile_material(material: bpy.types.Material | None, context: Context) -> M
     program = _compile_material(material, context)
     if material is not None:
         program.pass_index = material.pass_index
+        program.has_transparent_shadow = material.use_transparent_shadow
     return program
 
 

@@ -304,6 +304,25 @@ TEST(Program, WhatOnlyItsOwnPassesNeedIsNotRunWithTheRest) {
   EXPECT_EQ(count, 1);
 }
 
+TEST(Program, WithoutTransparentShadowOnlyRaysOfLightSamplesStop) {
+  const auto passed = [](bool has_transparent_shadow, bool has_volume, uint8_t ray_kind) {
+    ProgramBuilder b;
+    b.add(Op::CLOSURE_TRANSPARENT, {b.constant(0.5f), b.constant(1)});
+    if (has_volume)
+      b.add(Op::CLOSURE_VOLUME, {b.constant(1), b.constant(1), b.constant(1), b.constant(1), b.constant(0)});
+    b.program.has_transparent_shadow = has_transparent_shadow;
+    const Scene scene = scene_of(b);
+    PathState path;
+    path.ray_kind = ray_kind;
+    return evaluate_transparency(scene, test::point_at(scene, {0.25f, 0.5f}, kDown), path);
+  };
+  EXPECT_EQ(passed(true, false, kVisibleToShadow), Rgb(0.5f));
+  EXPECT_EQ(passed(false, false, kVisibleToShadow), Rgb(0.0f));
+  EXPECT_EQ(passed(false, true, kVisibleToShadow), Rgb(0.5f));
+  for (const uint8_t ray_kind : {kVisibleToCamera, kVisibleToDiffuse, kVisibleToGlossy})
+    EXPECT_EQ(passed(false, false, ray_kind), Rgb(0.5f));
+}
+
 TEST(Program, AMissingInstructionInAShortCutIsSeen) {  // planted bug: an alpha instruction lost from the slice
   ProgramBuilder b;
   b.add(Op::CLOSURE_TRANSPARENT, {b.constant(0.25f), b.constant(1)});
