@@ -237,7 +237,8 @@ def test_volumes(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
-@pytest.mark.parametrize("case", [cloud, pytest.param(glowing_cloud, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("case", [cloud, glowing_cloud])
 def test_uneven(empty_scene: bpy.types.Scene, case: Callable) -> None:
     """Small, as these take Cycles long."""
     case(empty_scene)
