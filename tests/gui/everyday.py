@@ -24,6 +24,7 @@ def scenario() -> Iterator[float]:
     yield from delete()
     yield from edit_mesh()
     yield from cell_views()
+    yield from denoising()
     yield from border()
     yield from pause()
     yield from resize()
@@ -178,6 +179,33 @@ def cell_views() -> Iterator[float]:
         yield from settle(f"view_{view.lower()}")
     settings.viewport_view = "COMBINED"
     yield from settle("view_combined")
+
+
+def shown() -> object:
+    [picture] = [render.picture for render in driver.renders() if render.picture is not None]
+    return picture
+
+
+def denoising() -> Iterator[float]:
+    """Of what stands still, of a turning view, and none any more. A Blender without the library says so."""
+    settings = bpy.context.scene.cistern
+    region = driver.space().region_3d
+    region.view_perspective = "PERSP"
+    settings.use_viewport_denoising = True
+    driver.redraw()
+    [render] = driver.renders()
+    yield from wait_until(lambda: shown().denoised is not None or render.warnings, "a denoised picture")
+    yield from settle("denoised")
+    if not render.warnings:
+        for _ in range(20):
+            region.view_rotation = Quaternion((0.0, 0.0, 1.0), math.radians(4.0)) @ region.view_rotation
+            yield 0.05
+        screenshot("turning_denoised")
+        yield from wait_until(lambda: shown().denoised is not None and shown().denoised[1] >= 4, "it again")
+    settings.use_viewport_denoising = False
+    driver.redraw()
+    yield from settle("not_denoised")
+    driver.expect(shown().denoised is None and not render.warnings, "denoising is off")
 
 
 def border() -> Iterator[float]:
