@@ -180,11 +180,12 @@ AreaLamp make_area_lamp(const AreaLight& light) {
   lamp.area = length(cross(light.edge_u, light.edge_v)) * (light.is_ellipse ? kPi / 4.0f : 1.0f);
   lamp.radiance = light.radiance;
   lamp.is_collimated = light.spread < kCollimatedSpread;
-  if (!lamp.is_collimated && light.spread < kPi) {
-    const double half = 0.5 * static_cast<double>(light.spread);
-    lamp.tan_half_spread = static_cast<float>(std::tan(half));
-    lamp.spread_scale = static_cast<float>(1.0 / (std::tan(half) - half));
-  }
+  if (!(light.spread < kPi)) return lamp;
+  const double half = 0.5 * static_cast<double>(std::max(light.spread, kCollimatedSpread)), tangent = std::tan(half);
+  lamp.peak = static_cast<float>(tangent / (tangent - half));
+  if (lamp.is_collimated) return lamp;
+  lamp.tan_half_spread = static_cast<float>(tangent);
+  lamp.spread_scale = static_cast<float>(1.0 / (tangent - half));
   return lamp;
 }
 
