@@ -4,12 +4,12 @@
 
 namespace cistern {
 
-void add_matte(std::span<MatteShare> slots, float id, float weight) {
+void add_matte(std::span<MatteShare> slots, float id, float weight, const SampleRounding& rounding) {
   for (size_t i = 0; i < slots.size(); ++i) {
     MatteShare& slot = slots[i];
     if (slot.id == 0.0f) slot.id = id;
     if (slot.id != id && i + 1 < slots.size()) continue;
-    slot.weight += weight;
+    rounding.add(weight, slot.weight);
     return;
   }
 }

@@ -3,6 +3,8 @@
 #include <span>
 #include <string>
 
+#include "film/sample_rounding.h"
+
 namespace cistern {
 
 /// What mattes can tell apart.
@@ -16,7 +18,7 @@ struct MatteShare {
 
 /// Adds to the slot of that id, to the first that is empty, or to the last, whosever it is. [Cycles,
 /// kernel/film/cryptomatte_passes.h]
-void add_matte(std::span<MatteShare> slots, float id, float weight);
+void add_matte(std::span<MatteShare> slots, float id, float weight, const SampleRounding& rounding);
 
 /// Largest shares first; equal ones, and what is empty, in their order.
 void rank_mattes(std::span<MatteShare> slots);

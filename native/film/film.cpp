@@ -145,72 +145,79 @@ float* Film::sum(Pass pass, uint32_t pixel) {
   return &sums_[static_cast<size_t>(pass)][size_t{pixel} * static_cast<size_t>(describe(pass).channels)];
 }
 
-void Film::add_color(Pass pass, uint32_t pixel, Rgb value) {
+void Film::add_number(Pass pass, size_t channel, const Sample& sample, float value) {
+  sample.rounding.add(value, sum(pass, sample.pixel)[channel]);
+}
+
+void Film::add_color(Pass pass, const Sample& sample, Rgb value) {
   if (!has(pass)) return;
-  float* target = sum(pass, pixel);
-  target[0] += value.r, target[1] += value.g, target[2] += value.b;
+  add_number(pass, 0, sample, value.r);
+  add_number(pass, 1, sample, value.g);
+  add_number(pass, 2, sample, value.b);
 }
 
 void Film::add(uint32_t pixel, const PathRecord& record, const LightByKind* by_kind, std::span<const Rgb> by_group) {
-  const uint32_t sample = samples_[pixel]++;
+  const uint32_t number = samples_[pixel]++;
   if (!fits(record)) {
     ++non_finite_[pixel];
     return;
   }
+  const Sample sample{pixel, {pixel, number}};
   const Rgb combined = record.combined();
-  add_color(Pass::COMBINED, pixel, combined);
-  add_color(Pass::COMBINED_NOISE, pixel, half_sign(sample) * combined);
-  sum(Pass::COMBINED, pixel)[3] += record.alpha;
-  add_color(Pass::NOISY, pixel, combined - record.shared);
-  if (has(Pass::NOISY)) sum(Pass::NOISY, pixel)[3] += record.alpha;
-  add_color(Pass::DIRECT, pixel, record.direct);
-  add_color(Pass::INDIRECT, pixel, record.indirect);
-  add_color(Pass::EMISSION, pixel, record.emission);
-  add_color(Pass::EMISSION_NOISE, pixel, half_sign(sample) * record.emission);
-  add_color(Pass::ENVIRONMENT, pixel, record.environment);
+  add_color(Pass::COMBINED, sample, combined);
+  add_color(Pass::COMBINED_NOISE, sample, half_sign(number) * combined);
+  add_number(Pass::COMBINED, 3, sample, record.alpha);
+  add_color(Pass::NOISY, sample, combined - record.shared);
+  if (has(Pass::NOISY)) add_number(Pass::NOISY, 3, sample, record.alpha);
+  add_color(Pass::DIRECT, sample, record.direct);
+  add_color(Pass::INDIRECT, sample, record.indirect);
+  add_color(Pass::EMISSION, sample, record.emission);
+  add_color(Pass::EMISSION_NOISE, sample, half_sign(number) * record.emission);
+  add_color(Pass::ENVIRONMENT, sample, record.environment);
   if (has(Pass::CAUGHT) && record.caught > 0.0f) {
-    add_color(Pass::CAUGHT, pixel, combined - record.light_before_catcher);
-    sum(Pass::CAUGHT, pixel)[3] += record.caught - (record.alpha_before_catcher - record.alpha);
+    add_color(Pass::CAUGHT, sample, combined - record.light_before_catcher);
+    add_number(Pass::CAUGHT, 3, sample, record.caught - (record.alpha_before_catcher - record.alpha));
   }
-  add_color(Pass::DENOISING_ALBEDO, pixel, record.albedo);
-  add_color(Pass::DENOISING_NORMAL, pixel, to_rgb(record.denoising_normal));
-  if (record.hit) add_first_hit(pixel, record);
-  if (by_kind) add_by_kind(pixel, *by_kind);
-  if (light_groups_ > 0) add_by_group(pixel, by_group);
+  add_color(Pass::DENOISING_ALBEDO, sample, record.albedo);
+  add_color(Pass::DENOISING_NORMAL, sample, to_rgb(record.denoising_normal));
+  if (record.hit) add_first_hit(sample, record);
+  if (by_kind) add_by_kind(sample, *by_kind);
+  if (light_groups_ > 0) add_by_group(sample, by_group);
 }
 
 /// Not by halves: they fit where their record does, unless lamps of positive and of negative strength are beyond range.
-void Film::add_by_group(uint32_t pixel, std::span<const Rgb> light) {
+void Film::add_by_group(const Sample& sample, std::span<const Rgb> light) {
   if (!std::ranges::all_of(light, [](Rgb c) { return fits(c); })) {
-    ++non_finite_[pixel];
+    ++non_finite_[sample.pixel];
     return;
   }
-  const std::span<Rgb> sums = std::span(group_sums_).subspan(pixel * light_groups_, light_groups_);
-  for (size_t group = 0; group < std::min(light.size(), light_groups_); ++group) sums[group] += light[group];
+  const std::span<Rgb> sums = std::span(group_sums_).subspan(sample.pixel * light_groups_, light_groups_);
+  for (size_t group = 0; group < std::min(light.size(), light_groups_); ++group)
+    sample.rounding.add(light[group], sums[group]);
 }
 
 /// Combined is the same whether it is split or not: parts that do not fit are but missing from their passes.
-void Film::add_by_kind(uint32_t pixel, const LightByKind& light) {
+void Film::add_by_kind(const Sample& sample, const LightByKind& light) {
   if (!fits(light)) {
-    ++non_finite_[pixel];
+    ++non_finite_[sample.pixel];
     return;
   }
   for (size_t kind = 0; kind < kKindPasses.size(); ++kind) {
-    add_color(kKindPasses[kind].direct, pixel, light.direct[kind]);
-    add_color(kKindPasses[kind].indirect, pixel, light.indirect[kind]);
-    add_color(kKindPasses[kind].color, pixel, light.color[kind]);
+    add_color(kKindPasses[kind].direct, sample, light.direct[kind]);
+    add_color(kKindPasses[kind].indirect, sample, light.indirect[kind]);
+    add_color(kKindPasses[kind].color, sample, light.color[kind]);
   }
-  add_color(Pass::VOLUME_DIRECT, pixel, light.direct[kVolumeLight]);
-  add_color(Pass::VOLUME_INDIRECT, pixel, light.indirect[kVolumeLight]);
-  add_color(Pass::UNSCATTERED_EMISSION, pixel, light.emission);
-  add_color(Pass::UNSCATTERED_ENVIRONMENT, pixel, light.environment);
+  add_color(Pass::VOLUME_DIRECT, sample, light.direct[kVolumeLight]);
+  add_color(Pass::VOLUME_INDIRECT, sample, light.indirect[kVolumeLight]);
+  add_color(Pass::UNSCATTERED_EMISSION, sample, light.emission);
+  add_color(Pass::UNSCATTERED_ENVIRONMENT, sample, light.environment);
 }
 
-void Film::add_first_hit(uint32_t pixel, const PathRecord& record) {
-  ++hits_[pixel];
-  add_color(Pass::NORMAL, pixel, to_rgb(record.normal));
-  add_color(Pass::POSITION, pixel, to_rgb(record.position));
-  if (has(Pass::DEPTH)) *sum(Pass::DEPTH, pixel) += record.depth;
+void Film::add_first_hit(const Sample& sample, const PathRecord& record) {
+  ++hits_[sample.pixel];
+  add_color(Pass::NORMAL, sample, to_rgb(record.normal));
+  add_color(Pass::POSITION, sample, to_rgb(record.position));
+  if (has(Pass::DEPTH)) add_number(Pass::DEPTH, 0, sample, record.depth);
 }
 
 void Film::show(Pass pass, uint32_t pixel, Rgb value) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "film/sample_rounding.h"
 #include "transport/path_tracer.h"
 
 namespace cistern {
@@ -105,12 +106,18 @@ class Film {
   size_t memory_bytes() const;
 
  private:
+  struct Sample {
+    uint32_t pixel;
+    SampleRounding rounding;
+  };
+
   float* sum(Pass pass, uint32_t pixel);
-  void add_color(Pass pass, uint32_t pixel, Rgb value);
-  void add_by_kind(uint32_t pixel, const LightByKind& light);
-  void add_by_group(uint32_t pixel, std::span<const Rgb> light);
+  void add_number(Pass pass, size_t channel, const Sample& sample, float value);
+  void add_color(Pass pass, const Sample& sample, Rgb value);
+  void add_by_kind(const Sample& sample, const LightByKind& light);
+  void add_by_group(const Sample& sample, std::span<const Rgb> light);
   void divide_by_color(std::vector<float>& light, Pass color) const;
-  void add_first_hit(uint32_t pixel, const PathRecord& record);
+  void add_first_hit(const Sample& sample, const PathRecord& record);
   std::vector<float> resolve_noise(Pass noise, Pass noisy) const;
 
   int width_, height_;

@@ -74,56 +74,59 @@ float SurfaceFilm::mist_of(const Camera& camera, Vec3 position) const {
 }
 
 void SurfaceFilm::add(uint32_t pixel, const Scene& scene, std::span<const SeenSurface> seen, const Accel* accel) {
-  ++samples_[pixel];
+  const Sample sample{pixel, {pixel, samples_[pixel]++}};
   bool is_found = false;
   for (const SeenSurface& surface : seen) {
-    if (!is_found && !aovs_.empty()) add_aovs(pixel, scene, surface, accel);
+    if (!is_found && !aovs_.empty()) add_aovs(sample, scene, surface, accel);
     if (surface.is_environment || surface.is_held_out) continue;
     if (passes_.mist)
-      clear_view_[pixel] += (1.0f - mist_of(scene.camera, surface.point.position)) * surface.contribution;
-    if (has_mattes_) add_mattes(pixel, scene, surface);
+      sample.rounding.add((1.0f - mist_of(scene.camera, surface.point.position)) * surface.contribution,
+                          clear_view_[pixel]);
+    if (has_mattes_) add_mattes(sample, scene, surface);
     if (is_found || surface.alpha < kLeastAlpha) continue;
     is_found = true;
-    if (passes_.uv) add_uv(pixel, scene, surface.point);
-    if (passes_.motion) add_motion(pixel, scene, surface.point);
+    if (passes_.uv) add_uv(sample, scene, surface.point);
+    if (passes_.motion) add_motion(sample, scene, surface.point);
   }
 }
 
-void SurfaceFilm::add_uv(uint32_t pixel, const Scene& scene, const SurfacePoint& point) {
+void SurfaceFilm::add_uv(const Sample& sample, const Scene& scene, const SurfacePoint& point) {
   const Vec3 uv = rendered_uv(scene, point);
-  float* sum = &uv_[kUvChannels * pixel];
-  sum[0] += uv.x, sum[1] += uv.y, sum[2] += uv.z;
+  for (size_t i = 0; i < kUvChannels; ++i)
+    sample.rounding.add(uv[static_cast<int>(i)], uv_[kUvChannels * sample.pixel + i]);
 }
 
 /// By how many pixels it was elsewhere a frame before, and by how many it will have moved from there to here a frame
 /// later. [Cycles, primitive_motion_vector]
-void SurfaceFilm::add_motion(uint32_t pixel, const Scene& scene, const SurfacePoint& point) {
-  ++moving_[pixel];
+void SurfaceFilm::add_motion(const Sample& sample, const Scene& scene, const SurfacePoint& point) {
+  ++moving_[sample.pixel];
   const Mesh& mesh = *scene.meshes[static_cast<size_t>(scene.instances[point.instance].mesh)];
   const Vec3 in_object = interpolate_position(mesh, point.triangle, point.barycentric);
   const std::optional<Vec2> now = project(scene.camera, point.position);
-  float* sum = &motion_[kMotionChannels * pixel];
+  float* sum = &motion_[kMotionChannels * sample.pixel];
   for (size_t step = 0; step < scene.motion.size(); ++step) {
     if (!scene.motion[step]) continue;
     const MotionStep& then = *scene.motion[step];
     const std::optional<Vec2> there = project(then.camera, then.object_to_world[point.instance].point(in_object));
     if (!now || !there) continue;
     const float sign = step == 0 ? 1.0f : -1.0f;
-    sum[2 * step] += sign * (there->x - now->x) * frame_size_.x;
-    sum[2 * step + 1] += sign * (there->y - now->y) * frame_size_.y;
+    sample.rounding.add(sign * (there->x - now->x) * frame_size_.x, sum[2 * step]);
+    sample.rounding.add(sign * (there->y - now->y) * frame_size_.y, sum[2 * step + 1]);
   }
 }
 
-void SurfaceFilm::add_aovs(uint32_t pixel, const Scene& scene, const SeenSurface& seen, const Accel* accel) {
+void SurfaceFilm::add_aovs(const Sample& sample, const Scene& scene, const SeenSurface& seen, const Accel* accel) {
   const auto add = [&](const AovValues& values) {
     for (size_t i = 0; i < aovs_.size(); ++i) {
       if (aov_hashes_[i] != values.name_hash) continue;
-      float* sum = &aovs_[i][static_cast<size_t>(passes_.aovs[i].channels()) * pixel];
+      float* sum = &aovs_[i][static_cast<size_t>(passes_.aovs[i].channels()) * sample.pixel];
       if (!passes_.aovs[i].is_color) {
-        sum[0] += values.value;
+        sample.rounding.add(values.value, sum[0]);
         continue;
       }
-      sum[0] += values.color.r, sum[1] += values.color.g, sum[2] += values.color.b;
+      sample.rounding.add(values.color.r, sum[0]);
+      sample.rounding.add(values.color.g, sum[1]);
+      sample.rounding.add(values.color.b, sum[2]);
       sum[3] += 1.0f;
     }
   };
@@ -131,13 +134,14 @@ void SurfaceFilm::add_aovs(uint32_t pixel, const Scene& scene, const SeenSurface
                       : evaluate_aovs(scene, seen.point, seen.path, std::ref(add), accel);
 }
 
-void SurfaceFilm::add_mattes(uint32_t pixel, const Scene& scene, const SeenSurface& seen) {
+void SurfaceFilm::add_mattes(const Sample& sample, const Scene& scene, const SeenSurface& seen) {
   const float weight = seen.throughput * seen.alpha;
   if (!(weight > 0.0f)) return;
   const std::array<float, kMatteKinds> ids = matte_ids(scene, seen.point);
   for (size_t kind = 0; kind < mattes_.size(); ++kind) {
     const size_t slots = kSharesOfLevel * static_cast<size_t>(passes_.matte_levels[kind]);
-    if (slots > 0 && ids[kind] != 0.0f) add_matte({&mattes_[kind][slots * pixel], slots}, ids[kind], weight);
+    if (slots > 0 && ids[kind] != 0.0f)
+      add_matte({&mattes_[kind][slots * sample.pixel], slots}, ids[kind], weight, sample.rounding);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "film/sample_rounding.h"
 #include "film/surface_passes.h"
 #include "scene/scene.h"
 #include "transport/seen_surface.h"
@@ -29,11 +30,16 @@ class SurfaceFilm {
   size_t memory_bytes() const;
 
  private:
+  struct Sample {
+    uint32_t pixel;
+    SampleRounding rounding;
+  };
+
   float mist_of(const Camera& camera, Vec3 position) const;
-  void add_uv(uint32_t pixel, const Scene& scene, const SurfacePoint& point);
-  void add_motion(uint32_t pixel, const Scene& scene, const SurfacePoint& point);
-  void add_aovs(uint32_t pixel, const Scene& scene, const SeenSurface& seen, const Accel* accel);
-  void add_mattes(uint32_t pixel, const Scene& scene, const SeenSurface& seen);
+  void add_uv(const Sample& sample, const Scene& scene, const SurfacePoint& point);
+  void add_motion(const Sample& sample, const Scene& scene, const SurfacePoint& point);
+  void add_aovs(const Sample& sample, const Scene& scene, const SeenSurface& seen, const Accel* accel);
+  void add_mattes(const Sample& sample, const Scene& scene, const SeenSurface& seen);
   std::span<const MatteShare> mattes_of(size_t kind, size_t pixel) const;
   std::vector<float> resolve_mattes(size_t kind, int level) const;
 

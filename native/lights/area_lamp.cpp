@@ -1,5 +1,7 @@
 #include "lights/area_lamp.h"
 
+#include <limits>
+
 #include "base/warp.h"
 
 namespace cistern {
@@ -17,17 +19,19 @@ constexpr float kOrthogonal = 1e-4f;
 /// A rectangle seen from the origin of a frame along its edges, at depth `z` < 0, with its solid angle.
 /// [Ureña, Fajardo and King 2013, An Area-Preserving Parametrization for Spherical Rectangles]. The internal angles
 /// g_i = acos(-n_i n_i+1) of the paper are kept as pi/2 + asin(n_i n_i+1), so that small solid angles do not cancel.
+template <class Real>
 struct SphericalRectangle {
-  float x0, x1, y0, y1, z;
-  float b0, b1;  // z components of the edge planes' normals at y0 and y1
-  float rest;    // asin terms 2 and 3
-  float solid_angle;
+  Real x0, x1, y0, y1, z;
+  Real b0, b1;  // z components of the edge planes' normals at y0 and y1
+  Real rest;    // asin terms 2 and 3
+  Real solid_angle;
+  static constexpr Real square(Real v) { return v * v; }
 
-  SphericalRectangle(float left, float right, float bottom, float top, float depth)
+  SphericalRectangle(Real left, Real right, Real bottom, Real top, Real depth)
       : x0(left), x1(right), y0(bottom), y1(top), z(depth) {
-    const float z2 = sqr(z);
-    const float n0 = -y0 / std::sqrt(z2 + sqr(y0)), n1 = x1 / std::sqrt(z2 + sqr(x1));
-    const float n2 = y1 / std::sqrt(z2 + sqr(y1)), n3 = -x0 / std::sqrt(z2 + sqr(x0));
+    const Real z2 = square(z);
+    const Real n0 = -y0 / std::sqrt(z2 + square(y0)), n1 = x1 / std::sqrt(z2 + square(x1));
+    const Real n2 = y1 / std::sqrt(z2 + square(y1)), n3 = -x0 / std::sqrt(z2 + square(x0));
     rest = std::asin(n2 * n3) + std::asin(n3 * n0);
     solid_angle = std::asin(n0 * n1) + std::asin(n1 * n2) + rest;
     b0 = n0;
@@ -36,15 +40,16 @@ struct SphericalRectangle {
 
   /// Coordinates of the point `uv` of the rectangle, uniform over its solid angle. Paper §4, Fig. 4.
   Vec2 sample(Vec2 uv) const {
-    const float angle = uv.x * solid_angle - rest;
-    const float f = (std::cos(angle) * b0 + b1) / std::sin(angle);
-    const float c =
-        std::clamp(std::copysign(1.0f / std::sqrt(sqr(f) + sqr(b0)), f), -kOneMinusEpsilon, kOneMinusEpsilon);
-    const float x = std::clamp(-c * z / std::sqrt(1.0f - sqr(c)), x0, x1);
-    const float d2 = sqr(x) + sqr(z);
-    const float h0 = y0 / std::sqrt(d2 + sqr(y0)), h1 = y1 / std::sqrt(d2 + sqr(y1));
-    const float h = std::clamp(lerp(h0, h1, uv.y), -kOneMinusEpsilon, kOneMinusEpsilon);
-    return {x, std::clamp(h * std::sqrt(d2 / (1.0f - sqr(h))), y0, y1)};
+    constexpr Real kOne = 1, kBelowOne = kOne - std::numeric_limits<Real>::epsilon() / 2;
+    const Real angle = uv.x * solid_angle - rest;
+    const Real f = (std::cos(angle) * b0 + b1) / std::sin(angle);
+    const Real c = std::clamp(std::copysign(kOne / std::sqrt(square(f) + square(b0)), f), -kBelowOne, kBelowOne);
+    const Real x = std::clamp(-c * z / std::sqrt(kOne - square(c)), x0, x1);
+    const Real d2 = square(x) + square(z);
+    const Real h0 = y0 / std::sqrt(d2 + square(y0)), h1 = y1 / std::sqrt(d2 + square(y1));
+    const Real h = std::clamp(h0 + (h1 - h0) * uv.y, -kBelowOne, kBelowOne);
+    const Real y = std::clamp(h * std::sqrt(d2 / (kOne - square(h))), y0, y1);
+    return {static_cast<float>(x), static_cast<float>(y)};
   }
 };
 
@@ -57,8 +62,15 @@ struct VisiblePart {
   float density;         // per solid angle, or per square metre
 };
 
-SphericalRectangle spherical(const VisiblePart& d) {
-  return {d.u0 - d.foot_u, d.u1 - d.foot_u, d.v0 - d.foot_v, d.v1 - d.foot_v, -d.height};
+/// visit(rectangle as the receiver sees it). Close to the lamp's plane, angles between the planes through its edges are
+/// nearly 0 or pi, and single precision loses what is left of their sum.
+template <class Visit>
+auto see_rectangle(const VisiblePart& d, const Visit& visit) {
+  constexpr float kGrazing = 0.1f;
+  const float x0 = d.u0 - d.foot_u, x1 = d.u1 - d.foot_u, y0 = d.v0 - d.foot_v, y1 = d.v1 - d.foot_v;
+  const float reach = std::max(std::max(std::abs(x0), std::abs(x1)), std::max(std::abs(y0), std::abs(y1)));
+  if (d.height < kGrazing * reach) return visit(SphericalRectangle<double>(x0, x1, y0, y1, -d.height));
+  return visit(SphericalRectangle<float>(x0, x1, y0, y1, -d.height));
 }
 
 /// Spread leaves only a circle around the receiver's foot alight: keep the rectangle around it.
@@ -86,7 +98,8 @@ std::optional<VisiblePart> visible_part(const AreaLamp& lamp, Vec3 receiver) {
   if (lamp.is_ellipse && (!lamp.is_rectangular || clipped_area >= lamp.area)) {
     part.measure = VisiblePart::Measure::ELLIPSE_AREA;
   } else if (lamp.is_rectangular) {
-    const float solid_angle = spherical(part).solid_angle;
+    const float solid_angle =
+        see_rectangle(part, [](const auto& seen) { return static_cast<float>(seen.solid_angle); });
     const bool is_resolved = solid_angle > kSmallestSolidAngle;
     part.measure = is_resolved ? VisiblePart::Measure::RECTANGLE_SOLID_ANGLE : VisiblePart::Measure::RECTANGLE_AREA;
     part.density = 1.0f / (is_resolved ? solid_angle : clipped_area);
@@ -97,7 +110,7 @@ std::optional<VisiblePart> visible_part(const AreaLamp& lamp, Vec3 receiver) {
 Vec2 sample_part(const AreaLamp& lamp, const VisiblePart& part, Vec2 uv) {
   switch (part.measure) {
     case VisiblePart::Measure::RECTANGLE_SOLID_ANGLE: {
-      const Vec2 seen = spherical(part).sample(uv);
+      const Vec2 seen = see_rectangle(part, [uv](const auto& rectangle) { return rectangle.sample(uv); });
       return {seen.x + part.foot_u, seen.y + part.foot_v};
     }
     case VisiblePart::Measure::ELLIPSE_AREA: {
@@ -167,11 +180,12 @@ AreaLamp make_area_lamp(const AreaLight& light) {
   lamp.area = length(cross(light.edge_u, light.edge_v)) * (light.is_ellipse ? kPi / 4.0f : 1.0f);
   lamp.radiance = light.radiance;
   lamp.is_collimated = light.spread < kCollimatedSpread;
-  if (!lamp.is_collimated && light.spread < kPi) {
-    const double half = 0.5 * static_cast<double>(light.spread);
-    lamp.tan_half_spread = static_cast<float>(std::tan(half));
-    lamp.spread_scale = static_cast<float>(1.0 / (std::tan(half) - half));
-  }
+  if (!(light.spread < kPi)) return lamp;
+  const double half = 0.5 * static_cast<double>(std::max(light.spread, kCollimatedSpread)), tangent = std::tan(half);
+  lamp.peak = static_cast<float>(tangent / (tangent - half));
+  if (lamp.is_collimated) return lamp;
+  lamp.tan_half_spread = static_cast<float>(tangent);
+  lamp.spread_scale = static_cast<float>(1.0 / (tangent - half));
   return lamp;
 }
 

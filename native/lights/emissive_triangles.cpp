@@ -68,7 +68,6 @@ EmissiveTriangles::EmissiveTriangles(const Scene& scene) {
 
 EmissiveTriangles::Selection EmissiveTriangles::select(const Scene& scene, const Instance& instance) {
   Selection selection;
-  if ((instance.visibility & kVisibleToScattered) == 0) return selection;
   const std::vector<int>& materials = scene.material_sets[static_cast<size_t>(instance.material_set)];
   if (scene.meshes[static_cast<size_t>(instance.mesh)]->is_strands()) return selection;  // found by scattered rays
   const bool any = std::any_of(materials.begin(), materials.end(), [&](int m) { return is_emitter(scene, m); });
@@ -92,7 +91,7 @@ void EmissiveTriangles::place(const Scene& scene) {
     const Instance& instance = scene.instances[i];
     if (instance.mesh < 0 || !scene.meshes[static_cast<size_t>(instance.mesh)]) continue;
     const std::vector<int>& materials = scene.material_sets[static_cast<size_t>(instance.material_set)];
-    if (materials.empty()) continue;
+    if (materials.empty() || (instance.visibility & kVisibleToScattered) == 0) continue;
     const auto [found, is_new] =
         known.try_emplace({instance.mesh, instance.material_set}, static_cast<int>(selections_.size()));
     if (is_new) selections_.push_back(select(scene, instance));

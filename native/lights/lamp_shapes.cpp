@@ -170,8 +170,8 @@ LightBounds area_bounds(const AreaLamp& lamp) {
   bounds.cos_normals = 1.0f;
   const float tan_h = lamp.tan_half_spread;
   bounds.cos_emission = lamp.is_collimated ? 1.0f : (std::isinf(tan_h) ? 0.0f : 1.0f / std::sqrt(1.0f + sqr(tan_h)));
-  const float on_axis = lamp.spread_scale > 0.0f ? tan_h * lamp.spread_scale : 1.0f;
-  bounds.intensity = magnitude(lamp.radiance) * lamp.area * on_axis;
+  bounds.intensity = magnitude(lamp.radiance) * lamp.area * lamp.peak;
+  bounds.near_distance2 = lamp.area * lamp.peak * kInvPi;  // nobody receives more than the lamp sends from each point
   return bounds;
 }
 

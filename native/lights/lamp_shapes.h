@@ -41,6 +41,7 @@ struct AreaLamp {
   Rgb radiance;                // before the spread factor
   float tan_half_spread = INFINITY;
   float spread_scale = 0.0f;  // 1 / (tan(h) - h) with h half the spread
+  float peak = 1.0f;          // intensity along the normal, over that of a Lambertian emitter of the same flux
 };
 
 using Lamp = std::variant<BallLamp, SunLamp, AreaLamp>;

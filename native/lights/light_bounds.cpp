@@ -11,6 +11,18 @@ float cos_far_edge(float cos_a, float cos_b) {
   return cos_a * cos_b - sin_a * sin_b;
 }
 
+/// With which the whole, seen from within its box, is as strong as its parts are together.
+float merged_near_distance2(const LightBounds& all, std::span<const LightBounds> parts) {
+  const float radius2 = 0.25f * length_squared(all.box.diagonal());
+  bool matters = false;
+  float irradiance = 0.0f;
+  for (const LightBounds& part : parts) {
+    matters = matters || part.near_distance2 > radius2;
+    irradiance += part.intensity / std::max(part.near_distance2, radius2);
+  }
+  return matters && irradiance > 0.0f ? all.intensity / irradiance : 0.0f;
+}
+
 }  // namespace
 
 LightBounds merge(std::span<const LightBounds> parts) {
@@ -34,6 +46,7 @@ LightBounds merge(std::span<const LightBounds> parts) {
     all.intensity += part.intensity;
     all.is_two_sided = all.is_two_sided || part.is_two_sided;
   }
+  all.near_distance2 = merged_near_distance2(all, parts);
   return all;
 }
 

@@ -103,7 +103,8 @@ Importances importances(const Node& node, const Vec3& position, const Vec3& n) {
   const Angle off_normals = angle_difference({cos_axis, cathetus(d2, along)}, d, {cos_normals, sin_normals}, all(1.0f));
   const Lanes cos_out = angle_difference(off_normals, d, {cos_seen, sin_seen}, d).cosine * inverse_d2;
   const Lanes cos_emission = _mm256_load_ps(node.cos_emission) - all(kCosineSlack);
-  Lanes result = _mm256_load_ps(node.intensity) / _mm256_max_ps(d2, r2) * _mm256_max_ps(cos_out, all(kCosineSlack));
+  const Lanes from_distance2 = _mm256_max_ps(d2, _mm256_load_ps(node.near_distance2));
+  Lanes result = _mm256_load_ps(node.intensity) / from_distance2 * _mm256_max_ps(cos_out, all(kCosineSlack));
   result = _mm256_and_ps(result, at_least(cos_out, cos_emission));
 
   if (n.x != 0.0f || n.y != 0.0f || n.z != 0.0f) {

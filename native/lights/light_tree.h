@@ -11,7 +11,7 @@ namespace cistern {
 
 /// A hierarchy over the finite emitters of a scene that chooses one with probability close to what it can send to a
 /// receiver. Nodes have eight children, so a choice among 40,000 emitters takes five or six steps, each of which
-/// estimates eight clusters at once. Memory: at most 384 bytes per node, of which there are about 1 per 5 emitters,
+/// estimates eight clusters at once. Memory: at most 416 bytes per node, of which there are about 1 per 5 emitters,
 /// plus 4 bytes per emitter.
 /// [Conty Estevez and Kulla 2018, Importance Sampling of Many Lights with Adaptive Tree Splitting], with the
 /// conservative cosine bounds of [Pharr, Jakob and Humphreys 2023, Physically Based Rendering, §12.6.3]. Departures:
@@ -53,7 +53,8 @@ class LightTree {
     float axis_x[kWidth] = {}, axis_y[kWidth] = {}, axis_z[kWidth] = {};
     float cos_normals[kWidth] = {}, sin_normals[kWidth] = {}, cos_emission[kWidth] = {};
     float intensity[kWidth] = {};
-    uint32_t child[kWidth] = {};  // node, or emitter | kLeafBit
+    float near_distance2[kWidth] = {};  // or the squared radius, where that is larger
+    uint32_t child[kWidth] = {};        // node, or emitter | kLeafBit
   };
 
  private:

@@ -148,6 +148,7 @@ void set_child(Node& node, size_t i, const LightBounds& bounds, uint32_t child) 
   node.cos_normals[i] = bounds.cos_normals, node.sin_normals[i] = safe_sqrt(1.0f - sqr(bounds.cos_normals));
   node.cos_emission[i] = bounds.cos_emission;
   node.intensity[i] = bounds.intensity;
+  node.near_distance2[i] = std::max(bounds.near_distance2, sqr(node.radius[i]));
   node.child[i] = child;
 }
 

@@ -10,9 +10,11 @@
 namespace cistern::test {
 namespace {
 
+const SampleRounding kFirst(0, 0);
+
 TEST(Mattes, SharesOfAnIdAreAddedUp) {
   std::array<MatteShare, 4> slots{};
-  for (const float id : {3.0f, -7.0f, 3.0f, 5.0f}) add_matte(slots, id, 0.25f);
+  for (const float id : {3.0f, -7.0f, 3.0f, 5.0f}) add_matte(slots, id, 0.25f, kFirst);
   EXPECT_EQ(slots[0].id, 3.0f);
   EXPECT_EQ(slots[0].weight, 0.5f);
   EXPECT_EQ(slots[1].id, -7.0f);
@@ -22,7 +24,7 @@ TEST(Mattes, SharesOfAnIdAreAddedUp) {
 
 TEST(Mattes, WhatFindsNoSlotGoesToTheLast) {
   std::array<MatteShare, 2> slots{};
-  for (const float id : {1.0f, 2.0f, 3.0f, 1.0f, 4.0f}) add_matte(slots, id, 1.0f);
+  for (const float id : {1.0f, 2.0f, 3.0f, 1.0f, 4.0f}) add_matte(slots, id, 1.0f, kFirst);
   EXPECT_EQ(slots[0].weight, 2.0f);
   EXPECT_EQ(slots[1].id, 2.0f);
   EXPECT_EQ(slots[1].weight, 3.0f);
