@@ -14,9 +14,8 @@ struct LightBounds {
   float cos_normals = -1.0f;    // half angle of that cone; -1 = all directions
   float cos_emission = 0.0f;    // farthest from its normal that an emitter sends light
   float intensity = 0.0f;       // W/sr along the normal (magnitude), summed
-  float near_distance2 =
-      0.0f;                   // m^2, squared: from nearer than this, irradiance is no larger. 0: or from within the box
-  bool is_two_sided = false;  // light leaves along the normal and against it alike
+  float near_distance2 = 0.0f;  // m^2; from nearer than its root, or from within the box, irradiance grows no more
+  bool is_two_sided = false;    // light leaves along the normal and against it alike
 };
 
 /// Bounds of all of `parts`, of which at least one must be given. Uses no trigonometry.
