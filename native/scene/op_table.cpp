@@ -115,15 +115,15 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"CHECKER", "vccf", 'c', 0, false},          // vector, colour 1, colour 2, scale
     {"CHECKER_FACTOR", "vf", 'f', 0, false},     // vector, scale
     {"GRADIENT", "v", 'f', 1, false},            // [0 LINEAR 1 QUADRATIC 2 EASING 3 DIAGONAL 4 RADIAL 5 QUADRATIC_SPHERE 6 SPHERICAL]
-    // vector, w, scale, detail, roughness, lacunarity, distortion; [dimensions 1..4, normalize, type 0 FBM 1 MULTIFRACTAL
-    // 2 HYBRID_MULTIFRACTAL 3 RIDGED_MULTIFRACTAL 4 HETERO_TERRAIN] (offset 0, gain 1)
-    {"NOISE", "vffffff", 'f', 3, false},
-    {"NOISE_COLOR", "vffffff", 'c', 3, false},
-    // vector, w, scale, smoothness, exponent, randomness; [dimensions 1..4, metric 0 EUCLIDEAN 1 MANHATTAN 2 CHEBYCHEV 3 MINKOWSKI,
-    // feature 0 F1 1 F2 2 SMOOTH_F1 3 DISTANCE_TO_EDGE 4 N_SPHERE_RADIUS]
-    {"VORONOI_DISTANCE", "vfffff", 'f', 3, false},
-    {"VORONOI_COLOR", "vfffff", 'c', 3, false},
-    {"VORONOI_POSITION", "vfffff", 'v', 3, false},
+    // vector, w, scale, detail, roughness, lacunarity, offset, gain, distortion; [dimensions 1..4, normalize,
+    // type 0 FBM 1 MULTIFRACTAL 2 HYBRID_MULTIFRACTAL 3 RIDGED_MULTIFRACTAL 4 HETERO_TERRAIN]
+    {"NOISE", "vffffffff", 'f', 3, false},
+    {"NOISE_COLOR", "vffffffff", 'c', 3, false},
+    // vector, w, scale, detail, roughness, lacunarity, smoothness, exponent, randomness; [dimensions 1..4, metric 0 EUCLIDEAN
+    // 1 MANHATTAN 2 CHEBYCHEV 3 MINKOWSKI, feature 0 F1 1 F2 2 SMOOTH_F1 3 DISTANCE_TO_EDGE 4 N_SPHERE_RADIUS, normalize]
+    {"VORONOI_DISTANCE", "vffffffff", 'f', 4, false},
+    {"VORONOI_COLOR", "vffffffff", 'c', 4, false},
+    {"VORONOI_POSITION", "vffffffff", 'v', 4, false},
     // vector, scale, distortion, detail, detail scale, detail roughness, phase; [type 0 BANDS 1 RINGS, direction 0 X 1 Y 2 Z
     // 3 DIAGONAL / SPHERICAL, profile 0 SIN 1 SAW 2 TRI]
     {"WAVE", "vffffff", 'f', 3, false},

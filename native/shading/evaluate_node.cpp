@@ -130,15 +130,22 @@ Vec3 evaluate_vector(const Instruction& instruction, const Vec3* in, const NodeC
 }
 
 NoiseSettings noise_settings(const int32_t* p, const Vec3* in) {
-  return {in[3].x, in[4].x, in[5].x, in[6].x, static_cast<NoiseType>(p[2]), p[1] != 0};
+  return {in[3].x, in[4].x, in[5].x, in[6].x, in[7].x, in[8].x, static_cast<NoiseType>(p[2]), p[1] != 0};
 }
 
 Vec3 evaluate_voronoi(const Instruction& instruction, const Vec3* in) {
   const int32_t* p = instruction.parameters;
   const float scale = in[2].x;
-  const VoronoiResult r =
-      voronoi_node(in[0] * scale, in[1].x * scale, p[0],
-                   {static_cast<VoronoiFeature>(p[2]), static_cast<VoronoiMetric>(p[1]), in[3].x, in[4].x, in[5].x});
+  const VoronoiSettings settings{static_cast<VoronoiFeature>(p[2]),
+                                 static_cast<VoronoiMetric>(p[1]),
+                                 in[3].x,
+                                 in[4].x,
+                                 in[5].x,
+                                 in[6].x,
+                                 in[7].x,
+                                 in[8].x,
+                                 p[3] != 0};
+  const VoronoiResult r = voronoi_node(in[0] * scale, in[1].x * scale, p[0], settings);
   if (instruction.op == Op::VORONOI_DISTANCE) return broadcast(r.distance);
   if (instruction.op == Op::VORONOI_COLOR) return r.color;
   return safe_divide(r.position, broadcast(scale));

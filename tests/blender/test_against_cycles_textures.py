@@ -61,6 +61,20 @@ def through(kind: str, output: str | int = 0, coordinates: str = "Generated", so
     return make
 
 
+def fractal(kind: str, output: str, inputs: dict[str, float], **members):
+    """Diffuse coloured by a texture whose members choose its sockets."""
+
+    def make(tree):
+        node = tree.nodes.new(kind)
+        for name, value in members.items():
+            setattr(node, name, value)
+        for name, value in inputs.items():
+            node.inputs[name].default_value = value
+        return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=node.outputs[output]).outputs[0]
+
+    return make
+
+
 def adjusted(kind: str, **inputs):
     """A colour node between an image and a diffuse."""
 
@@ -99,7 +113,14 @@ TEXTURES = {
     "box": textured("Generated", projection="BOX", projection_blend=0.3),
     "checker": through("ShaderNodeTexChecker", Scale=6.0),
     "noise": through("ShaderNodeTexNoise", 1, Scale=4.0),
+    "ridged noise": fractal(
+        "ShaderNodeTexNoise", "Color", {"Scale": 3.0, "Offset": 0.8, "Gain": 1.7}, noise_type="RIDGED_MULTIFRACTAL"
+    ),
     "voronoi": through("ShaderNodeTexVoronoi", 1, Scale=4.0),
+    "voronoi octaves": fractal("ShaderNodeTexVoronoi", "Color", {"Scale": 2.0, "Detail": 2.5}, normalize=True),
+    "voronoi edges": fractal(
+        "ShaderNodeTexVoronoi", "Distance", {"Scale": 2.0, "Detail": 1.5, "Roughness": 0.8}, feature="DISTANCE_TO_EDGE"
+    ),
     "brightness": adjusted("ShaderNodeBrightContrast", Bright=0.1, Contrast=0.4),
     "hue": adjusted("ShaderNodeHueSaturation", Hue=0.6, Saturation=1.3, Value=0.8),
     "gamma": adjusted("ShaderNodeGamma", Gamma=1.8),
@@ -109,9 +130,12 @@ TEXTURES = {
 }
 
 
+OTHER_CELLS = ((5, 0, 0), "Cycles before 5.0 places Voronoi cells by another hash")
 # What Cycles itself renders otherwise before a version of Blender.
 CHANGED = {
-    "voronoi": ((5, 0, 0), "Cycles before 5.0 places Voronoi cells by another hash"),
+    "voronoi": OTHER_CELLS,
+    "voronoi octaves": OTHER_CELLS,
+    "voronoi edges": OTHER_CELLS,
     "normal map": ((4, 5, 0), "Cycles 4.2 corrects perturbed normals in another way: 0.4 % darker"),
     "bump": ((4, 5, 0), "Cycles 4.2 corrects perturbed normals in another way: 1.5 % darker"),
 }
