@@ -10,7 +10,7 @@ from tests.support.engines import compare_with_cycles
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
 
-def byte_image(alpha: bool = False) -> bpy.types.Image:
+def byte_image(alpha: bool = False, colour_space: str = "sRGB") -> bpy.types.Image:
     """8-bit sRGB blocks, so that interpolation and decoding order matter. Products of colour and alpha are whole codes:
     Cycles keeps them in 8 bits, Cistern does not round."""
     rng = np.random.default_rng(7)
@@ -19,16 +19,17 @@ def byte_image(alpha: bool = False) -> bpy.types.Image:
     image = bpy.data.images.new("bytes", 16, 8, alpha=alpha)
     image.pixels.foreach_set(pixels.ravel())
     image.pack()
+    image.colorspace_settings.name = colour_space
     return image
 
 
-def textured(coordinates: str = "UV", alpha: bool = False, image=None, **members):
+def textured(coordinates: str = "UV", alpha: bool = False, colour_space: str = "sRGB", **members):
     """Diffuse with an image; members of the node by name, `scale` for a Mapping in front."""
     scale = members.pop("scale", None)
 
     def make(tree):
         node = tree.nodes.new("ShaderNodeTexImage")
-        node.image = image or byte_image(alpha)
+        node.image = byte_image(alpha, colour_space)
         for name, value in members.items():
             setattr(node, name, value)
         vector = tree.nodes.new("ShaderNodeTexCoord").outputs[coordinates]
@@ -111,6 +112,8 @@ TEXTURES = {
     "mirror": textured(extension="MIRROR", scale=(3.0, 2.0, 1.0)),
     "alpha": textured(alpha=True),
     "box": textured("Generated", projection="BOX", projection_blend=0.3),
+    "filmic": textured(colour_space="Filmic sRGB"),
+    "filmic and alpha": textured(alpha=True, colour_space="Filmic sRGB"),
     "checker": through("ShaderNodeTexChecker", Scale=6.0),
     "noise": through("ShaderNodeTexNoise", 1, Scale=4.0),
     "ridged noise": fractal(
@@ -130,9 +133,12 @@ TEXTURES = {
 }
 
 
+NO_CONFIGURATION = ((4, 5, 0), "the wheel of Blender 4.2 has no OpenColorIO for Python")
 OTHER_CELLS = ((5, 0, 0), "Cycles before 5.0 places Voronoi cells by another hash")
 # What Cycles itself renders otherwise before a version of Blender.
 CHANGED = {
+    "filmic": NO_CONFIGURATION,
+    "filmic and alpha": NO_CONFIGURATION,
     "voronoi": OTHER_CELLS,
     "voronoi octaves": OTHER_CELLS,
     "voronoi edges": OTHER_CELLS,
