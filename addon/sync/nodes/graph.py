@@ -18,6 +18,7 @@ Socket = bpy.types.NodeSocket
 Link = bpy.types.NodeLink
 
 SHADER = "SHADER"
+EEVEE_ALONE = {"ShaderNodeShaderToRGB", "ShaderNodeEeveeSpecular", "ShaderNodeUVAlongStroke", "ShaderNodeSqueeze"}
 RESOLVED_BY_BLENDER = {
     "GeometryNodeMenuSwitch",
     "GeometryNodeRepeatOutput",
