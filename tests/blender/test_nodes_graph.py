@@ -169,6 +169,17 @@ def test_group_without_tree_is_harmless(empty_scene):
     assert tree.compile().closures == []
 
 
+def test_worlds_have_no_tangent(empty_scene):
+    """As in Cycles."""
+    world = bpy.data.worlds.new("World")
+    world.use_nodes = True
+    tree = world.node_tree
+    background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
+    tree.links.new(background.inputs["Color"], tree.nodes.new("ShaderNodeNewGeometry").outputs["Tangent"])
+    (closure,) = compile_world(world, Context()).closures
+    assert closure.inputs[1] == (0.0, 0.0, 0.0)
+
+
 def test_unknown_nodes_make_one_warning(empty_scene, monkeypatch):
     for idname in ("ShaderNodeInvert", "ShaderNodeFresnel"):
         monkeypatch.delitem(VALUE_NODES, idname)
