@@ -73,6 +73,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"RGB_TO_HSL", "c", 'c', 0, false},
     {"HSL_TO_RGB", "c", 'c', 0, false},
     {"BLACKBODY", "f", 'c', 0, false},         // kelvin -> linear Rec. 709 colour of luminance about 1
+    {"WAVELENGTH", "f", 'c', 0, false},        // nm -> linear Rec. 709 colour of a spectral line, all channels below 1
     {"CURVE_LOOKUP", "fcff", 'c', 1, false},   // factor, colour, min x, max x; [table]: per channel, extrapolated linearly
     {"RAMP_LOOKUP", "f", 'c', 2, false},       // [table, 1 = constant steps (no interpolation)]
     {"RAMP_LOOKUP_ALPHA", "f", 'f', 2, false}, // [table, 1 = constant steps]
@@ -134,6 +135,8 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"BRICK", "vcccffffff", 'c', 4, false},
     {"BRICK_FACTOR", "vcccffffff", 'f', 4, false},
     {"MAGIC", "vff", 'c', 1, false},             // vector, scale, distortion; [depth]
+    // vector, scale, frequency, anisotropy, angle of the 2D orientation, 3D orientation; [0 2D 1 3D, 0 value 1 phase 2 intensity]
+    {"GABOR", "vffffv", 'f', 2, false},
     // Closures: weight first. Normals are world space facing wo; an unlinked one is the NORMAL register.
     // weight, 1 base colour c, 2 metallic, 3 roughness, 4 ior, 5 alpha, 6 normal v, 7 diffuse roughness, 8 subsurface weight,
     // 9 specular ior level, 10 specular tint c, 11 anisotropic, 12 anisotropic rotation, 13 tangent v, 14 transmission weight,

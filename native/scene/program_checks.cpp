@@ -128,6 +128,8 @@ ParameterRules parameter_rules(Op op) {
               up_to(kMaxFrequency)};
     case Op::MAGIC:
       return {up_to(10)};
+    case Op::GABOR:
+      return {kFlag, up_to(2)};
     case Op::CLOSURE_GLOSSY:
     case Op::CLOSURE_GLASS:
     case Op::CLOSURE_REFRACTION:

@@ -103,6 +103,14 @@ def bumped(tree):
     return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=(0.7, 0.7, 0.7, 1), Normal=node.outputs[0]).outputs[0]
 
 
+def spectrum(tree):
+    coordinates = tree.nodes.new("ShaderNodeTexCoord").outputs["UV"]
+    place = build.shader(tree, "ShaderNodeSeparateXYZ", Vector=coordinates).outputs[0]
+    nanometres = build.shader(tree, "ShaderNodeMapRange", Value=place, To_Min=370.0, To_Max=790.0).outputs[0]
+    line = build.shader(tree, "ShaderNodeWavelength", Wavelength=nanometres).outputs[0]
+    return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=line).outputs[0]
+
+
 TEXTURES = {
     "uv": textured(),
     "closest": textured(interpolation="Closest"),
@@ -124,6 +132,9 @@ TEXTURES = {
     "voronoi edges": fractal(
         "ShaderNodeTexVoronoi", "Distance", {"Scale": 2.0, "Detail": 1.5, "Roughness": 0.8}, feature="DISTANCE_TO_EDGE"
     ),
+    "gabor": fractal("ShaderNodeTexGabor", "Value", {"Scale": 3.0, "Anisotropy": 0.4}, gabor_type="3D"),
+    "gabor phase": fractal("ShaderNodeTexGabor", "Phase", {"Scale": 3.0, "Anisotropy": 0.4}),
+    "wavelength": spectrum,
     "brightness": adjusted("ShaderNodeBrightContrast", Bright=0.1, Contrast=0.4),
     "hue": adjusted("ShaderNodeHueSaturation", Hue=0.6, Saturation=1.3, Value=0.8),
     "gamma": adjusted("ShaderNodeGamma", Gamma=1.8),
@@ -134,9 +145,12 @@ TEXTURES = {
 
 
 NO_CONFIGURATION = ((4, 5, 0), "the wheel of Blender 4.2 has no OpenColorIO for Python")
+NO_GABOR = ((4, 3, 0), "Blender 4.2 has no Gabor Texture")
 OTHER_CELLS = ((5, 0, 0), "Cycles before 5.0 places Voronoi cells by another hash")
 # What Cycles itself renders otherwise before a version of Blender.
 CHANGED = {
+    "gabor": NO_GABOR,
+    "gabor phase": NO_GABOR,
     "filmic": NO_CONFIGURATION,
     "filmic and alpha": NO_CONFIGURATION,
     "voronoi": OTHER_CELLS,

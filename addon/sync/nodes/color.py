@@ -2,25 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 from .compiler import NodeView, value_node
-from .instructions import COLOR, Value, constant
+from .instructions import COLOR, Value
 from .vector import separate
-
-# CIE 1931 colour matching functions: Wyman, Sloan and Shirley 2013, Simple analytic approximations to the CIE XYZ
-# color matching functions, multi-lobe fit: (weight, mean, inverse width below, above) in nanometres.
-XYZ_LOBES = (
-    ((0.362, 442.0, 0.0624, 0.0374), (1.056, 599.8, 0.0264, 0.0323), (-0.065, 501.1, 0.0490, 0.0382)),
-    ((0.821, 568.8, 0.0213, 0.0247), (0.286, 530.9, 0.0613, 0.0322)),
-    ((1.217, 437.0, 0.0845, 0.0278), (0.681, 459.0, 0.0385, 0.0725)),
-)
-XYZ_TO_RGB = (
-    (3.2404542, -1.5371385, -0.4985314),
-    (-0.9692660, 1.8760108, 0.0415560),
-    (0.0556434, -0.2040259, 1.0572252),
-)
-WAVELENGTH_SCALE = 1.0 / 2.52  # Blender's scale, which keeps every channel below one
 
 
 @value_node("ShaderNodeHueSaturation")
@@ -89,20 +73,4 @@ def blackbody(node: NodeView, output: str) -> Value:
 
 @value_node("ShaderNodeWavelength")
 def wavelength(node: NodeView, output: str) -> Value:
-    value = node.value("Wavelength")
-    if value.constant is None:
-        node.warn("a Wavelength node with a linked input is not supported: it reads the socket's own value")
-        value = constant(node.port("Wavelength").socket.default_value)
-    return constant(*wavelength_color(value.constant[0]), COLOR)
-
-
-def wavelength_color(nanometres: float) -> list[float]:
-    """Linear Rec. 709 colour of a spectral line, negative channels cut off."""
-    xyz = [sum(_lobe(nanometres, *lobe) for lobe in lobes) for lobes in XYZ_LOBES]
-    rgb = [sum(weight * value for weight, value in zip(row, xyz, strict=True)) for row in XYZ_TO_RGB]
-    return [max(channel * WAVELENGTH_SCALE, 0.0) for channel in rgb]
-
-
-def _lobe(x: float, weight: float, mean: float, below: float, above: float) -> float:
-    offset = (x - mean) * (below if x < mean else above)
-    return weight * math.exp(-0.5 * offset * offset)
+    return node.emit("WAVELENGTH", node.values("Wavelength"))

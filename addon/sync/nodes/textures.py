@@ -168,3 +168,11 @@ def brick(node: NodeView, output: str) -> Value:
 def magic(node: NodeView, output: str) -> Value:
     color = node.emit("MAGIC", (texture_vector(node), *node.values("Scale, Distortion")), (node.node.turbulence_depth,))
     return node.emit("AVERAGE", (color.retyped(VECTOR),)) if output == "Fac" else color
+
+
+@value_node("ShaderNodeTexGabor")
+def gabor(node: NodeView, output: str) -> Value:
+    inputs = (texture_vector(node), *node.values("Scale, Frequency, Anisotropy, Orientation 2D, Orientation 3D"))
+    return node.emit(
+        "GABOR", inputs, (enums.GABOR_TYPES.index(node.node.gabor_type), enums.GABOR_OUTPUTS.index(output))
+    )

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "shading/nodes_color.h"
+#include "shading/nodes_gabor.h"
 #include "shading/nodes_math.h"
 #include "shading/nodes_noise.h"
 #include "shading/nodes_pattern.h"
@@ -247,6 +248,36 @@ TEST(NodesProcedural, BrickEqualsCycles) {
   // colours of the render: red to green bricks, blue mortar
   const Vec3 color{(1.0f - r.tint) * (1.0f - r.mortar), r.tint * (1.0f - r.mortar), r.mortar};
   expect_near(color, {0.004546994f, 0.02345372f, 0.9719993f}, 1e-4f);
+}
+
+TEST(NodesProcedural, GaborEqualsCycles) {
+  struct Case {
+    int dimensions;
+    float anisotropy, value, phase, intensity;
+  };
+  const Case cases[] = {{2, 0.3f, 0.5425452f, 0.6049742f, 0.1388597f},
+                        {2, 1.0f, 0.4729161f, 0.0297893f, 0.2910992f},
+                        {3, 0.3f, 0.5076317f, 0.7677461f, 0.0153587f},
+                        {3, 1.0f, 0.5346921f, 0.5448462f, 0.2495268f}};
+  for (const Case& c : cases) {
+    SCOPED_TRACE(testing::Message() << c.dimensions << "D, anisotropy " << c.anisotropy);
+    const GaborResult r = gabor_node(kPoint * 3.0f, c.dimensions, {1.7f, c.anisotropy, 0.6f, {0.5f, -1.0f, 0.4f}});
+    EXPECT_NEAR(r.value, c.value, kTolerance);
+    EXPECT_NEAR(r.phase, c.phase, kTolerance);
+    EXPECT_NEAR(r.intensity, c.intensity, kTolerance);
+  }
+}
+
+TEST(NodesProcedural, GaborWithoutAnAxisIsFinite) {
+  const GaborResult r = gabor_node(kPoint * 3.0f, 3, {1.7f, 0.5f, 0.6f, {}});
+  EXPECT_TRUE(std::isfinite(r.value) && std::isfinite(r.phase) && std::isfinite(r.intensity));
+}
+
+TEST(NodesProcedural, SpectralLinesEqualCycles) {
+  expect_near(wavelength_node(450.5f), {0.05626636f, 0.0f, 0.74632907f}, 2e-4f);
+  expect_near(wavelength_node(560.0f), {0.15679157f, 0.5121166f, 0.0f}, 2e-4f);
+  expect_near(wavelength_node(620.0f), {0.86636585f, 0.0f, 0.0f}, 2e-4f);
+  for (const float dark : {370.0f, 780.0f, NAN}) expect_near(wavelength_node(dark), {});
 }
 
 TEST(NodesProcedural, GradientsOfKnownPoints) {
