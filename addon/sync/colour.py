@@ -46,7 +46,8 @@ class ImageColour:
     is_data: bool = False
     """Not colours: alpha, if any, is a channel like the others."""
     is_filtered_linear: bool = False
-    """Cycles decodes such an image once, before it filters; of encoded ones only sRGB is filtered as it is stored."""
+    """Cycles decodes such an image once, before it filters. Of encoded ones only sRGB is filtered as it is stored, and
+    only where the working space has its primaries."""
     decode: Decode | None = None
     """With the above: from stored colours to the working space, in place of curve and matrix."""
 
@@ -61,8 +62,9 @@ def image_colour(name: str, working_space: str) -> ImageColour:
         return ImageColour("SRGB", None, is_filtered_linear=True, decode=decode)
     curve, primaries, white = _SPACES[name if known else "sRGB"]
     _, working_primaries, working_white = _SPACES[working_space]
-    filtered_linear = known and name != "sRGB" and curve != "LINEAR"
-    if (primaries, white) == (working_primaries, working_white):
+    is_working = (primaries, white) == (working_primaries, working_white)
+    filtered_linear = known and curve != "LINEAR" and not (name == "sRGB" and is_working)
+    if is_working:
         return ImageColour(curve, None, known, is_filtered_linear=filtered_linear)
     to_xyz = _adapted(rgb_to_xyz(primaries, white), white)
     from_xyz = np.linalg.inv(_adapted(rgb_to_xyz(working_primaries, working_white), working_white))

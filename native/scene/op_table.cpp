@@ -73,7 +73,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"RGB_TO_HSL", "c", 'c', 0, false},
     {"HSL_TO_RGB", "c", 'c', 0, false},
     {"BLACKBODY", "f", 'c', 0, false},         // kelvin -> linear Rec. 709 colour of luminance about 1
-    {"WAVELENGTH", "f", 'c', 0, false},        // nm -> linear Rec. 709 colour of a spectral line, all channels below 1
+    {"WAVELENGTH", "f", 'c', 0, false},        // nm -> linear Rec. 709 colour of a spectral line, channels up to 1 and below 0
     {"CURVE_LOOKUP", "fcff", 'c', 1, false},   // factor, colour, min x, max x; [table]: per channel, extrapolated linearly
     {"RAMP_LOOKUP", "f", 'c', 2, false},       // [table, 1 = constant steps (no interpolation)]
     {"RAMP_LOOKUP_ALPHA", "f", 'f', 2, false}, // [table, 1 = constant steps]

@@ -18,7 +18,7 @@ Vec3 wavelength_node(float nanometres) {
       lerp(kColorMatching[below], kColorMatching[below + 1], static_cast<float>(place - static_cast<double>(below)));
   const std::array<double, 3> rgb = rec709_from_xyz(
       kScale * static_cast<double>(xyz.x), kScale * static_cast<double>(xyz.y), kScale * static_cast<double>(xyz.z));
-  return max(Vec3{static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])}, Vec3{});
+  return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2])};
 }
 
 }  // namespace cistern

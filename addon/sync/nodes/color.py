@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from .. import versions
+from ..colour import image_colour
 from .compiler import NodeView, value_node
-from .instructions import COLOR, Value
+from .enums import VECTOR_MATH_VALUES
+from .instructions import COLOR, VECTOR, Value, constant
 from .vector import separate
 
 
@@ -68,9 +71,25 @@ def combine_hsv(node: NodeView, output: str) -> Value:
 
 @value_node("ShaderNodeBlackbody")
 def blackbody(node: NodeView, output: str) -> Value:
-    return node.emit("BLACKBODY", node.values("Temperature"))
+    return blackbody_color(node, node.value("Temperature"))
+
+
+def blackbody_color(node: NodeView, kelvin: Value) -> Value:
+    return in_working_space(node, node.emit("BLACKBODY", (kelvin,)))
 
 
 @value_node("ShaderNodeWavelength")
 def wavelength(node: NodeView, output: str) -> Value:
-    return node.emit("WAVELENGTH", node.values("Wavelength"))
+    line = in_working_space(node, node.emit("WAVELENGTH", node.values("Wavelength")))
+    return node.vector_math("MAXIMUM", line, constant(0.0, letter=VECTOR)).retyped(COLOR)
+
+
+def in_working_space(node: NodeView, color: Value) -> Value:
+    """A linear Rec. 709 colour, which is what the core's spectra give."""
+    matrix = image_colour("Linear Rec.709", versions.working_space()).matrix
+    if matrix is None:
+        return color
+    rows = [constant(*matrix[first : first + 3], VECTOR) for first in (0, 3, 6)]
+    dot = (VECTOR_MATH_VALUES.index("DOT_PRODUCT"),)
+    channels = [node.emit("VECTOR_MATH_VALUE", (color, row), dot) for row in rows]
+    return node.emit("COMBINE_XYZ", channels).retyped(COLOR)
