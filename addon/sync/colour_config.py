@@ -21,9 +21,12 @@ Decode = Callable[[NDArray], NDArray]
 def decoder(name: str, working_space: str) -> Decode | None:
     """What brings stored colours (…, 3 or 1) of a space to the working one; None where that cannot be found out."""
     config = _config()
-    if config is None or config.getColorSpace(name) is None or config.getColorSpace(working_space) is None:
+    if config is None:
         return None
-    convert = config.getProcessor(name, working_space).getDefaultCPUProcessor()
+    try:
+        convert = config.getProcessor(name, working_space).getDefaultCPUProcessor()
+    except versions.colour_reader().Exception:  # there is no such space, or a table of it is missing
+        return None
 
     def decode(colours: NDArray) -> NDArray:
         rgb = np.array(np.broadcast_to(colours, (*colours.shape[:-1], 3)), np.float32)

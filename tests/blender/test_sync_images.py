@@ -317,3 +317,7 @@ def test_greys_of_other_colour_spaces_stay_grey() -> None:
     decode = colour_config.decoder("Rec.1886", "Linear Rec.709")
     if decode is not None:
         assert decode(np.full((2, 1, 1), 0.5, np.float32)) == pytest.approx(np.full((2, 1, 1), 0.5**2.4), rel=1e-3)
+
+
+def test_a_space_that_the_configuration_lacks() -> None:
+    assert colour_config.decoder("No Such Space", "Linear Rec.709") is None
