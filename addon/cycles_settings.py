@@ -82,6 +82,7 @@ def left_out(cycles: Any) -> list[str]:  # noqa: ANN401
         (has_no_caustics, "caustics are on"),
         (cycles.blur_glossy > 0.0, "no Filter Glossy"),
         (cycles.use_fast_gi, "no Fast GI Approximation"),
+        (cycles.film_exposure != 1.0, "no Exposure of the film"),
         (other_glass, f"glass is transparent up to a roughness of {GLASS_ROUGHNESS:g}"),
     )
     return [words for is_set, words in found if is_set]

@@ -75,7 +75,7 @@ class LayerRender:
         self.region = settings.render_region(depsgraph.scene_eval.render, *self.size)
         self.arguments = settings.core_settings(core, depsgraph, self.size, self.region, self.passes, engine.is_preview)
         self.warn_of_noise_threshold()
-        self.warn_of_aovs()
+        self.warn_of_passes()
         self.blur = self.motion_blur()
         self.keeps_export = depsgraph.scene_eval.render.use_persistent_data
         self.is_cancelled = False
@@ -263,7 +263,9 @@ class LayerRender:
                 "up earlier ones do not tell how noisy they are; Final, Interactive and Path Tracing have it"
             )
 
-    def warn_of_aovs(self) -> None:
+    def warn_of_passes(self) -> None:
+        for name in passes.passes_left_out(self.depsgraph.view_layer_eval):
+            self.figures.warnings.append(f"View layer '{self.layer_name}': there is no pass {name}")
         for name in passes.aovs_left_out(self.depsgraph.view_layer_eval):
             self.figures.warnings.append(
                 f"View layer '{self.layer_name}': shader AOV '{name}' is left out, since another pass has this name"

@@ -193,6 +193,15 @@ def aovs_left_out(view_layer: bpy.types.ViewLayer) -> list[str]:
     return [aov.name for aov in view_layer.aovs if aov_core_name(aov) not in kept]
 
 
+def passes_left_out(view_layer: bpy.types.ViewLayer) -> list[str]:
+    """Names of passes of Cycles that the view layer asks for and that do not exist here."""
+    asked = {
+        "Ambient Occlusion": view_layer.use_pass_ambient_occlusion,
+        "Sample Count": getattr(getattr(view_layer, "cycles", None), "pass_debug_sample_count", False),
+    }
+    return [name for name, is_asked in asked.items() if is_asked]
+
+
 def cut_name(name: str) -> str:
     """That of a pass as Blender keeps it: 63 bytes, in whole characters."""
     return name.encode()[:MOST_NAME_BYTES].decode(errors="ignore")

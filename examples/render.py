@@ -160,6 +160,12 @@ def set_format(settings: bpy.types.ImageFormatSettings, file_format: str) -> Non
     settings.color_depth = "32" if multilayer else "8"
 
 
+def write_as_one_part(render: bpy.types.RenderSettings) -> None:
+    """Where pixels are not square: Blender 5.0 cannot write them in files of several parts (there may be a choice)."""
+    if render.pixel_aspect_x != render.pixel_aspect_y and hasattr(render.image_settings, "use_exr_interleave"):
+        render.image_settings.use_exr_interleave = True
+
+
 def check_report(engine: str) -> None:
     """Passes on what the add-on reported of each view layer; an error ends the script."""
     if engine != "CISTERN":
@@ -190,6 +196,7 @@ def render_files(scene: bpy.types.Scene, folder: Path) -> tuple[Path, Path]:
     scene.render.use_file_extension = False
     scene.render.filepath = str(exr)
     set_format(scene.render.image_settings, "OPEN_EXR_MULTILAYER")
+    write_as_one_part(scene.render)
     try:
         bpy.ops.render.render(write_still=True)
     except RuntimeError as error:  # whatever an engine reports as an error

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .colour_config import Decode, decoder
+
 _D65, _D60, _E = (0.3127, 0.3290), (0.32168, 0.33767), (1.0 / 3.0, 1.0 / 3.0)
 _REC709 = ((0.640, 0.330), (0.300, 0.600), (0.150, 0.060))
 _REC2020 = ((0.708, 0.292), (0.170, 0.797), (0.131, 0.046))
@@ -44,18 +46,25 @@ class ImageColour:
     is_data: bool = False
     """Not colours: alpha, if any, is a channel like the others."""
     is_filtered_linear: bool = False
-    """Cycles decodes such an image once, before it filters; of encoded ones only sRGB is filtered as it is stored."""
+    """Cycles decodes such an image once, before it filters. Of encoded ones only sRGB is filtered as it is stored, and
+    only where the working space has its primaries."""
+    decode: Decode | None = None
+    """With the above: from stored colours to the working space, in place of curve and matrix."""
 
 
 def image_colour(name: str, working_space: str) -> ImageColour:
-    """Decoding of an image whose colour space Blender calls `name`; an unknown one is taken for sRGB."""
+    """Decoding of an image whose colour space Blender calls `name`; one that nobody knows is taken for sRGB."""
     if name in _UNCHANGED_SPACES or name == working_space:
         return ImageColour("LINEAR", None, is_data=name in _DATA_SPACES)
     known = name in _SPACES
+    decode = None if known else decoder(name, working_space)
+    if decode is not None:
+        return ImageColour("SRGB", None, is_filtered_linear=True, decode=decode)
     curve, primaries, white = _SPACES[name if known else "sRGB"]
     _, working_primaries, working_white = _SPACES[working_space]
-    filtered_linear = known and name != "sRGB" and curve != "LINEAR"
-    if (primaries, white) == (working_primaries, working_white):
+    is_working = (primaries, white) == (working_primaries, working_white)
+    filtered_linear = known and curve != "LINEAR" and not (name == "sRGB" and is_working)
+    if is_working:
         return ImageColour(curve, None, known, is_filtered_linear=filtered_linear)
     to_xyz = _adapted(rgb_to_xyz(primaries, white), white)
     from_xyz = np.linalg.inv(_adapted(rgb_to_xyz(working_primaries, working_white), working_white))

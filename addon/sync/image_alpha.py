@@ -12,8 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .colour import srgb_to_linear
-
 # Files without a word about their alpha whose colours Cycles multiplies all the same.
 _FORMATS_TAKEN_FOR_STRAIGHT = {"dds", "psd"}
 _PREMULTIPLIED_TARGA = 4
@@ -65,8 +63,8 @@ def packed_needs_blender(alpha_mode: str, is_data: bool, pixels: NDArray, is_lin
     return alpha_mode == "PREMUL" if pixels.dtype == np.uint8 else not is_linear
 
 
-def decoded(pixels: NDArray, alpha: str) -> NDArray:
-    """Linear pixels of sRGB-encoded ones: halves, floats where those were. Alpha multiplies or ignores the colours.
+def decoded(pixels: NDArray, alpha: str, decode: Callable[[NDArray], NDArray]) -> NDArray:
+    """Linear pixels of encoded ones: halves, floats where those were. Alpha multiplies or ignores the colours.
 
     Colours that stand multiplied are divided by alpha to be decoded, as Cycles' `scene/colorspace.cpp` does.
     """
@@ -82,7 +80,7 @@ def decoded(pixels: NDArray, alpha: str) -> NDArray:
         if has_alpha and alpha == "PREMULTIPLIED":
             weight = np.where(values[:, :, colours:] > 0.0, values[:, :, colours:], 1.0)
             colour = colour / weight
-        values[:, :, :colours] = weight * srgb_to_linear(colour)
+        values[:, :, :colours] = weight * decode(colour)
         linear[row : row + _ROWS_AT_A_TIME] = np.clip(values, None, np.finfo(linear.dtype).max)
     return linear
 

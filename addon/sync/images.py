@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from . import SyncReport, versions
 from .changes import original_uid
-from .colour import ImageColour, image_colour
+from .colour import ImageColour, image_colour, srgb_to_linear
 from .image_alpha import (
     FilePixels,
     alpha_of_buffer,
@@ -206,7 +206,8 @@ def _content(
     if content is None or not content.colour.is_filtered_linear:
         return content
     alpha = "PREMULTIPLIED" if content.alpha == "STRAIGHT" else content.alpha
-    return _Content(decoded(content.pixels, content.alpha), replace(content.colour, transfer="LINEAR"), alpha)
+    pixels = decoded(content.pixels, content.alpha, content.colour.decode or srgb_to_linear)
+    return _Content(pixels, replace(content.colour, transfer="LINEAR"), alpha)
 
 
 def _stored_content(

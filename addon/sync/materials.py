@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Set
+from collections.abc import Callable, Iterable, Set
 from dataclasses import dataclass, field
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from .image_source import ImageSource, animated_source
 from .images import ImageCache
 from .instance_values import Rgba, layer_value
 from .nodes import compile_light, compile_material, compile_volume, compile_world
+from .nodes.graph import all_nodes
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
 from .nodes.value_names import ATTRIBUTE_OUTPUTS, GENERATED, value_names
 
@@ -267,7 +268,7 @@ def shaded_data_blocks(depsgraph: bpy.types.Depsgraph, uids: Set[int]) -> dict[i
 def animations(owner: bpy.types.ID | None, frame: int) -> Animations:
     """The images of a node tree that follow the scene's frame, as they are at one."""
     tree = getattr(owner, "node_tree", None)
-    images = ((node.image, node.image_user) for node in _nodes([tree] if tree else []) if _has_image(node))
+    images = ((node.image, node.image_user) for node in all_nodes([tree] if tree else []) if _has_image(node))
     sources = (animated_source(image, image_user, frame) for image, image_user in images)
     return frozenset(source for source in sources if source is not None)
 
@@ -289,7 +290,7 @@ def tree_uses(depsgraph: bpy.types.Depsgraph, only_updated: bool = False) -> Tre
     attributes: set[str] = set()
     instance_values: set[str] = set()
     images: dict[int, tuple[bpy.types.Image, bpy.types.ImageUser]] = {}
-    for node in _nodes(owner.node_tree for owner in owners if owner.node_tree is not None):
+    for node in all_nodes(owner.node_tree for owner in owners if owner.node_tree is not None):
         instance_values |= value_names(node)
         outputs = ATTRIBUTE_OUTPUTS.get(node.bl_idname, {})
         attributes.update(name for output, name in outputs.items() if node.outputs[output].is_linked)
@@ -321,17 +322,3 @@ def _reads_generated(node: bpy.types.Node) -> bool:
 
 def _has_image(node: bpy.types.Node) -> bool:
     return getattr(node, "image", None) is not None and hasattr(node, "image_user")
-
-
-def _nodes(trees: Iterable[bpy.types.NodeTree]) -> Iterator[bpy.types.Node]:
-    """Every node of the trees and of the groups they use, each group once even where it contains itself."""
-    pending, seen = list(trees), set()
-    while pending:
-        tree = pending.pop()
-        if tree.as_pointer() in seen:
-            continue
-        seen.add(tree.as_pointer())
-        for node in tree.nodes:
-            yield node
-            if node.type == "GROUP" and node.node_tree is not None:
-                pending.append(node.node_tree)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import bpy
 
+from . import versions
+
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
 
@@ -51,6 +53,11 @@ def warn_of_curve(scene: bpy.types.Scene, report: SyncReport) -> None:
         report.warn(f"Scene '{scene.name}': the shutter curve is ignored, the shutter opens and closes at once")
 
 
+def warn_of_rolling_shutter(scene: bpy.types.Scene, report: SyncReport) -> None:
+    if versions.cycles_setting(scene, "rolling_shutter_type", "NONE") != "NONE":
+        report.warn(f"Scene '{scene.name}': the rolling shutter is ignored, all rows are exposed at once")
+
+
 def warn_of_unblurred(scene: bpy.types.Scene, report: SyncReport) -> None:
     """Cycles can leave objects out."""
 
@@ -92,6 +99,7 @@ class MotionBlur:
             if self._offset != 0.0:
                 self._go_to(0.0)
         warn_of_curve(depsgraph.scene_eval, report)
+        warn_of_rolling_shutter(depsgraph.scene_eval, report)
         warn_of_unblurred(depsgraph.scene, report)
         return report
 

@@ -23,6 +23,11 @@ def volume_reader() -> ModuleType | None:
     return _bundled("openvdb") or _bundled("pyopenvdb")
 
 
+def colour_reader() -> ModuleType | None:
+    """OpenColorIO in the same way; None in the Python wheels of Blender 4.2."""
+    return _bundled("PyOpenColorIO")
+
+
 def _bundled(name: str) -> ModuleType | None:
     bundled = bpy.utils.system_resource("PYTHON")
     if bundled:

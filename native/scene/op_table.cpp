@@ -73,6 +73,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"RGB_TO_HSL", "c", 'c', 0, false},
     {"HSL_TO_RGB", "c", 'c', 0, false},
     {"BLACKBODY", "f", 'c', 0, false},         // kelvin -> linear Rec. 709 colour of luminance about 1
+    {"WAVELENGTH", "f", 'c', 0, false},        // nm -> linear Rec. 709 colour of a spectral line, channels up to 1 and below 0
     {"CURVE_LOOKUP", "fcff", 'c', 1, false},   // factor, colour, min x, max x; [table]: per channel, extrapolated linearly
     {"RAMP_LOOKUP", "f", 'c', 2, false},       // [table, 1 = constant steps (no interpolation)]
     {"RAMP_LOOKUP_ALPHA", "f", 'f', 2, false}, // [table, 1 = constant steps]
@@ -115,15 +116,15 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"CHECKER", "vccf", 'c', 0, false},          // vector, colour 1, colour 2, scale
     {"CHECKER_FACTOR", "vf", 'f', 0, false},     // vector, scale
     {"GRADIENT", "v", 'f', 1, false},            // [0 LINEAR 1 QUADRATIC 2 EASING 3 DIAGONAL 4 RADIAL 5 QUADRATIC_SPHERE 6 SPHERICAL]
-    // vector, w, scale, detail, roughness, lacunarity, distortion; [dimensions 1..4, normalize, type 0 FBM 1 MULTIFRACTAL
-    // 2 HYBRID_MULTIFRACTAL 3 RIDGED_MULTIFRACTAL 4 HETERO_TERRAIN] (offset 0, gain 1)
-    {"NOISE", "vffffff", 'f', 3, false},
-    {"NOISE_COLOR", "vffffff", 'c', 3, false},
-    // vector, w, scale, smoothness, exponent, randomness; [dimensions 1..4, metric 0 EUCLIDEAN 1 MANHATTAN 2 CHEBYCHEV 3 MINKOWSKI,
-    // feature 0 F1 1 F2 2 SMOOTH_F1 3 DISTANCE_TO_EDGE 4 N_SPHERE_RADIUS]
-    {"VORONOI_DISTANCE", "vfffff", 'f', 3, false},
-    {"VORONOI_COLOR", "vfffff", 'c', 3, false},
-    {"VORONOI_POSITION", "vfffff", 'v', 3, false},
+    // vector, w, scale, detail, roughness, lacunarity, offset, gain, distortion; [dimensions 1..4, normalize,
+    // type 0 FBM 1 MULTIFRACTAL 2 HYBRID_MULTIFRACTAL 3 RIDGED_MULTIFRACTAL 4 HETERO_TERRAIN]
+    {"NOISE", "vffffffff", 'f', 3, false},
+    {"NOISE_COLOR", "vffffffff", 'c', 3, false},
+    // vector, w, scale, detail, roughness, lacunarity, smoothness, exponent, randomness; [dimensions 1..4, metric 0 EUCLIDEAN
+    // 1 MANHATTAN 2 CHEBYCHEV 3 MINKOWSKI, feature 0 F1 1 F2 2 SMOOTH_F1 3 DISTANCE_TO_EDGE 4 N_SPHERE_RADIUS, normalize]
+    {"VORONOI_DISTANCE", "vffffffff", 'f', 4, false},
+    {"VORONOI_COLOR", "vffffffff", 'c', 4, false},
+    {"VORONOI_POSITION", "vffffffff", 'v', 4, false},
     // vector, scale, distortion, detail, detail scale, detail roughness, phase; [type 0 BANDS 1 RINGS, direction 0 X 1 Y 2 Z
     // 3 DIAGONAL / SPHERICAL, profile 0 SIN 1 SAW 2 TRI]
     {"WAVE", "vffffff", 'f', 3, false},
@@ -134,6 +135,8 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"BRICK", "vcccffffff", 'c', 4, false},
     {"BRICK_FACTOR", "vcccffffff", 'f', 4, false},
     {"MAGIC", "vff", 'c', 1, false},             // vector, scale, distortion; [depth]
+    // vector, scale, frequency, anisotropy, angle of the 2D orientation, 3D orientation; [0 2D 1 3D, 0 value 1 phase 2 intensity]
+    {"GABOR", "vffffv", 'f', 2, false},
     // Closures: weight first. Normals are world space facing wo; an unlinked one is the NORMAL register.
     // weight, 1 base colour c, 2 metallic, 3 roughness, 4 ior, 5 alpha, 6 normal v, 7 diffuse roughness, 8 subsurface weight,
     // 9 specular ior level, 10 specular tint c, 11 anisotropic, 12 anisotropic rotation, 13 tangent v, 14 transmission weight,

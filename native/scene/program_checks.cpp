@@ -116,7 +116,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::VORONOI_DISTANCE:
     case Op::VORONOI_COLOR:
     case Op::VORONOI_POSITION:
-      return {kDimensions, up_to(3), up_to(4)};
+      return {kDimensions, up_to(3), up_to(4), kFlag};
     case Op::WAVE:
       return {kFlag, up_to(3), up_to(2)};
     case Op::WHITE_NOISE:
@@ -128,6 +128,8 @@ ParameterRules parameter_rules(Op op) {
               up_to(kMaxFrequency)};
     case Op::MAGIC:
       return {up_to(10)};
+    case Op::GABOR:
+      return {kFlag, up_to(2)};
     case Op::CLOSURE_GLOSSY:
     case Op::CLOSURE_GLASS:
     case Op::CLOSURE_REFRACTION:

@@ -1,6 +1,7 @@
 #include "shading/evaluate_node.h"
 
 #include "shading/nodes_color.h"
+#include "shading/nodes_gabor.h"
 #include "shading/nodes_image.h"
 #include "shading/nodes_input.h"
 #include "shading/nodes_math.h"
@@ -90,6 +91,8 @@ Vec3 evaluate_color(const Instruction& instruction, const Vec3* in, const Materi
       return hsl_to_rgb(in[0]);
     case Op::BLACKBODY:
       return blackbody_node(in[0].x);
+    case Op::WAVELENGTH:
+      return wavelength_node(in[0].x);
     case Op::CURVE_LOOKUP:
       return curve_lookup_node(program.tables[static_cast<size_t>(p[0])], in[0].x, in[1], in[2].x, in[3].x);
     case Op::RAMP_LOOKUP:
@@ -130,18 +133,30 @@ Vec3 evaluate_vector(const Instruction& instruction, const Vec3* in, const NodeC
 }
 
 NoiseSettings noise_settings(const int32_t* p, const Vec3* in) {
-  return {in[3].x, in[4].x, in[5].x, in[6].x, static_cast<NoiseType>(p[2]), p[1] != 0};
+  return {in[3].x, in[4].x, in[5].x, in[6].x, in[7].x, in[8].x, static_cast<NoiseType>(p[2]), p[1] != 0};
 }
 
 Vec3 evaluate_voronoi(const Instruction& instruction, const Vec3* in) {
   const int32_t* p = instruction.parameters;
   const float scale = in[2].x;
-  const VoronoiResult r =
-      voronoi_node(in[0] * scale, in[1].x * scale, p[0],
-                   {static_cast<VoronoiFeature>(p[2]), static_cast<VoronoiMetric>(p[1]), in[3].x, in[4].x, in[5].x});
+  const VoronoiSettings settings{static_cast<VoronoiFeature>(p[2]),
+                                 static_cast<VoronoiMetric>(p[1]),
+                                 in[3].x,
+                                 in[4].x,
+                                 in[5].x,
+                                 in[6].x,
+                                 in[7].x,
+                                 in[8].x,
+                                 p[3] != 0};
+  const VoronoiResult r = voronoi_node(in[0] * scale, in[1].x * scale, p[0], settings);
   if (instruction.op == Op::VORONOI_DISTANCE) return broadcast(r.distance);
   if (instruction.op == Op::VORONOI_COLOR) return r.color;
   return safe_divide(r.position, broadcast(scale));
+}
+
+float evaluate_gabor(const int32_t* p, const Vec3* in) {
+  const GaborResult r = gabor_node(in[0] * in[1].x, p[0] == 0 ? 2 : 3, {in[2].x, in[3].x, in[4].x, in[5]});
+  return p[1] == 0 ? r.value : (p[1] == 1 ? r.phase : r.intensity);
 }
 
 Vec3 evaluate_brick(const Instruction& instruction, const Vec3* in) {
@@ -206,8 +221,10 @@ Vec3 evaluate_texture(const Instruction& instruction, const Vec3* in, const Node
     case Op::BRICK:
     case Op::BRICK_FACTOR:
       return evaluate_brick(instruction, in);
-    default:  // MAGIC
+    case Op::MAGIC:
       return magic_node(in[0], in[1].x, in[2].x, p[0]);
+    default:  // GABOR
+      return broadcast(evaluate_gabor(p, in));
   }
 }
 

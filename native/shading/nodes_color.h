@@ -31,4 +31,7 @@ Vec3 curve_lookup_node(std::span<const Vec3> table, float factor, Vec3 color, fl
 /// Linear Rec. 709 colour of a black body at `kelvin`, luminance 1, components >= 0; constant outside 800..12000 K.
 Vec3 blackbody_node(float kelvin);
 
+/// Linear Rec. 709 colour of a spectral line, components at most 1 and some below 0; black where nothing is seen.
+Vec3 wavelength_node(float nanometres);
+
 }  // namespace cistern

@@ -123,21 +123,19 @@ float multifractal(Point<N> p, const NoiseSettings& s) {
   return rest != 0.0f ? value * (rest * power * signed_noise<N>(p) + 1.0f) : value;
 }
 
-// The three types below have an offset and a gain; op_table fixes them at 0 and 1.
-
 template <size_t N>
 float hetero_terrain(Point<N> p, const NoiseSettings& s) {
   float power = s.roughness;
-  float value = signed_noise<N>(p);
+  float value = s.offset + signed_noise<N>(p);
   p = scaled(p, s.lacunarity);
   const int octaves = static_cast<int>(s.detail);
   for (int i = 1; i <= octaves; ++i) {
-    value += signed_noise<N>(p) * power * value;
+    value += (signed_noise<N>(p) + s.offset) * power * value;
     power *= s.roughness;
     p = scaled(p, s.lacunarity);
   }
   const float rest = s.detail - whole_part(s.detail);
-  return rest != 0.0f ? value + rest * signed_noise<N>(p) * power * value : value;
+  return rest != 0.0f ? value + rest * (signed_noise<N>(p) + s.offset) * power * value : value;
 }
 
 template <size_t N>
@@ -146,26 +144,26 @@ float hybrid_multifractal(Point<N> p, const NoiseSettings& s) {
   const int octaves = static_cast<int>(s.detail);
   for (int i = 0; weight > kLeastWeight && i <= octaves; ++i) {
     weight = std::min(weight, 1.0f);
-    const float signal = signed_noise<N>(p) * power;
+    const float signal = (signed_noise<N>(p) + s.offset) * power;
     power *= s.roughness;
     value += weight * signal;
-    weight *= signal;
+    weight *= s.gain * signal;
     p = scaled(p, s.lacunarity);
   }
   const float rest = s.detail - whole_part(s.detail);
   if (rest == 0.0f || weight <= kLeastWeight) return value;
-  return value + rest * std::min(weight, 1.0f) * signed_noise<N>(p) * power;
+  return value + rest * std::min(weight, 1.0f) * (signed_noise<N>(p) + s.offset) * power;
 }
 
 template <size_t N>
 float ridged_multifractal(Point<N> p, const NoiseSettings& s) {
   float power = s.roughness;
-  float signal = sqr(signed_noise<N>(p));
+  float signal = sqr(s.offset - std::abs(signed_noise<N>(p)));
   float value = signal;
   const int octaves = static_cast<int>(s.detail);
   for (int i = 1; i <= octaves; ++i) {
     p = scaled(p, s.lacunarity);
-    signal = sqr(signed_noise<N>(p)) * clamp01(signal);
+    signal = sqr(s.offset - std::abs(signed_noise<N>(p))) * clamp01(signal * s.gain);
     value += signal * power;
     power *= s.roughness;
   }

@@ -10,6 +10,8 @@ struct NoiseSettings {
   float detail = 2.0f;      // octaves - 1, fractions blend the last one in
   float roughness = 0.5f;   // amplitude ratio of octaves
   float lacunarity = 2.0f;  // frequency ratio of octaves
+  float offset = 0.0f;      // of the last three types, which add it to each octave
+  float gain = 1.0f;        // of HYBRID_MULTIFRACTAL and RIDGED_MULTIFRACTAL: how much an octave weighs the next
   float distortion = 0.0f;
   NoiseType type = NoiseType::FBM;
   bool normalize = true;  // FBM only: to [0, 1]

@@ -13,6 +13,8 @@ namespace {
 using namespace voronoi;
 
 constexpr float kSamePointDistance2 = 1e-4f;  // closer cell points share no edge worth measuring
+constexpr float kMaxDetail = 15.0f;
+constexpr float kFarEdge = 8.0f;  // further than any
 
 /// What an axis adds to the key of a distance, from the difference along it.
 float key_part(float difference, const VoronoiSettings& s) {
@@ -205,7 +207,7 @@ float sphere_radius(const Lookup<N>& at, float randomness) {
 }
 
 template <size_t N>
-VoronoiResult evaluate(const Point<N>& p, const VoronoiSettings& s) {
+VoronoiResult octave(const Point<N>& p, const VoronoiSettings& s) {
   const Lookup<N> at(p);
   const float smoothness = 0.5f * clamp01(s.smoothness);
   switch (s.feature) {
@@ -223,11 +225,78 @@ VoronoiResult evaluate(const Point<N>& p, const VoronoiSettings& s) {
   }
 }
 
+/// From a cell's middle to the farthest place that its point can have, twice that for the second nearest point.
+template <size_t N>
+float largest_distance(const VoronoiSettings& s) {
+  const float reach = 0.5f + 0.5f * s.randomness;
+  if (s.feature == VoronoiFeature::DISTANCE_TO_EDGE) return reach;
+  Point<N> corner;
+  corner.fill(reach);
+  return (s.feature == VoronoiFeature::F2 ? 2.0f : 1.0f) * distance_of_key<N>(distance_key(corner, Point<N>{}, s), s);
+}
+
+/// Calls add(octave, frequency, amplitude) for each octave; the last one's amplitude is less where it is blended in.
+template <size_t N, typename Add>
+void for_each_octave(Point<N> p, const VoronoiSettings& s, Add add) {
+  float amplitude = 1.0f, frequency = 1.0f;
+  const int octaves = static_cast<int>(std::ceil(s.detail));
+  for (int i = 0; i <= octaves; ++i) {
+    Point<N> at = p;
+    for (float& x : at) x *= frequency;
+    add(octave(at, s), frequency, amplitude * std::min(1.0f, 1.0f + s.detail - static_cast<float>(i)));
+    amplitude *= s.roughness;
+    frequency *= s.lacunarity;
+  }
+}
+
+/// The edges of all octaves together.
+template <size_t N>
+VoronoiResult fractal_edges(const Point<N>& p, const VoronoiSettings& s) {
+  const float largest = largest_distance<N>(s);
+  float distance = kFarEdge, most = largest;
+  for_each_octave(p, s, [&](const VoronoiResult& r, float frequency, float amplitude) {
+    distance = lerp(distance, std::min(distance, r.distance / frequency), amplitude);
+    most = lerp(most, largest / frequency, amplitude);
+  });
+  return {s.normalize ? distance / most : distance, {}, {}, 0.0f};
+}
+
+/// Distances and colours of octaves add up, places are blended.
+template <size_t N>
+VoronoiResult fractal_points(const Point<N>& p, const VoronoiSettings& s) {
+  VoronoiResult sum;
+  float amplitudes = 0.0f;
+  for_each_octave(p, s, [&](const VoronoiResult& r, float frequency, float amplitude) {
+    amplitudes += amplitude;
+    sum.distance += amplitude * r.distance;
+    sum.color += amplitude * r.color;
+    sum.position = lerp(sum.position, r.position / frequency, amplitude);
+    sum.w = lerp(sum.w, r.w / frequency, amplitude);
+  });
+  if (!s.normalize) return sum;
+  sum.distance /= amplitudes * largest_distance<N>(s);
+  sum.color = sum.color / amplitudes;
+  return sum;
+}
+
+template <size_t N>
+VoronoiResult evaluate(const Point<N>& p, const VoronoiSettings& s) {
+  if (s.feature == VoronoiFeature::N_SPHERE_RADIUS) return octave(p, s);
+  if (s.detail == 0.0f || s.roughness == 0.0f) {
+    VoronoiResult result = octave(p, s);
+    if (s.normalize) result.distance /= largest_distance<N>(s);
+    return result;
+  }
+  return s.feature == VoronoiFeature::DISTANCE_TO_EDGE ? fractal_edges(p, s) : fractal_points(p, s);
+}
+
 }  // namespace
 
 VoronoiResult voronoi_node(Vec3 p, float w, int dimensions, const VoronoiSettings& settings) {
   VoronoiSettings s = settings;
   s.randomness = clamp01(s.randomness);
+  s.detail = s.detail > 0.0f ? std::min(s.detail, kMaxDetail) : 0.0f;
+  s.roughness = clamp01(s.roughness);
   switch (dimensions) {
     case 1:
       return evaluate<1>({w}, s);

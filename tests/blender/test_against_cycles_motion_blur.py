@@ -175,6 +175,14 @@ def test_techniques_that_keep_samples_say_that_there_is_none(moving):
     assert np.array_equal(blurred, render(scene, "CISTERN", 4, 1))
 
 
+def test_a_rolling_shutter_is_named(moving):
+    scene = moving(flying)
+    prepare(scene, 8, 8)
+    scene.cycles.rolling_shutter_type = "TOP"
+    render(scene, "CISTERN", 1, 1)
+    assert [w for line in addon.report.last for w in line.warnings if "rolling shutter" in w]
+
+
 def test_a_shutter_curve_is_named(moving):
     scene = moving(flying)
     prepare(scene, 8, 8)

@@ -10,7 +10,7 @@ from tests.support.engines import compare_with_cycles
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
 
-def byte_image(alpha: bool = False) -> bpy.types.Image:
+def byte_image(alpha: bool = False, colour_space: str = "sRGB") -> bpy.types.Image:
     """8-bit sRGB blocks, so that interpolation and decoding order matter. Products of colour and alpha are whole codes:
     Cycles keeps them in 8 bits, Cistern does not round."""
     rng = np.random.default_rng(7)
@@ -19,16 +19,17 @@ def byte_image(alpha: bool = False) -> bpy.types.Image:
     image = bpy.data.images.new("bytes", 16, 8, alpha=alpha)
     image.pixels.foreach_set(pixels.ravel())
     image.pack()
+    image.colorspace_settings.name = colour_space
     return image
 
 
-def textured(coordinates: str = "UV", alpha: bool = False, image=None, **members):
+def textured(coordinates: str = "UV", alpha: bool = False, colour_space: str = "sRGB", **members):
     """Diffuse with an image; members of the node by name, `scale` for a Mapping in front."""
     scale = members.pop("scale", None)
 
     def make(tree):
         node = tree.nodes.new("ShaderNodeTexImage")
-        node.image = image or byte_image(alpha)
+        node.image = byte_image(alpha, colour_space)
         for name, value in members.items():
             setattr(node, name, value)
         vector = tree.nodes.new("ShaderNodeTexCoord").outputs[coordinates]
@@ -61,6 +62,20 @@ def through(kind: str, output: str | int = 0, coordinates: str = "Generated", so
     return make
 
 
+def fractal(kind: str, output: str, inputs: dict[str, float], **members):
+    """Diffuse coloured by a texture whose members choose its sockets."""
+
+    def make(tree):
+        node = tree.nodes.new(kind)
+        for name, value in members.items():
+            setattr(node, name, value)
+        for name, value in inputs.items():
+            node.inputs[name].default_value = value
+        return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=node.outputs[output]).outputs[0]
+
+    return make
+
+
 def adjusted(kind: str, **inputs):
     """A colour node between an image and a diffuse."""
 
@@ -88,6 +103,14 @@ def bumped(tree):
     return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=(0.7, 0.7, 0.7, 1), Normal=node.outputs[0]).outputs[0]
 
 
+def spectrum(tree):
+    coordinates = tree.nodes.new("ShaderNodeTexCoord").outputs["UV"]
+    place = build.shader(tree, "ShaderNodeSeparateXYZ", Vector=coordinates).outputs[0]
+    nanometres = build.shader(tree, "ShaderNodeMapRange", Value=place, To_Min=370.0, To_Max=790.0).outputs[0]
+    line = build.shader(tree, "ShaderNodeWavelength", Wavelength=nanometres).outputs[0]
+    return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=line).outputs[0]
+
+
 TEXTURES = {
     "uv": textured(),
     "closest": textured(interpolation="Closest"),
@@ -97,9 +120,21 @@ TEXTURES = {
     "mirror": textured(extension="MIRROR", scale=(3.0, 2.0, 1.0)),
     "alpha": textured(alpha=True),
     "box": textured("Generated", projection="BOX", projection_blend=0.3),
+    "filmic": textured(colour_space="Filmic sRGB"),
+    "filmic and alpha": textured(alpha=True, colour_space="Filmic sRGB"),
     "checker": through("ShaderNodeTexChecker", Scale=6.0),
     "noise": through("ShaderNodeTexNoise", 1, Scale=4.0),
+    "ridged noise": fractal(
+        "ShaderNodeTexNoise", "Color", {"Scale": 3.0, "Offset": 0.8, "Gain": 1.7}, noise_type="RIDGED_MULTIFRACTAL"
+    ),
     "voronoi": through("ShaderNodeTexVoronoi", 1, Scale=4.0),
+    "voronoi octaves": fractal("ShaderNodeTexVoronoi", "Color", {"Scale": 2.0, "Detail": 2.5}, normalize=True),
+    "voronoi edges": fractal(
+        "ShaderNodeTexVoronoi", "Distance", {"Scale": 2.0, "Detail": 1.5, "Roughness": 0.8}, feature="DISTANCE_TO_EDGE"
+    ),
+    "gabor": fractal("ShaderNodeTexGabor", "Value", {"Scale": 3.0, "Anisotropy": 0.4}, gabor_type="3D"),
+    "gabor phase": fractal("ShaderNodeTexGabor", "Phase", {"Scale": 3.0, "Anisotropy": 0.4}),
+    "wavelength": spectrum,
     "brightness": adjusted("ShaderNodeBrightContrast", Bright=0.1, Contrast=0.4),
     "hue": adjusted("ShaderNodeHueSaturation", Hue=0.6, Saturation=1.3, Value=0.8),
     "gamma": adjusted("ShaderNodeGamma", Gamma=1.8),
@@ -109,9 +144,18 @@ TEXTURES = {
 }
 
 
+NO_CONFIGURATION = ((4, 5, 0), "the wheel of Blender 4.2 has no OpenColorIO for Python")
+NO_GABOR = ((4, 3, 0), "Blender 4.2 has no Gabor Texture")
+OTHER_CELLS = ((5, 0, 0), "Cycles before 5.0 places Voronoi cells by another hash")
 # What Cycles itself renders otherwise before a version of Blender.
 CHANGED = {
-    "voronoi": ((5, 0, 0), "Cycles before 5.0 places Voronoi cells by another hash"),
+    "gabor": NO_GABOR,
+    "gabor phase": NO_GABOR,
+    "filmic": NO_CONFIGURATION,
+    "filmic and alpha": NO_CONFIGURATION,
+    "voronoi": OTHER_CELLS,
+    "voronoi octaves": OTHER_CELLS,
+    "voronoi edges": OTHER_CELLS,
     "normal map": ((4, 5, 0), "Cycles 4.2 corrects perturbed normals in another way: 0.4 % darker"),
     "bump": ((4, 5, 0), "Cycles 4.2 corrects perturbed normals in another way: 1.5 % darker"),
 }

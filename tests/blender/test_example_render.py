@@ -2,7 +2,10 @@
 
 from pathlib import Path
 
+import OpenImageIO
 import pytest
+
+from tests.support.blender_scenes import add_camera
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -76,3 +79,19 @@ def test_a_seed_that_cycles_cannot_have_is_refused(script, empty_scene):
     arguments = script.parse_arguments(["--engine", "CYCLES", "--seed", "-1"])
     with pytest.raises(script.UserError, match="seed is -1"):
         script.apply_settings(empty_scene, arguments)
+
+
+@pytest.mark.parametrize("aspect", [1.0, 1.5])
+def test_files_of_pixels_that_are_not_square(script, empty_scene, tmp_path, aspect):
+    """Of these Blender 5.0 writes no parts; of others there are as many as passes."""
+    add_camera(empty_scene)
+    render = empty_scene.render
+    render.engine, render.pixel_aspect_x = "CISTERN", aspect
+    render.resolution_x = render.resolution_y = 4
+    empty_scene.cistern.samples = 1
+    exr, png = script.render_files(empty_scene, tmp_path)
+    reader = OpenImageIO.ImageInput.open(str(exr))
+    names = reader.spec().channelnames
+    reader.close()
+    has_parts = hasattr(render.image_settings, "use_exr_interleave") and aspect == 1.0
+    assert png.is_file() and ("ViewLayer.Direct.R" in names) != has_parts

@@ -13,6 +13,7 @@ from node_trees import Context, Tree, socket
 
 from addon.sync import versions
 from addon.sync.nodes import compile_light, compile_material, compile_world
+from addon.sync.nodes.compiler import VALUE_NODES
 from addon.sync.nodes.enums import MATH_OPERATIONS
 from addon.sync.nodes.graph import Scope
 
@@ -168,19 +169,43 @@ def test_group_without_tree_is_harmless(empty_scene):
     assert tree.compile().closures == []
 
 
-def test_unknown_nodes_make_one_warning(empty_scene):
+def test_worlds_have_no_tangent(empty_scene):
+    """As in Cycles."""
+    world = bpy.data.worlds.new("World")
+    world.use_nodes = True
+    tree = world.node_tree
+    background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
+    tree.links.new(background.inputs["Color"], tree.nodes.new("ShaderNodeNewGeometry").outputs["Tangent"])
+    (closure,) = compile_world(world, Context()).closures
+    assert closure.inputs[1] == (0.0, 0.0, 0.0)
+
+
+def test_unknown_nodes_make_one_warning(empty_scene, monkeypatch):
+    for idname in ("ShaderNodeInvert", "ShaderNodeFresnel"):
+        monkeypatch.delitem(VALUE_NODES, idname)
     tree = Tree("Exotic")
     mix = tree.node("ShaderNodeMix", data_type="RGBA", blend_type="ADD")
     tree.set(mix, Factor_Float=1.0)
-    tree.link(tree.node("ShaderNodeUVAlongStroke"), "UV", mix, "A_Color")
+    tree.link(tree.set(tree.node("ShaderNodeInvert"), Color=(0.5, 0.25, 0.0, 1.0)), "Color", mix, "A_Color")
     for _ in range(2):
-        squeeze = tree.node("ShaderNodeSqueeze")
-        tree.link(squeeze, "Value", mix, "B_Color")
+        tree.link(tree.set(tree.node("ShaderNodeFresnel"), IOR=2.0), "Fac", mix, "B_Color")
     tree.shown(mix, "Result_Color")
     context = Context()
-    assert emission_color(tree, context) == (0.0, 0.0, 0.0)
-    labels = f"UV Along Stroke, {squeeze.bl_label}"
-    assert context.warnings == [f"Material 'Exotic': nodes replaced by their defaults: {labels}"]
+    assert emission_color(tree, context) == (2.5, 2.25, 2.0)
+    assert context.warnings == ["Material 'Exotic': nodes replaced by their defaults: Invert Color, Fresnel"]
+
+
+def test_nodes_of_eevee_count_as_not_linked(empty_scene):
+    """As in Cycles: the Emission node keeps its own colour, and a surface of EEVEE's shader is black."""
+    tree = Tree()
+    convert = tree.node("ShaderNodeShaderToRGB")
+    tree.set(shown_as_colour(tree, convert), Color=(0.1, 0.2, 0.3, 1.0))
+    tree.link(tree.node("ShaderNodeBsdfDiffuse"), "BSDF", convert, "Shader")
+    context = Context()
+    assert emission_color(tree, context) == pytest.approx((0.1, 0.2, 0.3))
+    assert len(context.warnings) == 1 and "Shader to RGB" in context.warnings[0]
+    tree.link(tree.node("ShaderNodeEeveeSpecular"), "BSDF", tree.output, "Surface")
+    assert tree.compile(Context()).closures == []
 
 
 def test_unknown_shader_becomes_diffuse_of_its_color(empty_scene):

@@ -15,7 +15,7 @@ MODES = {  # enum members that select what a node computes
     "operation", "blend_type", "data_type", "factor_mode", "mode", "clamp_type", "interpolation_type", "vector_type",
     "rotation_type", "convert_from", "convert_to", "space", "direction_type", "axis", "distribution", "interpolation",
     "extension", "projection", "gradient_type", "noise_dimensions", "noise_type", "voronoi_dimensions", "distance",
-    "feature", "wave_type", "bands_direction", "rings_direction", "wave_profile", "fresnel_type",
+    "feature", "gabor_type", "wave_type", "bands_direction", "rings_direction", "wave_profile", "fresnel_type",
 }  # fmt: skip
 PARTLY_SUPPORTED = {  # outputs that become defaults with a warning
     ("ShaderNodeNewGeometry", "Parametric"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from fake_core import SceneBuilder
 
-from addon.sync import SyncReport, images, versions
+from addon.sync import SyncReport, colour, colour_config, images, versions
 from addon.sync.colour import image_colour, rgb_to_xyz
 from addon.sync.image_source import packed_source
 from addon.sync.images import ImageCache, blender_pixels, read_file
@@ -290,8 +290,34 @@ def test_colour_matrices() -> None:
     assert np.isfinite(rgb_to_xyz(((0.64, 0.33), (0.3, 0.6), (0.15, 0.06)), (0.3127, 0.329))).all()
 
 
-def test_an_unknown_colour_space_is_named(empty_scene, cache, tmp_path) -> None:
-    image = bpy.data.images.load(str(write(tmp_path / "a.png", ROWS.astype(np.uint8))))
+GREYS = np.repeat(np.array([[0, 60, 128], [155, 200, 255]], np.uint8)[..., None], 3, axis=2)
+
+
+def log_image(folder: Path) -> bpy.types.Image:
+    image = bpy.data.images.load(str(write(folder / "a.png", GREYS)))
     image.colorspace_settings.name = "Filmic Log"
-    call, report = added(cache, image)
+    return image
+
+
+@pytest.mark.skipif(versions.colour_reader() is None, reason="this Blender has no OpenColorIO for Python")
+def test_other_colour_spaces_are_those_of_blenders_configuration(empty_scene, cache, tmp_path) -> None:
+    """Filmic Log holds the logarithm of light, 16.5 doublings of it, of which 10 lie below middle grey (0.18)."""
+    call, report = added(cache, log_image(tmp_path))
+    assert report.warnings == [] and call["transfer"] == "LINEAR" and call["to_working_space"] is None
+    assert call["pixels"] == pytest.approx(0.18 * 2.0 ** (16.5 * (GREYS[::-1] / 255.0) - 10.0), rel=0.01)
+
+
+def test_a_colour_space_without_a_configuration_is_named(empty_scene, cache, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(colour, "decoder", lambda name, working_space: None)
+    call, report = added(cache, log_image(tmp_path))
     assert call["transfer"] == "SRGB" and "Filmic Log" in report.warnings[0]
+
+
+def test_greys_of_other_colour_spaces_stay_grey() -> None:
+    decode = colour_config.decoder("Rec.1886", "Linear Rec.709")
+    if decode is not None:
+        assert decode(np.full((2, 1, 1), 0.5, np.float32)) == pytest.approx(np.full((2, 1, 1), 0.5**2.4), rel=1e-3)
+
+
+def test_a_space_that_the_configuration_lacks() -> None:
+    assert colour_config.decoder("No Such Space", "Linear Rec.709") is None

@@ -31,7 +31,7 @@ from . import (  # noqa: F401 - they register
     volumes,
 )
 from .compiler import Compiler, Context, TreeKind, flatten_shader
-from .graph import Port, Scope, Tree, active_output, socket_named, source_of
+from .graph import Port, active_output, scope_of, socket_named, source_of
 from .instructions import COLOR, MAX_REGISTERS, constant
 from .lobes import MAX_LOBES, most_lobes
 
@@ -62,7 +62,7 @@ def _compile_material(material: bpy.types.Material | None, context: Context) -> 
     if material is None or not _uses_nodes(material):
         rgb = tuple(material.diffuse_color[:3]) if material else DEFAULT_SURFACE
         return _compile(lambda compiler: _diffuse(compiler, rgb), name, owner, context, TreeKind.SURFACE)
-    surface = _output_port(material.node_tree, "ShaderNodeOutputMaterial")
+    surface = _output_port(material, "ShaderNodeOutputMaterial")
 
     def build(compiler: Compiler) -> None:
         compiler.pass_index = material.pass_index
@@ -80,7 +80,7 @@ def compile_volume(material: bpy.types.Material | None, context: Context) -> Mat
     if material is not None and not _uses_nodes(material):
         return None
     name = material.name if material else "default_volume"
-    surface = _output_port(material.node_tree, "ShaderNodeOutputMaterial") if material else None
+    surface = _output_port(material, "ShaderNodeOutputMaterial") if material else None
     if material is not None and (surface is None or source_of(_volume_port(surface)) is None):
         return None
     names: set[str] = set()
@@ -110,7 +110,7 @@ def compile_world(world: bpy.types.World | None, context: Context) -> MaterialPr
         if not any(rgb):
             return None
         return _compile(lambda compiler: _emit(compiler, rgb), world.name, owner, context, TreeKind.WORLD)
-    surface = _output_port(world.node_tree, "ShaderNodeOutputWorld")
+    surface = _output_port(world, "ShaderNodeOutputWorld")
 
     def build(compiler: Compiler) -> None:
         flatten_shader(compiler, surface, ONE)
@@ -126,7 +126,7 @@ def compile_light(light: bpy.types.Light, context: Context) -> MaterialProgram |
     A tree without an output is black, as in Cycles."""
     if not _uses_nodes(light):
         return None
-    surface = _output_port(light.node_tree, "ShaderNodeOutputLight")
+    surface = _output_port(light, "ShaderNodeOutputLight")
     source = source_of(surface) if surface else None
     if source is not None and source.node.bl_idname == "ShaderNodeEmission" and _is_plain_emission(source):
         return None
@@ -151,9 +151,10 @@ def _uses_nodes(block: bpy.types.Material | bpy.types.World | bpy.types.Light) -
         return block.node_tree is not None and getattr(block, "use_nodes", True)
 
 
-def _output_port(tree: Tree, idname: str) -> Port | None:
-    node = active_output(tree, idname)
-    return Port(Scope(tree), node, socket_named(node.inputs, "Surface")) if node else None
+def _output_port(block: bpy.types.Material | bpy.types.World | bpy.types.Light, idname: str) -> Port | None:
+    scope = scope_of(block)
+    node = active_output(scope.tree, idname)
+    return Port(scope, node, socket_named(node.inputs, "Surface")) if node else None
 
 
 def _volume_port(surface: Port) -> Port:

@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
+from .. import versions
+from ..colour import image_colour
 from .compiler import NodeView, value_node
-from .instructions import COLOR, Value, constant
+from .enums import VECTOR_MATH_VALUES
+from .instructions import COLOR, VECTOR, Value, constant
 from .vector import separate
-
-# CIE 1931 colour matching functions: Wyman, Sloan and Shirley 2013, Simple analytic approximations to the CIE XYZ
-# color matching functions, multi-lobe fit: (weight, mean, inverse width below, above) in nanometres.
-XYZ_LOBES = (
-    ((0.362, 442.0, 0.0624, 0.0374), (1.056, 599.8, 0.0264, 0.0323), (-0.065, 501.1, 0.0490, 0.0382)),
-    ((0.821, 568.8, 0.0213, 0.0247), (0.286, 530.9, 0.0613, 0.0322)),
-    ((1.217, 437.0, 0.0845, 0.0278), (0.681, 459.0, 0.0385, 0.0725)),
-)
-XYZ_TO_RGB = (
-    (3.2404542, -1.5371385, -0.4985314),
-    (-0.9692660, 1.8760108, 0.0415560),
-    (0.0556434, -0.2040259, 1.0572252),
-)
-WAVELENGTH_SCALE = 1.0 / 2.52  # Blender's scale, which keeps every channel below one
 
 
 @value_node("ShaderNodeHueSaturation")
@@ -84,25 +71,25 @@ def combine_hsv(node: NodeView, output: str) -> Value:
 
 @value_node("ShaderNodeBlackbody")
 def blackbody(node: NodeView, output: str) -> Value:
-    return node.emit("BLACKBODY", node.values("Temperature"))
+    return blackbody_color(node, node.value("Temperature"))
+
+
+def blackbody_color(node: NodeView, kelvin: Value) -> Value:
+    return in_working_space(node, node.emit("BLACKBODY", (kelvin,)))
 
 
 @value_node("ShaderNodeWavelength")
 def wavelength(node: NodeView, output: str) -> Value:
-    value = node.value("Wavelength")
-    if value.constant is None:
-        node.warn("a Wavelength node with a linked input is not supported: it reads the socket's own value")
-        value = constant(node.port("Wavelength").socket.default_value)
-    return constant(*wavelength_color(value.constant[0]), COLOR)
+    line = in_working_space(node, node.emit("WAVELENGTH", node.values("Wavelength")))
+    return node.vector_math("MAXIMUM", line, constant(0.0, letter=VECTOR)).retyped(COLOR)
 
 
-def wavelength_color(nanometres: float) -> list[float]:
-    """Linear Rec. 709 colour of a spectral line, negative channels cut off."""
-    xyz = [sum(_lobe(nanometres, *lobe) for lobe in lobes) for lobes in XYZ_LOBES]
-    rgb = [sum(weight * value for weight, value in zip(row, xyz, strict=True)) for row in XYZ_TO_RGB]
-    return [max(channel * WAVELENGTH_SCALE, 0.0) for channel in rgb]
-
-
-def _lobe(x: float, weight: float, mean: float, below: float, above: float) -> float:
-    offset = (x - mean) * (below if x < mean else above)
-    return weight * math.exp(-0.5 * offset * offset)
+def in_working_space(node: NodeView, color: Value) -> Value:
+    """A linear Rec. 709 colour, which is what the core's spectra give."""
+    matrix = image_colour("Linear Rec.709", versions.working_space()).matrix
+    if matrix is None:
+        return color
+    rows = [constant(*matrix[first : first + 3], VECTOR) for first in (0, 3, 6)]
+    dot = (VECTOR_MATH_VALUES.index("DOT_PRODUCT"),)
+    channels = [node.emit("VECTOR_MATH_VALUE", (color, row), dot) for row in rows]
+    return node.emit("COMBINE_XYZ", channels).retyped(COLOR)

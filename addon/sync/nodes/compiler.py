@@ -12,7 +12,19 @@ import bpy
 from numpy.typing import NDArray
 
 from .enums import MATH_OPERATIONS, VECTOR_MATH_OPERATIONS
-from .graph import SHADER, Node, Port, Scope, Socket, entry_of, is_group, is_pass_through, socket_named, source_of
+from .graph import (
+    EEVEE_ALONE,
+    SHADER,
+    Node,
+    Port,
+    Scope,
+    Socket,
+    entry_of,
+    is_group,
+    is_pass_through,
+    socket_named,
+    source_of,
+)
 from .instructions import COLOR, FLOAT, VECTOR, InstructionList, Value, constant
 
 LETTERS = {
@@ -200,6 +212,8 @@ class Compiler:
                 source = source_of(entry)
                 return self.output(source) if source else None
             value = self.input(entry) if port.node.bl_idname == "NodeReroute" else self.input_or_default(entry)
+        elif port.node.bl_idname in EEVEE_ALONE:
+            return self.warn_of_eevee(port.node)
         else:
             handler = VALUE_NODES.get(port.node.bl_idname)
             value = handler(NodeView(self, port.scope, port.node), port.socket.identifier) if handler else None
@@ -214,6 +228,10 @@ class Compiler:
             return None
         self.warn_broken_group(port)
         return default_of(port.socket)
+
+    def warn_of_eevee(self, node: Node) -> None:
+        """As in Cycles, its links count as none."""
+        self.warn(f"node {node.bl_label} is of EEVEE alone: it counts as not linked, as in Cycles")
 
     def warn_broken_group(self, port: Port) -> None:
         tree = port.node.node_tree
@@ -309,6 +327,9 @@ def flatten_shader(compiler: Compiler, port: Port, weight: Value) -> None:
         return
     if compiler.in_volume:
         _add_to_medium(compiler, source, weight)
+        return
+    if source.node.bl_idname in EEVEE_ALONE:
+        compiler.warn_of_eevee(source.node)
         return
     handler = CLOSURE_NODES.get(source.node.bl_idname)
     if handler is None:

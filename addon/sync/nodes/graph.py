@@ -1,12 +1,13 @@
 """Walking a shader node tree: links, groups, reroutes and muted nodes.
 
-Nothing is copied: a node inside a group is told apart from its twin in another use of the group by its `Scope`.
+Nothing is copied: a node inside a group is told apart from its twin in another use of the group by its `Scope`. Only
+trees with zones, closures, bundles or menus are taken as Blender resolves them for Cycles, without any.
 Sockets are named by identifier, since positions and labels change between Blender versions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import bpy
@@ -17,13 +18,25 @@ Socket = bpy.types.NodeSocket
 Link = bpy.types.NodeLink
 
 SHADER = "SHADER"
+EEVEE_ALONE = {"ShaderNodeShaderToRGB", "ShaderNodeEeveeSpecular", "ShaderNodeUVAlongStroke", "ShaderNodeSqueeze"}
+RESOLVED_BY_BLENDER = {
+    "GeometryNodeMenuSwitch",
+    "GeometryNodeRepeatOutput",
+    "NodeClosureOutput",
+    "NodeEvaluateClosure",
+    "NodeCombineBundle",
+    "NodeSeparateBundle",
+}
 
 
 class Scope:
     """One use of a node tree: the material's own tree, or what stands inside one group node."""
 
-    def __init__(self, tree: Tree, parent: Scope | None = None, group_node: Node | None = None) -> None:
+    def __init__(
+        self, tree: Tree, parent: Scope | None = None, group_node: Node | None = None, owner: object = None
+    ) -> None:
         self.tree = tree
+        self.owner = owner  # with which the tree would go
         self.parent = parent
         self.group_node = group_node
         self._links = {
@@ -44,6 +57,31 @@ class Scope:
 
     def _is_inside(self, tree: Tree) -> bool:
         return self.tree == tree or (self.parent is not None and self.parent._is_inside(tree))
+
+
+def scope_of(block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> Scope:
+    """The tree of a data-block that has one; resolved by Blender where it has to be, which it does from 5.0 on.
+
+    Resolved trees are no data-blocks: they live as long as what Blender hands out with them."""
+    resolve = getattr(block, "inline_shader_nodes", None)
+    if resolve is None or not any(node.bl_idname in RESOLVED_BY_BLENDER for node in all_nodes([block.node_tree])):
+        return Scope(block.node_tree)
+    resolved = resolve()
+    return Scope(resolved.node_tree, owner=resolved)
+
+
+def all_nodes(trees: Iterable[Tree]) -> Iterator[Node]:
+    """Every node of the trees and of the groups they use, each group once even where it contains itself."""
+    pending, seen = list(trees), set()
+    while pending:
+        tree = pending.pop()
+        if tree.as_pointer() in seen:
+            continue
+        seen.add(tree.as_pointer())
+        for node in tree.nodes:
+            yield node
+            if node.type == "GROUP" and node.node_tree is not None:
+                pending.append(node.node_tree)
 
 
 def _carries_values(link: Link) -> bool:

@@ -90,7 +90,7 @@ def geometry(node: NodeView, output: str) -> Value | None:
     if output == "Position":
         return position(node)
     if output == "Tangent":
-        return vector_constant(0.0, 0.0, 0.0) if node.compiler.is_lamp else default_tangent(node)
+        return default_tangent(node) if node.compiler.is_surface else vector_constant(0.0, 0.0, 0.0)
     if output in value_names.GEOMETRY_OUTPUTS and node.compiler.is_surface:
         return mesh_attribute(node, value_names.GEOMETRY_OUTPUTS[output], "Fac", missing_alpha=0)
     if output == "Normal":

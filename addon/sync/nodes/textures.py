@@ -118,14 +118,9 @@ def gradient(node: NodeView, output: str) -> Value:
 @value_node("ShaderNodeTexNoise")
 def noise(node: NodeView, output: str) -> Value:
     tree_node = node.node
-    kind = tree_node.noise_type
-    offset, gain = node.value("Offset", 0.0).constant, node.value("Gain", 1.0).constant
-    has_gain = kind in ("HYBRID_MULTIFRACTAL", "RIDGED_MULTIFRACTAL")
-    has_offset = has_gain or kind == "HETERO_TERRAIN"
-    if (has_offset and offset != (0.0, 0.0, 0.0)) or (has_gain and gain != (1.0, 0.0, 0.0)):
-        node.warn("offset and gain of Noise Texture are not supported: 0 and 1 are used")
-    parameters = (enums.DIMENSIONS[tree_node.noise_dimensions], int(tree_node.normalize), enums.NOISE_TYPES.index(kind))
-    inputs = (texture_vector(node), *node.values("W, Scale, Detail, Roughness, Lacunarity, Distortion"))
+    kind = enums.NOISE_TYPES.index(tree_node.noise_type)
+    parameters = (enums.DIMENSIONS[tree_node.noise_dimensions], int(tree_node.normalize), kind)
+    inputs = (texture_vector(node), *node.values("W, Scale, Detail, Roughness, Lacunarity, Offset, Gain, Distortion"))
     return node.emit("NOISE_COLOR" if output == "Color" else "NOISE", inputs, parameters)
 
 
@@ -134,37 +129,13 @@ def voronoi(node: NodeView, output: str) -> Value | None:
     if output == "W":
         return None
     tree_node = node.node
-    if node.value("Detail").constant != (0.0, 0.0, 0.0):
-        node.warn("detail of Voronoi Texture is not supported: 0 is used")
     dimensions = enums.DIMENSIONS[tree_node.voronoi_dimensions]
     metric = enums.VORONOI_METRICS.index(tree_node.distance)
-    parameters = (dimensions, metric, enums.VORONOI_FEATURES.index(tree_node.feature))
-    inputs = (texture_vector(node), *node.values("W, Scale, Smoothness, Exponent, Randomness"))
-    if output in ("Color", "Position"):
-        return node.emit(f"VORONOI_{output.upper()}", inputs, parameters)
-    distance = node.emit("VORONOI_DISTANCE", inputs, parameters)
-    if not getattr(tree_node, "normalize", False) or tree_node.feature == "N_SPHERE_RADIUS":
-        return distance
-    return node.math("DIVIDE", distance, _largest_distance(node, dimensions))
-
-
-def _largest_distance(node: NodeView, dimensions: int) -> Value:
-    """Distance of a cell's centre from the farthest place a feature point can have, as Blender normalises by."""
-    randomness = node.emit("CLAMP", (node.value("Randomness"), constant(0.0), constant(1.0)), (0,))
-    half = constant(0.5)
-    reach = node.math("ADD", half, node.math("MULTIPLY", half, randomness))
-    if node.node.feature == "DISTANCE_TO_EDGE":
-        return reach
-    if node.node.feature == "F2":
-        reach = node.math("MULTIPLY", reach, constant(2.0))
-    if dimensions == 1 or node.node.distance == "CHEBYCHEV":
-        return reach
-    count = constant(float(dimensions))
-    if node.node.distance == "MANHATTAN":
-        return node.math("MULTIPLY", reach, count)
-    exponent = constant(2.0) if node.node.distance == "EUCLIDEAN" else node.value("Exponent")
-    root = node.math("POWER", count, node.math("DIVIDE", constant(1.0), exponent))
-    return node.math("MULTIPLY", reach, root)
+    feature = enums.VORONOI_FEATURES.index(tree_node.feature)
+    names = "W, Scale, Detail, Roughness, Lacunarity, Smoothness, Exponent, Randomness"
+    inputs = (texture_vector(node), *node.values(names))
+    kind = output.upper() if output in ("Color", "Position") else "DISTANCE"
+    return node.emit(f"VORONOI_{kind}", inputs, (dimensions, metric, feature, int(tree_node.normalize)))
 
 
 @value_node("ShaderNodeTexWave")
@@ -197,3 +168,11 @@ def brick(node: NodeView, output: str) -> Value:
 def magic(node: NodeView, output: str) -> Value:
     color = node.emit("MAGIC", (texture_vector(node), *node.values("Scale, Distortion")), (node.node.turbulence_depth,))
     return node.emit("AVERAGE", (color.retyped(VECTOR),)) if output == "Fac" else color
+
+
+@value_node("ShaderNodeTexGabor")
+def gabor(node: NodeView, output: str) -> Value:
+    inputs = (texture_vector(node), *node.values("Scale, Frequency, Anisotropy, Orientation 2D, Orientation 3D"))
+    return node.emit(
+        "GABOR", inputs, (enums.GABOR_TYPES.index(node.node.gabor_type), enums.GABOR_OUTPUTS.index(output))
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from .color import blackbody_color
 from .compiler import Compiler, NodeView, flatten_shader, volume_node
 from .enums import MATH_OPERATIONS
 from .graph import Port
@@ -129,7 +130,7 @@ def _fire(node: NodeView, intensity: Value) -> tuple[Value, Value]:
     """Colour and strength of what glows by its temperature; nothing where the intensity is not above 0."""
     temperature = _factor(node, node.value("Temperature"), "Temperature Attribute")
     kelvin = node.math("MAXIMUM", temperature, ZERO)
-    color = node.vector_math("MULTIPLY", node.value("Blackbody Tint"), node.emit("BLACKBODY", (kelvin,)))
+    color = node.vector_math("MULTIPLY", node.value("Blackbody Tint"), blackbody_color(node, kelvin))
     fourth_power = node.math("POWER", kelvin, constant(4.0))
     mixed = node.emit("MIX_FLOAT", (intensity, ONE, fourth_power), (0,))
     is_on = node.emit("MATH", (intensity, ZERO, ZERO), (MATH_OPERATIONS.index("GREATER_THAN"), 0))

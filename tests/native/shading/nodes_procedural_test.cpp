@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "shading/nodes_color.h"
+#include "shading/nodes_gabor.h"
 #include "shading/nodes_math.h"
 #include "shading/nodes_noise.h"
 #include "shading/nodes_pattern.h"
@@ -39,10 +40,25 @@ TEST(NodesProcedural, NoiseEqualsCycles) {
                         {3, NoiseType::HETERO_TERRAIN, false, {0.01705636f, 0.5831779f, -0.2885746f}}};
   for (const Case& c : cases) {
     SCOPED_TRACE(testing::Message() << c.dimensions << "D, type " << static_cast<int>(c.type));
-    const NoiseSettings settings{2.5f, 0.6f, 2.1f, 0.7f, c.type, c.normalize};
+    const NoiseSettings settings{2.5f, 0.6f, 2.1f, 0.0f, 1.0f, 0.7f, c.type, c.normalize};
     const Vec3 color = noise_color_node(kPoint * 3.0f, kW * 3.0f, c.dimensions, settings);
     expect_near(color, c.color, 1e-4f);  // the seeds lie 100 to 200 away, where floats are coarse
     EXPECT_EQ(noise_node(kPoint * 3.0f, kW * 3.0f, c.dimensions, settings), color.x);
+  }
+}
+
+TEST(NodesProcedural, NoiseWithOffsetAndGainEqualsCycles) {
+  struct Case {
+    NoiseType type;
+    Vec3 color;
+  };
+  const Case cases[] = {{NoiseType::HYBRID_MULTIFRACTAL, {1.3695424f, 2.246763f, 1.1301996f}},
+                        {NoiseType::RIDGED_MULTIFRACTAL, {0.8263401f, 0.132105f, 0.4354484f}},
+                        {NoiseType::HETERO_TERRAIN, {1.5427854f, 3.0102072f, 1.0104373f}}};
+  for (const Case& c : cases) {
+    SCOPED_TRACE(static_cast<int>(c.type));
+    const NoiseSettings settings{2.5f, 0.6f, 2.1f, 0.8f, 1.7f, 0.7f, c.type, false};
+    expect_near(noise_color_node(kPoint * 3.0f, kW * 3.0f, 3, settings), c.color, 1e-4f);
   }
 }
 
@@ -138,8 +154,8 @@ TEST(NodesProcedural, VoronoiEqualsCycles) {
                          {1.368575f, 2.650184f, -0.7087154f}}};
   for (const Case& c : cases) {
     SCOPED_TRACE(testing::Message() << c.dimensions << "D, feature " << static_cast<int>(c.feature));
-    const VoronoiResult r =
-        voronoi_node(kPoint * 3.0f, kW * 3.0f, c.dimensions, {c.feature, c.metric, 0.8f, 1.7f, 0.9f});
+    const VoronoiSettings settings{c.feature, c.metric, 0.0f, 0.5f, 2.0f, 0.8f, 1.7f, 0.9f};
+    const VoronoiResult r = voronoi_node(kPoint * 3.0f, kW * 3.0f, c.dimensions, settings);
     EXPECT_NEAR(r.distance, c.distance, kTolerance);
     expect_near(r.color, c.color);
     expect_near(c.dimensions == 1 ? Vec3{r.w, r.w, r.w} / 3.0f : r.position / 3.0f, c.position);
@@ -157,6 +173,44 @@ TEST(NodesProcedural, VoronoiEdgesAndSpheresEqualCycles) {
     EXPECT_NEAR(voronoi_node(kPoint * 3.0f, kW * 3.0f, d, s).distance, expected[d - 1][0], kTolerance);
     s.feature = VoronoiFeature::N_SPHERE_RADIUS;
     EXPECT_NEAR(voronoi_node(kPoint * 3.0f, kW * 3.0f, d, s).distance, expected[d - 1][1], kTolerance);
+  }
+}
+
+TEST(NodesProcedural, VoronoiOfSeveralOctavesEqualsCycles) {
+  struct Case {
+    int dimensions;
+    VoronoiFeature feature;
+    bool normalize;
+    float distance;
+    Vec3 color, position;
+  };
+  const Case cases[] = {
+      {3,
+       VoronoiFeature::F1,
+       false,
+       0.948136f,
+       {1.7328262f, 0.8342314f, 0.4785028f},
+       {1.3719636f, 2.7579658f, -0.6031655f}},
+      {2, VoronoiFeature::F2, true, 0.1490279f, {0.6210828f, 0.7605056f, 0.5469862f}, {1.4012653f, 2.6794093f, 0.0f}},
+      {4,
+       VoronoiFeature::SMOOTH_F1,
+       true,
+       0.339056f,
+       {0.3959266f, 0.3604943f, 0.2946356f},
+       {1.3617735f, 2.6889284f, -0.6574357f}},
+      {3, VoronoiFeature::DISTANCE_TO_EDGE, false, 0.0390143f, {}, {}},
+      {2, VoronoiFeature::DISTANCE_TO_EDGE, true, 0.1315654f, {}, {}}};
+  for (const Case& c : cases) {
+    SCOPED_TRACE(testing::Message() << c.dimensions << "D, feature " << static_cast<int>(c.feature));
+    VoronoiSettings s{c.feature, VoronoiMetric::EUCLIDEAN, 2.4f, 0.6f, 2.1f, 0.8f, 0.5f, 0.9f, c.normalize};
+    const VoronoiResult r = voronoi_node(kPoint * 3.0f, kW * 3.0f, c.dimensions, s);
+    EXPECT_NEAR(r.distance, c.distance, kTolerance);
+    expect_near(r.color, c.color);
+    expect_near(r.position / 3.0f, c.position);
+    s.roughness = 0.0f;  // one octave
+    const float distance = voronoi_node(kPoint * 3.0f, kW * 3.0f, c.dimensions, s).distance;
+    s.detail = 0.0f;
+    EXPECT_EQ(voronoi_node(kPoint * 3.0f, kW * 3.0f, c.dimensions, s).distance, distance);
   }
 }
 
@@ -194,6 +248,37 @@ TEST(NodesProcedural, BrickEqualsCycles) {
   // colours of the render: red to green bricks, blue mortar
   const Vec3 color{(1.0f - r.tint) * (1.0f - r.mortar), r.tint * (1.0f - r.mortar), r.mortar};
   expect_near(color, {0.004546994f, 0.02345372f, 0.9719993f}, 1e-4f);
+}
+
+TEST(NodesProcedural, GaborEqualsCycles) {
+  struct Case {
+    int dimensions;
+    float anisotropy, value, phase, intensity;
+  };
+  const Case cases[] = {{2, 0.3f, 0.5425452f, 0.6049742f, 0.1388597f},
+                        {2, 1.0f, 0.4729161f, 0.0297893f, 0.2910992f},
+                        {3, 0.3f, 0.5076317f, 0.7677461f, 0.0153587f},
+                        {3, 1.0f, 0.5346921f, 0.5448462f, 0.2495268f}};
+  for (const Case& c : cases) {
+    SCOPED_TRACE(testing::Message() << c.dimensions << "D, anisotropy " << c.anisotropy);
+    const GaborResult r = gabor_node(kPoint * 3.0f, c.dimensions, {1.7f, c.anisotropy, 0.6f, {0.5f, -1.0f, 0.4f}});
+    EXPECT_NEAR(r.value, c.value, kTolerance);
+    EXPECT_NEAR(r.phase, c.phase, kTolerance);
+    EXPECT_NEAR(r.intensity, c.intensity, kTolerance);
+  }
+}
+
+TEST(NodesProcedural, GaborWithoutAnAxisIsFinite) {
+  const GaborResult r = gabor_node(kPoint * 3.0f, 3, {1.7f, 0.5f, 0.6f, {}});
+  EXPECT_TRUE(std::isfinite(r.value) && std::isfinite(r.phase) && std::isfinite(r.intensity));
+}
+
+TEST(NodesProcedural, SpectralLinesEqualCycles) {
+  const auto seen = [](float nanometres) { return max(wavelength_node(nanometres), Vec3{}); };
+  expect_near(seen(450.5f), {0.05626636f, 0.0f, 0.74632907f}, 2e-4f);
+  expect_near(seen(560.0f), {0.15679157f, 0.5121166f, 0.0f}, 2e-4f);
+  expect_near(seen(620.0f), {0.86636585f, 0.0f, 0.0f}, 2e-4f);
+  for (const float dark : {370.0f, 780.0f, NAN}) expect_near(wavelength_node(dark), {});
 }
 
 TEST(NodesProcedural, GradientsOfKnownPoints) {
