@@ -91,7 +91,7 @@ struct MaterialProgram {
   /// TILED_IMAGE's parameter 0 indexes this: for each tile from 1001 on (UDIM, ten to a row) one of `images`, -1 where
   /// there is none.
   std::vector<std::vector<int>> tile_tables;
-  bool is_boundary = false;  // there is no surface, only what is inside: crossing it is no transparent bounce
+  bool is_boundary = false;            // there is no surface, only what is inside: crossing it is no transparent bounce
   bool has_transparent_shadow = true;  // or light samples find no light past it; what has a volume always has one
   uint16_t register_count = 0;
 
