@@ -54,10 +54,19 @@ def start(scenario: Scenario, quits: bool = True) -> None:
             screenshot("failed")
             say("GUI FAILED")
         if quits:
-            bpy.ops.wm.quit_blender()
+            bpy.app.timers.register(quit_blender)
         return None
 
     bpy.app.timers.register(step, first_interval=1.0, persistent=True)
+
+
+def quit_blender() -> float | None:
+    """A timer: as a render ends, Blender refuses to quit for a moment."""
+    try:
+        bpy.ops.wm.quit_blender()
+    except RuntimeError:
+        return STEP_SECONDS
+    return None
 
 
 def window() -> bpy.types.Window:

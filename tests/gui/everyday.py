@@ -253,6 +253,7 @@ def final_render_meanwhile() -> Iterator[float]:
         bpy.data.objects["Cube"].location.y += 0.1
         yield 0.1
     yield from wait_until(lambda: not bpy.app.is_job_running("RENDER"), "final render", 120.0)
+    yield 1.0  # until which Blender may not let a file be saved
     driver.expect(len(addon_reports) == before + 1 and addon_reports[-1].error is None, f"reports {addon_reports}")
     driver.expect_no_error("final render")
     screenshot("final_render")
