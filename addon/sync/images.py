@@ -172,6 +172,11 @@ class ImageCache:
             return _MISSING
         if not colour.is_known:
             report.warn(f"Image '{image.name}': colour space {image.colorspace_settings.name} is read as sRGB")
+        if content.repaired > 0:
+            report.warn(
+                f"Image '{image.name}': {content.repaired} pixels are not finite: infinite halves count as the "
+                "largest half, others as black"
+            )
         return builder.add_image(
             image.name,
             content.pixels,
@@ -197,17 +202,23 @@ class _Content:
     pixels: NDArray
     colour: ImageColour
     alpha: str
+    repaired: int = 0
+    """Pixels that were not finite."""
 
 
 def _content(
     image: bpy.types.Image, source: ImageSource | None, file: FilePixels | None, colour: ImageColour
 ) -> _Content | None:
     content = _stored_content(image, source, file, colour)
-    if content is None or not content.colour.is_filtered_linear:
+    if content is None:
+        return None
+    pixels, repaired = finite(content.pixels)
+    content = replace(content, pixels=pixels, repaired=repaired)
+    if not content.colour.is_filtered_linear:
         return content
     alpha = "PREMULTIPLIED" if content.alpha == "STRAIGHT" else content.alpha
-    pixels = decoded(content.pixels, content.alpha, content.colour.decode or srgb_to_linear)
-    return _Content(pixels, replace(content.colour, transfer="LINEAR"), alpha)
+    pixels = decoded(pixels, content.alpha, content.colour.decode or srgb_to_linear)
+    return replace(content, pixels=pixels, colour=replace(content.colour, transfer="LINEAR"), alpha=alpha)
 
 
 def _stored_content(
@@ -228,6 +239,20 @@ def _stored_content(
     if pixels.dtype == np.float32:  # decoded by Blender already
         colour = ImageColour("LINEAR", None, colour.is_known, is_data)
     return _Content(pixels, colour, alpha_of_buffer(mode, is_data, pixels))
+
+
+def finite(pixels: NDArray) -> tuple[NDArray, int]:
+    """Pixels (height, width, channels) without what is not finite, and how many had it.
+
+    Infinite halves are what was too bright for them, as suns are. Otherwise all channels of the pixel become 0, as in
+    Cycles, where colours would change."""
+    if not np.issubdtype(pixels.dtype, np.floating) or np.isfinite(pixels).all():
+        return pixels, 0
+    repaired = int(np.count_nonzero(~np.isfinite(pixels).all(axis=2)))
+    if pixels.dtype == np.float16:
+        largest = np.finfo(np.float16).max
+        pixels = np.clip(pixels, -largest, largest)  # NaN stays
+    return np.where(np.isfinite(pixels).all(axis=2, keepdims=True), pixels, pixels.dtype.type(0.0)), repaired
 
 
 def read_file(path: str, packed: bytes | None = None) -> FilePixels | None:

@@ -181,6 +181,18 @@ def test_a_broken_file_is_named(empty_scene, cache, tmp_path) -> None:
     assert call is None and "'Broken'" in report.warnings[0]
 
 
+@pytest.mark.parametrize("dtype", [np.float16, np.float32])
+def test_pixels_that_are_not_finite_are_told(empty_scene, cache, tmp_path, dtype) -> None:
+    pixels = ROWS.astype(dtype)
+    pixels[0, 0, 1], pixels[2, 1, 0] = np.nan, np.inf
+    first, report = added(cache, bpy.data.images.load(str(write(tmp_path / "a.exr", pixels))))
+    expected = pixels[::-1].copy()
+    expected[2, 0] = 0.0
+    expected[0, 1] = (np.finfo(np.float16).max, 0, 0, 64) if dtype == np.float16 else 0.0
+    assert first["pixels"].dtype == dtype and np.array_equal(first["pixels"], expected)
+    assert len(report.warnings) == 1 and "'a.exr': 2 pixels are not finite" in report.warnings[0]
+
+
 @pytest.mark.parametrize("is_float", [False, True])
 def test_generated_images(empty_scene, cache, is_float) -> None:
     image = bpy.data.images.new("Made", 4, 2, alpha=True, float_buffer=is_float)
