@@ -112,7 +112,7 @@ PARTICLES = {
 }
 
 
-@pytest.mark.parametrize("case", PARTICLES)
+@pytest.mark.parametrize("case", marked(PARTICLES, {"parents", "interpolated children"}))
 def test_particle_hair(empty_scene: bpy.types.Scene, case: str) -> None:
     sphere = stage(empty_scene)
     sphere.data.materials.append(plain())

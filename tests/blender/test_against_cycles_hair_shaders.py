@@ -48,7 +48,7 @@ def stage(scene: bpy.types.Scene) -> None:
     scene.cycles_curves.shape = "RIBBONS"
 
 
-SLOW = {"rough", "index", "random roughness", "melanin", "absorption"}
+SLOW = {"tilt", "random melanin", "rough", "index", "random roughness", "melanin", "absorption"}
 
 
 @pytest.mark.parametrize("case", marked(HAIR, SLOW))

@@ -46,7 +46,23 @@ PRINCIPLED = {
 }
 
 
-@pytest.mark.parametrize("case", marked(PRINCIPLED, {"soap", "550 nm, rough", "rough metal"}))
+SLOW = {
+    "soap",
+    "550 nm, rough",
+    "rough metal",
+    "rough glass",
+    "half metal, half glass",
+    "under a coat",
+    "tinted metal",
+    "level and tint",
+    "fading",
+    "thin",
+    "none",
+    "1000 nm, smooth",
+}
+
+
+@pytest.mark.parametrize("case", marked(PRINCIPLED, SLOW))
 def test_principled(empty_scene: bpy.types.Scene, case: str) -> None:
     build.stage(empty_scene, build.principled("ball", **PRINCIPLED[case]))
     # With six replicas the seeds of soap are a false alarm; 24 replicas agree.

@@ -5,6 +5,7 @@ import pytest
 
 from tests.support import blender_scenes as build
 from tests.support.engines import compare_with_cycles
+from tests.support.slow_cases import marked
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
@@ -32,7 +33,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", marked(CASES, {"diffuse, faded", "diffuse, whole", "glossy, wide"}))
 def test_toon(empty_scene: bpy.types.Scene, case: str) -> None:
     build.stage(empty_scene, toon(*CASES[case]))
     result = compare_with_cycles(empty_scene)
@@ -41,7 +42,7 @@ def test_toon(empty_scene: bpy.types.Scene, case: str) -> None:
 
 BESIDE_REUSE = [
     pytest.param(component, preset, marks=() if preset in quick else pytest.mark.slow)
-    for component, quick in (("DIFFUSE", ("FINAL", "RESTIR_DI")), ("GLOSSY", ("RESTIR_GI", "WORLD_PATHS")))
+    for component, quick in (("DIFFUSE", ("FINAL",)), ("GLOSSY", ("RESTIR_GI",)))
     for preset in ("FINAL", "RESTIR_DI", "RESTIR_GI", "WORLD_PATHS")
 ]
 

@@ -12,6 +12,7 @@ from test_against_cycles_displacement import Nodes, along_normal, along_vector, 
 import addon
 from tests.support import blender_scenes as build
 from tests.support.engines import compare_with_cycles, prepare, render
+from tests.support.slow_cases import marked
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 needs_cycles_4_5 = pytest.mark.skipif(
@@ -134,8 +135,20 @@ def agrees(scene: bpy.types.Scene) -> None:
     assert result.agrees, result
 
 
+SLOW = {
+    "a colour",
+    "noise in object space",
+    "both by generated coordinates",
+    "normal map",
+    "vector in world space",
+    "both by image",
+    "generated coordinates",
+    "image by UV",
+}
+
+
 @needs_cycles_4_5
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", marked(CASES, SLOW))
 def test_smooth_sphere(empty_scene: bpy.types.Scene, case: str) -> None:
     skip_before_5_0(case in ("normal map", "both in object space", "both in world space"))
     displaced_sphere(empty_scene, case)

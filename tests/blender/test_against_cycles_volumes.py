@@ -227,7 +227,7 @@ CASES: dict[str, Callable[[bpy.types.Scene], None]] = {
 }
 
 
-SLOW = {"lamp in cube", "backward", "principled", "nested", "mirror", "mesh lamp"}
+SLOW = {"lamp in cube", "spot in fog", "backward", "principled", "nested", "mirror", "mesh lamp"}
 
 
 @pytest.mark.parametrize("case", marked(CASES, SLOW))

@@ -7,6 +7,7 @@ import pytest
 from addon import report
 from tests.support import pass_scenes
 from tests.support.blender_scenes import shader
+from tests.support.slow_cases import marked
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
@@ -28,7 +29,10 @@ def compare(scene, plant=None):
     return pass_scenes.compare_layers(scene, CHANNELS, plant)
 
 
-@pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL", "RESTIR_DI", "CELL_RESERVOIRS", "WORLD_PATHS"])
+PRESETS = ("PATH_TRACING", "FINAL", "RESTIR_DI", "CELL_RESERVOIRS", "WORLD_PATHS")
+
+
+@pytest.mark.parametrize("preset", marked(PRESETS, {"RESTIR_DI", "CELL_RESERVOIRS"}))
 def test_aovs_are_those_of_cycles(cards, preset):
     result = compare(cards(preset))
     assert result.agrees, result
