@@ -101,12 +101,12 @@ void EmitterClusters::fill_probabilities(std::span<const float> powers) {
       const double pmf = total > 0.0 ? powers[emitter] / total : 1.0 / (first_[cluster + 1] - first_[cluster]);
       cluster_of_[emitter] = cluster;
       pmf_[emitter] = static_cast<float>(pmf);
-      cdf_[i] = static_cast<float>(sum += pmf);
+      cdf_[i] = sum += pmf;
     }
   }
 }
 
-uint32_t EmitterClusters::choose(uint32_t cluster, float u) const {
+uint32_t EmitterClusters::choose(uint32_t cluster, double u) const {
   const auto begin = cdf_.begin() + first_[cluster], end = cdf_.begin() + first_[cluster + 1];
   auto found = std::upper_bound(begin, end, u);
   // Rounding may carry u past the end: then the last that has probability.
@@ -116,7 +116,7 @@ uint32_t EmitterClusters::choose(uint32_t cluster, float u) const {
 
 size_t EmitterClusters::memory_bytes() const {
   return (cluster_of_.capacity() + first_.capacity() + members_.capacity()) * sizeof(uint32_t) +
-         (pmf_.capacity() + cdf_.capacity()) * sizeof(float);
+         pmf_.capacity() * sizeof(float) + cdf_.capacity() * sizeof(double);
 }
 
 }  // namespace cistern

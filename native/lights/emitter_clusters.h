@@ -22,7 +22,7 @@ class EmitterClusters {
   uint32_t cluster_of(uint32_t emitter) const { return cluster_of_[emitter]; }
   bool has_one_emitter(uint32_t cluster) const { return first_[cluster + 1] - first_[cluster] == 1; }
   /// An emitter of a cluster by `u` in [0, 1); never one without power unless none has any.
-  uint32_t choose(uint32_t cluster, float u) const;
+  uint32_t choose(uint32_t cluster, double u) const;
   /// Probability of an emitter within its cluster.
   float pmf(uint32_t emitter) const { return pmf_[emitter]; }
   size_t memory_bytes() const;
@@ -34,7 +34,7 @@ class EmitterClusters {
   std::vector<float> pmf_;            // by emitter
   std::vector<uint32_t> first_;       // of each cluster, into `members_`; and the end
   std::vector<uint32_t> members_;     // emitters by cluster
-  std::vector<float> cdf_;            // by member: probability of it and those before it in the cluster
+  std::vector<double> cdf_;           // by member: probability of it and those before it in the cluster
 };
 
 }  // namespace cistern

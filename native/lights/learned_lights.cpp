@@ -31,7 +31,7 @@ LearnedLights::Chooser LearnedLights::chooser(Vec3 position, Vec3 normal, uint8_
   return chooser;
 }
 
-std::optional<LearnedLights::Choice> LearnedLights::choose(const Chooser& chooser, double u_choice, float u_within,
+std::optional<LearnedLights::Choice> LearnedLights::choose(const Chooser& chooser, double u_choice, double u_within,
                                                            Vec2 u_emitter) const {
   if (chooser.row && u_choice >= kBaseShare) {
     const double u_row = (u_choice - kBaseShare) / (1.0 - kBaseShare);

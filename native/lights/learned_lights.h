@@ -34,7 +34,7 @@ class LearnedLights {
     float pmf;
     float visibility = 1.0f;  // part of the emitter's light that seems to arrive here, above 0: for guesses only
   };
-  std::optional<Choice> choose(const Chooser& chooser, double u_choice, float u_within, Vec2 u_emitter) const;
+  std::optional<Choice> choose(const Chooser& chooser, double u_choice, double u_within, Vec2 u_emitter) const;
   float pmf(const Chooser& chooser, uint32_t emitter) const;
 
   const EmitterClusters& clusters() const { return clusters_; }

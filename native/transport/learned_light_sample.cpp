@@ -16,7 +16,7 @@ struct Candidate {
 
 /// Draws a candidate; returns its resampling weight, 0 for none.
 float draw(const PathContext& context, const LearnedLights::Chooser& chooser, const LearnedLightVertex& vertex,
-           double u_cluster, float u_within, Vec2 u_light, Candidate& out) {
+           double u_cluster, double u_within, Vec2 u_light, Candidate& out) {
   const auto choice = context.learned->lights->choose(chooser, u_cluster, u_within, u_light);
   if (!choice) return 0.0f;
   const RayCone cone{vertex.point.footprint, context.pixel.angle};
@@ -47,7 +47,7 @@ std::optional<LearnedLightSample> sample_learned_light(const PathContext& contex
   for (int i = 0; i < chooser.candidates; ++i) {
     const double u_cluster = (i + u_choice) / chooser.candidates;
     const float w =
-        draw(context, chooser, vertex, u_cluster, sampler.next_float(), kronecker_point(u_light, i), candidate);
+        draw(context, chooser, vertex, u_cluster, sampler.next_double(), kronecker_point(u_light, i), candidate);
     if (!(w > 0.0f)) continue;
     w_sum += w;
     if (w == w_sum || sampler.next_float() * w_sum < w) chosen = candidate;

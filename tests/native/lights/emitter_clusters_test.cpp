@@ -91,6 +91,23 @@ TEST(EmitterClusters, ChooseByPowerWithin) {
   }
 }
 
+TEST(EmitterClusters, FaintOnesAreChosenAsOftenAsTheirProbability) {
+  constexpr uint32_t kFaint = 1000;
+  constexpr double kPower = 1e-8;
+  const std::vector<EmitterPlace> places(1 + kFaint, EmitterPlace{{}, 0, false});
+  std::vector<float> powers(places.size(), static_cast<float>(kPower));
+  powers[0] = 1.0f;
+  const EmitterClusters clusters(places, powers, 1);
+  uint32_t found = 0, found_by_float = 0;
+  for (uint32_t e = 1; e <= kFaint; ++e) {
+    const double middle = (1.0 + (e - 0.5) * kPower) / (1.0 + kFaint * kPower);  // of its share of [0, 1)
+    found += clusters.choose(0, middle) == e;
+    found_by_float += clusters.choose(0, static_cast<float>(middle)) == e;  // planted bug
+  }
+  EXPECT_EQ(found, kFaint);
+  EXPECT_LT(found_by_float, 500u);
+}
+
 TEST(EmitterClusters, NeverChooseWithoutPower) {
   const std::vector<EmitterPlace> places(4, EmitterPlace{{}, 0, false});
   const EmitterClusters clusters(places, std::vector<float>{0.0f, 1.0f, 2.0f, 0.0f}, 1);
