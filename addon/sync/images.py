@@ -244,8 +244,8 @@ def _stored_content(
 def finite(pixels: NDArray) -> tuple[NDArray, int]:
     """Pixels (height, width, channels) without what is not finite, and how many had it.
 
-    Infinite halves are what was too bright for them, as suns are. Otherwise all channels of the pixel become 0, as in
-    Cycles, where colours would change."""
+    Infinite halves are what was too bright for them, as suns are. Otherwise all channels of the pixel become 0: without
+    one of them it would have another colour."""
     if not np.issubdtype(pixels.dtype, np.floating) or np.isfinite(pixels).all():
         return pixels, 0
     repaired = int(np.count_nonzero(~np.isfinite(pixels).all(axis=2)))
