@@ -26,6 +26,7 @@ COPIED = (
     ("clamp_indirect", "sample_clamp_indirect"),
     ("pixel_filter", "pixel_filter_type"),
     ("filter_width", "filter_width"),
+    ("film_exposure", "film_exposure"),
     ("film_transparent_glass", "film_transparent_glass"),
 )
 COPIED_OF_LAYERS = (
@@ -82,7 +83,6 @@ def left_out(cycles: Any) -> list[str]:  # noqa: ANN401
         (has_no_caustics, "caustics are on"),
         (cycles.blur_glossy > 0.0, "no Filter Glossy"),
         (cycles.use_fast_gi, "no Fast GI Approximation"),
-        (cycles.film_exposure != 1.0, "no Exposure of the film"),
         (other_glass, f"glass is transparent up to a roughness of {GLASS_ROUGHNESS:g}"),
     )
     return [words for is_set, words in found if is_set]

@@ -116,7 +116,7 @@ class LayerRender:
 
     def motion_blur(self) -> MotionBlur | None:
         """None where nothing is to be blurred, or cannot be."""
-        from .sync.shutter import MotionBlur, shutter_times
+        from .sync.shutter import MotionBlur, shutter_curve, shutter_times
 
         scene = self.depsgraph.scene_eval
         times = shutter_times(scene, self.depsgraph.view_layer_eval)
@@ -128,6 +128,7 @@ class LayerRender:
                 "or reservoirs; Final and Path Tracing have it"
             )
             return None
+        self.arguments["shutter_curve"] = shutter_curve(scene)
         return MotionBlur(times, scene, self.engine.go_to_frame)
 
     def render_views(self, exported: SceneSync) -> None:

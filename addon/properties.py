@@ -263,6 +263,13 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         max=10.0,
         subtype="PIXEL",
     )
+    film_exposure: FloatProperty(
+        name="Exposure",
+        description="Multiplies all light in the picture and its passes, as Exposure in Cycles' Film panel does",
+        default=1.0,
+        min=0.0,
+        max=10.0,
+    )
     film_transparent_glass: BoolProperty(
         name="Transparent Glass",
         description="Make the film transparent also where the world is seen through glass",

@@ -56,7 +56,7 @@ class ShadowPlan:
         return self.arguments | changes
 
     def backdrop_arguments(self, samples: int) -> dict[str, Any]:
-        general = ("width", "height", "region", "seed", "threads", "pixel_filter", "filter_width")
+        general = ("width", "height", "region", "seed", "threads", "pixel_filter", "filter_width", "film_exposure")
         return {
             **{name: self.arguments[name] for name in general},
             **REFERENCE,

@@ -27,6 +27,14 @@ EXCLUDED_PANELS = frozenset(
         "RENDER_PT_simplify_viewport",
     }
 )
+CURVE_PRESETS = (
+    ("SMOOTH", "SMOOTHCURVE"),
+    ("ROUND", "SPHERECURVE"),
+    ("ROOT", "ROOTCURVE"),
+    ("SHARP", "SHARPCURVE"),
+    ("LINE", "LINCURVE"),
+    ("MAX", "NOCURVE"),
+)  # shapes of shutter curves, and their icons
 EXCLUDED_MODULES = frozenset({"bl_ui.properties_freestyle"})
 
 # Panels that Blender keeps for its own engines although nothing in them belongs to one.
@@ -78,6 +86,7 @@ class CISTERN_RENDER_PT_film(CisternPanel, Panel):
     def draw(self, context: Context) -> None:
         layout = split_layout(self)
         settings = context.scene.cistern
+        layout.prop(settings, "film_exposure")
         layout.prop(settings, "pixel_filter")
         row = layout.row()
         row.active = settings.pixel_filter != "BOX"
@@ -102,6 +111,22 @@ class CISTERN_RENDER_PT_motion_blur(CisternPanel, Panel):
         layout.active = render.use_motion_blur
         layout.prop(render, "motion_blur_position", text="Position")
         layout.prop(render, "motion_blur_shutter")
+
+
+class CISTERN_RENDER_PT_shutter_curve(CisternPanel, Panel):
+    bl_label = "Shutter Curve"
+    bl_context = "render"
+    bl_parent_id = "CISTERN_RENDER_PT_motion_blur"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout
+        render = context.scene.render
+        layout.active = render.use_motion_blur
+        layout.template_curve_mapping(render, "motion_blur_shutter_curve")
+        row = layout.row(align=True)
+        for shape, icon in CURVE_PRESETS:
+            row.operator("render.shutter_curve_preset", icon=icon, text="").shape = shape
 
 
 class CISTERN_RENDER_PT_performance(CisternPanel, Panel):
@@ -230,6 +255,7 @@ CLASSES = (
     CISTERN_RENDER_PT_clamping,
     CISTERN_RENDER_PT_film,
     CISTERN_RENDER_PT_motion_blur,
+    CISTERN_RENDER_PT_shutter_curve,
     CISTERN_RENDER_PT_simplify,
     CISTERN_RENDER_PT_performance,
     CISTERN_VIEWLAYER_PT_passes,

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .motion import MotionStep
     from .scene import SceneSync
 
+_CURVE_STEPS = 256
 _FLAT = 1e-3
 
 
@@ -44,13 +45,14 @@ def shutter_times(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Sh
     return ShutterTimes(opening, opening + length)
 
 
-def warn_of_curve(scene: bpy.types.Scene, report: SyncReport) -> None:
-    """The shutter opens and closes at once, whatever its curve says."""
+def shutter_curve(scene: bpy.types.Scene) -> list[float]:
+    """How far the shutter is open at even steps from its opening to its closing, none negative; empty where that is the
+    same all along, or never."""
     mapping = scene.render.motion_blur_shutter_curve
     mapping.initialize()
-    values = [mapping.evaluate(mapping.curves[0], step / 16) for step in range(17)]
-    if max(values) - min(values) > _FLAT:
-        report.warn(f"Scene '{scene.name}': the shutter curve is ignored, the shutter opens and closes at once")
+    curve = mapping.curves[0]
+    values = [max(mapping.evaluate(curve, step / _CURVE_STEPS), 0.0) for step in range(_CURVE_STEPS + 1)]
+    return values if max(values) - min(values) > _FLAT else []
 
 
 def warn_of_rolling_shutter(scene: bpy.types.Scene, report: SyncReport) -> None:
@@ -98,7 +100,6 @@ class MotionBlur:
         finally:
             if self._offset != 0.0:
                 self._go_to(0.0)
-        warn_of_curve(depsgraph.scene_eval, report)
         warn_of_rolling_shutter(depsgraph.scene_eval, report)
         warn_of_unblurred(depsgraph.scene, report)
         return report

@@ -299,7 +299,7 @@ class Settings:
     min_cell_size: float  # smallest edge, as a share of the diagonal of the scene's box
     normal_cells: bool  # whether cells are divided by the direction of the surface
     # With a RenderCache and temporal reuse: go on with the history of the last session, if that had the same settings but
-    # for samples, threads, time_limit, noise_threshold, exposure, passes and the size of the picture; and leave the own
+    # for samples, threads, time_limit, noise_threshold, exposures, passes and the size of the picture; and leave the own
     # history there.
     keep_history: bool
     is_draft: bool  # the picture only bridges the time until a finer one: drafts have a history of their own
@@ -329,7 +329,10 @@ class Settings:
     # and white 1, in all blocks of 8 x 8 pixels but one in twenty; looked at after 16, 24, 32, 48, 64 ... samples. 0:
     # never. Session.start throws Error unless `tells_noise`.
     noise_threshold: float
-    exposure: float  # what the picture is multiplied by to be shown, for that alone
+    display_exposure: float  # what the picture is multiplied by to be shown, for that alone
+    film_exposure: float  # multiplies all light in passes, after clamping
+    # With a shutter: how far it is open, at even steps from its opening to its closing and straight between; empty: fully.
+    shutter_curve: Sequence[float]
     # Besides Combined: Direct, Indirect, Emission, Environment, Depth, Normal, Position, Denoising Albedo, Denoising
     # Normal; and, of one frame: Cells, Cell Occupancy, Cell Level, Normal Bin, Reservoir Confidence, Reservoir Weight,
     # Reuse Count, Light Choice Entropy, Light Choice Samples, Guided.

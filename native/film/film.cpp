@@ -122,10 +122,15 @@ std::optional<int> find_light_group(const std::string& name) {
   return is_number ? std::optional(group) : std::nullopt;
 }
 
+bool is_light(Pass pass) {
+  const auto has_color = [pass](const KindPasses& kind) { return pass == kind.color; };
+  return pass < Pass::DEPTH && std::ranges::none_of(kKindPasses, has_color);
+}
+
 std::string light_group_name(int group) { return std::string(kLightGroupPrefix) += std::to_string(group); }
 
-Film::Film(int width, int height, const std::vector<Pass>& passes, int light_groups)
-    : width_(width), height_(height), light_groups_(static_cast<size_t>(light_groups)) {
+Film::Film(int width, int height, const std::vector<Pass>& passes, int light_groups, float exposure)
+    : width_(width), height_(height), light_groups_(static_cast<size_t>(light_groups)), exposure_(exposure) {
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
   const auto keep = [&](Pass pass) {
     sums_[static_cast<size_t>(pass)].assign(pixels * static_cast<size_t>(describe(pass).channels), 0.0f);
@@ -228,6 +233,15 @@ void Film::show(Pass pass, uint32_t pixel, Rgb value) {
 }
 
 std::vector<float> Film::resolve(Pass pass) const {
+  std::vector<float> picture = resolve_unexposed(pass);
+  if (!is_light(pass) || exposure_ == 1.0f) return picture;
+  const auto channels = static_cast<size_t>(describe(pass).channels);
+  for (size_t first = 0; first < picture.size(); first += channels)
+    for (size_t c = 0; c < 3; ++c) picture[first + c] *= exposure_;  // not alpha
+  return picture;
+}
+
+std::vector<float> Film::resolve_unexposed(Pass pass) const {
   const std::vector<float>& sums = sums_[static_cast<size_t>(pass)];
   if (sums.empty()) throw Error(std::string("pass '") + describe(pass).name + "'", "was not enabled for this render");
   if (pass >= Pass::CELLS) return sums;
@@ -253,7 +267,7 @@ std::vector<float> Film::resolve_light_group(int group) const {
   std::vector<float> mean;
   mean.reserve(samples_.size() * kLightGroupChannels);
   for (size_t pixel = 0; pixel < samples_.size(); ++pixel) {
-    const float scale = samples_[pixel] > 0 ? 1.0f / static_cast<float>(samples_[pixel]) : 0.0f;
+    const float scale = samples_[pixel] > 0 ? exposure_ / static_cast<float>(samples_[pixel]) : 0.0f;
     const Rgb light = group_sums_[pixel * light_groups_ + index] * scale;
     mean.insert(mean.end(), {light.r, light.g, light.b});
   }

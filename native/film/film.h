@@ -61,6 +61,8 @@ struct PassDescription {
   int channels;
 };
 const PassDescription& describe(Pass pass);
+/// Whether it is light, which the film's exposure multiplies, and no colour of surfaces.
+bool is_light(Pass pass);
 /// Whether it is one that Film::add needs a LightByKind for.
 constexpr bool splits_kinds(Pass pass) { return pass >= Pass::DIFFUSE_DIRECT && pass <= Pass::UNSCATTERED_ENVIRONMENT; }
 /// The pass called `name`; throws Error naming it if there is none.
@@ -78,8 +80,9 @@ inline constexpr int kLightGroupChannels = 3;
 class Film {
  public:
   /// Combined is always there, Emission with its noise, and a kind's colour with its light. Per pixel: 4 bytes for the
-  /// count and 4 per channel of the passes, also of `light_groups` of three channels.
-  Film(int width, int height, const std::vector<Pass>& passes, int light_groups = 0);
+  /// count and 4 per channel of the passes, also of `light_groups` of three channels. Light is resolved times
+  /// `exposure`.
+  Film(int width, int height, const std::vector<Pass>& passes, int light_groups = 0, float exposure = 1.0f);
 
   int width() const { return width_; }
   int height() const { return height_; }
@@ -118,12 +121,14 @@ class Film {
   void add_by_group(const Sample& sample, std::span<const Rgb> light);
   void divide_by_color(std::vector<float>& light, Pass color) const;
   void add_first_hit(const Sample& sample, const PathRecord& record);
+  std::vector<float> resolve_unexposed(Pass pass) const;
   std::vector<float> resolve_noise(Pass noise, Pass noisy) const;
 
   int width_, height_;
   std::vector<uint32_t> samples_, hits_, non_finite_;
   std::vector<float> sums_[static_cast<size_t>(Pass::COUNT)];
   size_t light_groups_;
+  float exposure_;
   std::vector<Rgb> group_sums_;  // those of a pixel side by side
 };
 

@@ -163,7 +163,8 @@ void Session::run() {
     arena.execute([this, &reuse] {
       std::vector<Pass> passes = settings_.passes;
       if (settings_.noise_threshold > 0.0) passes.push_back(Pass::COMBINED_NOISE);
-      film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, passes, settings_.light_groups);
+      film_ = std::make_unique<Film>(settings_.region.width, settings_.region.height, passes, settings_.light_groups,
+                                     settings_.film_exposure);
       if (settings_.surface_passes.any())
         surfaces_ = std::make_shared<SurfaceFilm>(
             settings_.surface_passes, film_->width(), film_->height(),
@@ -272,7 +273,7 @@ bool Session::has_little_noise(uint32_t frames) {
 
 double Session::look_at_noise(uint32_t frames) {
   const auto most = static_cast<uint32_t>(settings_.samples);
-  const double noise = picture_noise(*film_, settings_.exposure), excess = noise / settings_.noise_threshold;
+  const double noise = picture_noise(*film_, settings_.display_exposure), excess = noise / settings_.noise_threshold;
   std::lock_guard lock(mutex_);
   progress_.noise = noise;
   const auto enough = static_cast<uint32_t>(std::clamp<double>(frames * excess * excess, frames, most));
@@ -355,7 +356,8 @@ void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse
 /// The scene at the moment of a frame. Of any number of frames the moments are spread evenly, and each is anywhere.
 std::shared_ptr<const RenderWorld> Session::at_moment(uint32_t frame, const RenderWorld& earlier) const {
   const auto seed = static_cast<uint32_t>(hash_combine(mix_bits(settings_.seed), kMomentSeed));
-  const std::shared_ptr<const Scene> scene = shutter_->at(sobol_point(frame, 0, seed).pair.x);
+  const std::shared_ptr<const Scene> scene =
+      shutter_->at(time_of_exposure(settings_.shutter_curve, sobol_point(frame, 0, seed).pair.x));
   const auto accel = shutter_->moves_surfaces() ? cache_->accel(scene, true) : earlier.accel;
   const auto lights = cache_->lights(scene, settings_.light_sampling, settings_.environment_density());
   return std::make_shared<const RenderWorld>(earlier, scene, accel, lights);

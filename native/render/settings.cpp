@@ -1,5 +1,7 @@
 #include "render/settings.h"
 
+#include <algorithm>
+
 #include "base/check.h"
 
 namespace cistern {
@@ -23,6 +25,13 @@ void check_region(const Settings& s) {
   require("region width", r.width, 1, s.width - r.x);
   require("region height", r.height, 1, s.height - r.y);
   require("region pixels", int64_t{r.width} * r.height, int64_t{1}, kMaxPixels);
+}
+
+void check_shutter_curve(const std::vector<float>& curve) {
+  for (float openness : curve) require("shutter_curve", openness, 0.0f, 1e6f);
+  const bool lets_light_in = std::ranges::any_of(curve, [](float openness) { return openness > 0.0f; });
+  if (!curve.empty() && (curve.size() < 2 || !lets_light_in))
+    throw Error("setting 'shutter_curve'", "needs two numbers or more, of which one is larger than 0");
 }
 
 void check_limits(const PathLimits& limits) {
@@ -174,7 +183,9 @@ void check_settings(Settings& s) {
   require("light_groups", s.light_groups, 0, kMaxLightGroups);
   require("time_limit", s.time_limit, 0.0, 1e9);
   require("noise_threshold", s.noise_threshold, 0.0, 1e9);
-  require("exposure", s.exposure, 0.0, 1e30);
+  require("display_exposure", s.display_exposure, 0.0, 1e30);
+  require("film_exposure", s.film_exposure, 0.0f, 1e10f);
+  check_shutter_curve(s.shutter_curve);
   check_limits(s.limits);
   check_direct_reuse(s.direct_reuse);
   check_light_cache(s.light_cache);

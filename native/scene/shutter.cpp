@@ -148,4 +148,20 @@ std::shared_ptr<const Mesh> Shutter::between(const Mesh& middle, const Mesh& end
   return mesh;
 }
 
+float time_of_exposure(std::span<const float> openness, float u) {
+  if (openness.size() < 2) return u;
+  const size_t steps = openness.size() - 1;
+  const auto light = [&](size_t step) { return 0.5 * (double{openness[step]} + openness[step + 1]); };
+  double rest = 0.0;
+  for (size_t step = 0; step < steps; ++step) rest += light(step);
+  rest *= u;
+  size_t step = 0;
+  for (; step + 1 < steps && rest >= light(step); ++step) rest -= light(step);
+  // Within the step, light grows by a t + (b - a) t^2 / 2.
+  const double a = openness[step], b = openness[step + 1],
+               root = std::sqrt(std::max(a * a + 2.0 * (b - a) * rest, 0.0));
+  const double t = rest > 0.0 ? std::min(2.0 * rest / (a + root), 1.0) : 0.0;
+  return static_cast<float>((static_cast<double>(step) + t) / static_cast<double>(steps));
+}
+
 }  // namespace cistern

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "base/moving_transform.h"
 #include "scene/scene.h"
 
@@ -44,5 +46,9 @@ class Shutter {
   std::vector<MovingInstance> instances_;
   std::vector<MovingMesh> meshes_;
 };
+
+/// The time by which a share `u` in [0, 1) of the light is in that a shutter lets in between 0 and 1. `openness` (none
+/// negative, some positive) is at even steps from opening to closing, and straight between; empty: the same all along.
+float time_of_exposure(std::span<const float> openness, float u);
 
 }  // namespace cistern

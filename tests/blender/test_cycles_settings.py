@@ -65,7 +65,6 @@ def test_what_changes_pictures_and_has_no_like_is_named(scene):
         ("caustics_refractive", False, "caustics are on"),
         ("blur_glossy", 0.5, "no Filter Glossy"),
         ("use_fast_gi", True, "no Fast GI Approximation"),
-        ("film_exposure", 2.0, "no Exposure of the film"),
     ]:
         before = getattr(scene.cycles, name)
         setattr(scene.cycles, name, value)

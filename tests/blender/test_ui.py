@@ -74,6 +74,10 @@ class RecordingLayout:
         assert node_input.name in node.inputs
         self.drawn.append(f"socket {node_input.name}")
 
+    def template_curve_mapping(self, owner, name, **_options):
+        assert owner.bl_rna.properties[name].fixed_type.identifier == "CurveMapping"
+        self.drawn.append(name)
+
     def template_ID(self, owner, name, new):  # noqa: N802 (Blender's name)
         self.prop(owner, name)
         self.operator(new)

@@ -89,6 +89,30 @@ LightByKind make_light(float k) {
   return light;
 }
 
+TEST(Film, ExposureMultipliesLightAndNothingElse) {
+  std::vector<Pass> all;
+  for (int pass = 0; pass < static_cast<int>(Pass::CELLS); ++pass) all.push_back(static_cast<Pass>(pass));
+  Film plain(1, 1, all, 1), exposed(1, 1, all, 1, 4.0f);
+  const std::vector<Rgb> group{Rgb(0.7f)};
+  for (const float k : {1.0f, 3.0f, 2.0f}) {
+    PathRecord record = make_record(k);
+    record.caught = 0.5f;
+    const LightByKind light = make_light(k);
+    for (Film* film : {&plain, &exposed}) film->add(0, record, &light, group);
+  }
+  const auto expect = [](std::span<const float> pixels, std::span<const float> times_1, bool is_exposed) {
+    for (size_t c = 0; c < pixels.size(); ++c)
+      EXPECT_FLOAT_EQ(pixels[c], times_1[c] * (is_exposed && c < 3 ? 4.0f : 1.0f)) << c;
+  };
+  for (const Pass pass : all) {
+    SCOPED_TRACE(describe(pass).name);
+    const bool is_color = pass == Pass::DIFFUSE_COLOR || pass == Pass::GLOSSY_COLOR || pass == Pass::TRANSMISSION_COLOR;
+    expect(exposed.resolve(pass), plain.resolve(pass), pass < Pass::DEPTH && !is_color);
+  }
+  expect(exposed.resolve_light_group(0), plain.resolve_light_group(0), true);
+  EXPECT_GT(plain.resolve(Pass::COMBINED_NOISE)[0], 0.0f);
+}
+
 TEST(Film, LateSamplesCountAsMuchAsEarlyOnes) {
   // Rounded to the nearest number, samples that are alike err alike: a mean of 0.1 was 1 % too bright. By chance they
   // go up and down, and a million of them leave 2^-24 * sqrt(2^20 / 3) = 3.5e-5, of which this is eight.

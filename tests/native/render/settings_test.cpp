@@ -45,7 +45,16 @@ TEST(Settings, EveryMemberOutOfRangeIsNamedWithItsValue) {
       {"time_limit", "-1", [](Settings& s) { s.time_limit = -1.0; }},
       {"time_limit", "nan", [](Settings& s) { s.time_limit = NAN; }},
       {"noise_threshold", "nan", [](Settings& s) { s.noise_threshold = NAN; }},
-      {"exposure", "-1", [](Settings& s) { s.exposure = -1.0; }},
+      {"display_exposure", "-1", [](Settings& s) { s.display_exposure = -1.0; }},
+      {"film_exposure", "-1", [](Settings& s) { s.film_exposure = -1.0f; }},
+      {"shutter_curve", "-1",
+       [](Settings& s) {
+         s.shutter_curve = {1.0f, -1.0f};
+       }},
+      {"shutter_curve", "larger than 0",
+       [](Settings& s) {
+         s.shutter_curve = {0.0f, 0.0f};
+       }},
       {"max_bounces", "-1", [](Settings& s) { s.limits.max_bounces = -1; }},
       {"max_diffuse_bounces", "-1", [](Settings& s) { s.limits.max_diffuse_bounces = -1; }},
       {"max_glossy_bounces", "5000", [](Settings& s) { s.limits.max_glossy_bounces = 5000; }},

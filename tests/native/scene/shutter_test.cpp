@@ -50,6 +50,18 @@ TEST(Shutter, ThingsGoStraightFromInstantToInstant) {
   }
 }
 
+TEST(Shutter, ExposesByItsCurve) {
+  const std::vector<float> opens{0.0f, 1.0f}, closes{2.0f, 0.0f}, flat{3.0f, 3.0f, 3.0f}, gap{1.0f, 0.0f, 0.0f, 1.0f};
+  for (const float u : {0.0f, 0.1f, 0.25f, 0.5f, 0.9f, 0.99999994f}) {
+    EXPECT_EQ(time_of_exposure({}, u), u);
+    EXPECT_NEAR(time_of_exposure(flat, u), u, 1e-6f);
+    EXPECT_NEAR(time_of_exposure(opens, u), std::sqrt(u), 1e-6f);
+    EXPECT_NEAR(time_of_exposure(closes, u), 1.0f - std::sqrt(1.0f - u), 1e-6f);
+    const float falls = (1.0f - std::sqrt(1.0f - 2.0f * u)) / 3.0f, rises = (2.0f + std::sqrt(2.0f * u - 1.0f)) / 3.0f;
+    if (u != 0.5f) EXPECT_NEAR(time_of_exposure(gap, u), u < 0.5f ? falls : rises, 1e-6f) << u;
+  }
+}
+
 TEST(Shutter, LensesAndPanoramasChange) {
   const auto seen_by = [](CameraType type, float by) {
     SceneBuilder builder(*scene_at(0.0f));
