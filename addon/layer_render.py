@@ -175,7 +175,7 @@ class LayerRender:
         """Reads the passes of a finished picture with shadows on its catchers."""
         of_scene, of_shadows = span.split(shadow_catchers.SCENE_SHARE)
         read = self.rendered(plan.scene_arguments(), moments, of_scene, result, view)
-        samples = self.figures.samples
+        samples, mean_samples = self.figures.samples, self.figures.mean_samples
         if self.is_cancelled or samples == 0:
             return read
         alone = self.rendered(plan.alone_arguments(samples), moments.shadow_catchers_alone(), of_shadows)
@@ -189,7 +189,7 @@ class LayerRender:
                 backdrop = self.rendered(arguments, moments.backdrop(), of_shadows.split(1.0)[1])("Environment")
                 pictures["Environment"] = shadow_catchers.beside(matte, backdrop)
             matte = shadow_catchers.over_shadow(matte, shadow, backdrop)
-        self.figures.samples = samples
+        self.figures.samples, self.figures.mean_samples = samples, mean_samples
         return with_passes(read, pictures | {"Combined": matte})
 
     def rendered(
@@ -242,7 +242,7 @@ class LayerRender:
         """Take over the final figures of a view. Raises RenderFailedError."""
         if progress.status is self.core.Status.FAILED:
             raise RenderFailedError(progress.error)
-        self.figures.samples = progress.frames_done
+        self.figures.samples, self.figures.mean_samples = progress.frames_done, progress.mean_samples
         if progress.noise >= 0.0:
             self.figures.noise = progress.noise
         if progress.non_finite_samples > 0:

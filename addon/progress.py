@@ -43,6 +43,8 @@ def status_text(progress: Any) -> str:  # noqa: ANN401
         parts.append(f"Sample {progress.frames_done}/{progress.frames}")
     if progress.noise >= 0.0:
         parts.append(f"Noise {progress.noise:.3g}")
+    if progress.pixels_left < 1.0:
+        parts.append(f"{progress.pixels_left:.0%} of Pixels Left")
     if progress.remaining_seconds >= 0.0:
         parts.append(f"Remaining {clock_text(progress.remaining_seconds)}")
     return " | ".join(parts)

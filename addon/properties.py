@@ -56,14 +56,22 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         name="Noise Threshold",
         description=(
             "Stop once so little noise is left, before all samples are done: the error of pixels as a display shows "
-            "them, where white is 1, in all parts of the picture but the noisiest twentieth; 16 samples at least. "
-            "0.01 is hardly seen, 0.05 is for the denoiser; 0 means all samples"
+            "them, where white is 1; 16 samples at least. 0.01 is hardly seen, 0.05 is for the denoiser; 0 means all "
+            "samples"
         ),
         default=0.0,
         min=0.0,
         soft_max=1.0,
         step=1,
         precision=4,
+    )
+    use_adaptive_sampling: BoolProperty(
+        name="Adaptive Sampling",
+        description=(
+            "With a noise threshold, parts of the picture that have reached it take no more samples, and the render "
+            "goes on until all have. Otherwise it ends as a whole, once all but the noisiest twentieth have"
+        ),
+        default=True,
     )
     viewport_samples: IntProperty(
         name="Viewport Samples",

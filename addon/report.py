@@ -13,12 +13,14 @@ KEPT_REPORTS = 256
 @dataclass
 class RenderReport:
     """The line of one view layer. Times in seconds include the export of the scene, `sync_seconds` alone is the export;
-    memory is the core's largest use in megabytes (10^6 bytes). `noise` is what a noise threshold is compared with, None
-    where it was not looked at."""
+    memory is the core's largest use in megabytes (10^6 bytes). `samples` are the most that a pixel has, `mean_samples`
+    fewer with adaptive sampling. `noise` is what a noise threshold is compared with, None where it was not looked
+    at."""
 
     frame: int
     layer: str
     samples: int = 0
+    mean_samples: float = 0.0
     noise: float | None = None
     seconds: float = 0.0
     cpu_seconds: float = 0.0

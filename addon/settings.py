@@ -165,6 +165,7 @@ def core_settings(
         "time_limit": scene.cistern.time_limit,
         "display_exposure": 2.0**scene.view_settings.exposure,
         "noise_threshold": 0.0 if is_preview else scene.cistern.noise_threshold,
+        "adaptive_sampling": scene.cistern.use_adaptive_sampling,
         **scene_settings(core, scene, technique, core_passes),
         **(mist_settings(depsgraph) if "Mist" in core_passes else {}),
         # Cycles looks at the sky there for the pass Environment alone.

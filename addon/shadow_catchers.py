@@ -42,6 +42,7 @@ class ShadowPlan:
             "film_transparent": self.needs_backdrop or self.arguments["film_transparent"],
             "groups_behind_film": self.needs_backdrop or self.arguments["groups_behind_film"],
             "time_limit": self.arguments["time_limit"] * SCENE_SHARE,
+            "adaptive_sampling": False,  # samples of a pixel are those of the picture of catchers alone
         }
 
     def alone_arguments(self, samples: int) -> dict[str, Any]:

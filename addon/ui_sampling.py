@@ -61,6 +61,9 @@ class CISTERN_RENDER_PT_sampling(CisternPanel, Panel):
         draw_sentence(layout, sentence, context)
         layout.prop(settings, "samples")
         layout.prop(settings, "noise_threshold")
+        row = layout.row()
+        row.active = settings.noise_threshold > 0.0
+        row.prop(settings, "use_adaptive_sampling")
         layout.prop(settings, "time_limit")
         layout.prop(settings, "use_denoising")
         if settings.use_denoising:

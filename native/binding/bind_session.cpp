@@ -135,6 +135,7 @@ std::map<std::string, Setter> make_setters() {
       {"film_transparent_glass", limit(&PathLimits::film_transparent_glass)},
       {"time_limit", member(&Settings::time_limit)},
       {"noise_threshold", member(&Settings::noise_threshold)},
+      {"adaptive_sampling", member(&Settings::adaptive_sampling)},
       {"display_exposure", member(&Settings::display_exposure)},
       {"film_exposure", member(&Settings::film_exposure)},
       {"shutter_curve", member(&Settings::shutter_curve)},
@@ -300,6 +301,8 @@ void bind_session(py::module_& m) {
       .def_readonly("seconds", &Progress::seconds)
       .def_readonly("remaining_seconds", &Progress::remaining_seconds)
       .def_readonly("noise", &Progress::noise)
+      .def_readonly("mean_samples", &Progress::mean_samples)
+      .def_readonly("pixels_left", &Progress::pixels_left)
       .def_readonly("expected_frames", &Progress::expected_frames)
       .def_readonly("stage", &Progress::stage)
       .def_readonly("stage_done", &Progress::stage_done)

@@ -329,6 +329,9 @@ class Settings:
     # and white 1, in all blocks of 8 x 8 pixels but one in twenty; looked at after 16, 24, 32, 48, 64 ... samples. 0:
     # never. Session.start throws Error unless `tells_noise`.
     noise_threshold: float
+    # With a threshold: blocks of 8 x 8 pixels take no more samples once they and those around them have reached it, and
+    # the render ends when all have. Where frames look at those of others (can_blur_motion) it does nothing.
+    adaptive_sampling: bool
     display_exposure: float  # what the picture is multiplied by to be shown, for that alone
     film_exposure: float  # multiplies all light in passes, after clamping
     # With a shutter: how far it is open, at even steps from its opening to its closing and straight between; empty: fully.
@@ -352,6 +355,8 @@ class Progress:
     remaining_seconds: float  # negative: not known yet
     noise: float  # as of `noise_threshold`, when last looked at; negative: not yet, or there is no threshold
     expected_frames: int  # `frames`, or fewer that will do for `noise_threshold`
+    mean_samples: float  # of the pixels: `frames_done`, or fewer with `adaptive_sampling`
+    pixels_left: float  # share of those that are still sampled
     stage: str  # "Building", "Caching light", "Rendering"
     stage_done: float  # of "Caching light", 0 to 1
     error: str

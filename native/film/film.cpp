@@ -225,6 +225,11 @@ void Film::add_first_hit(const Sample& sample, const PathRecord& record) {
   if (has(Pass::DEPTH)) add_number(Pass::DEPTH, 0, sample, record.depth);
 }
 
+void Film::finish(uint32_t pixel) {
+  if (finished_.empty()) finished_.assign(samples_.size(), 0);
+  finished_[pixel] = 1;
+}
+
 void Film::show(Pass pass, uint32_t pixel, Rgb value) {
   if (!has(pass)) return;
   float* shown = sum(pass, pixel);
@@ -312,7 +317,7 @@ size_t Film::memory_bytes() const {
   size_t floats = samples_.size() + hits_.size() + non_finite_.size();
   for (const std::vector<float>& s : sums_) floats += s.size();
   floats += group_sums_.size() * kLightGroupChannels;
-  return floats * sizeof(float);
+  return floats * sizeof(float) + finished_.size();
 }
 
 }  // namespace cistern

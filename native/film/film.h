@@ -92,6 +92,9 @@ class Film {
   /// sample (as black).
   void add(uint32_t pixel, const PathRecord& record, const LightByKind* by_kind = nullptr,
            std::span<const Rgb> by_group = {});
+  /// Whether a pixel is to get no more samples, which whoever makes them asks; a finished one stays so.
+  bool is_finished(uint32_t pixel) const { return !finished_.empty() && finished_[pixel] != 0; }
+  void finish(uint32_t pixel);
   /// Sets a pixel of a pass that shows one frame; nothing if that pass is not kept.
   void show(Pass pass, uint32_t pixel, Rgb value);
   /// Mean of the samples, row 0 at the bottom, channels interleaved. Depth, Normal and Position are means over the
@@ -126,6 +129,7 @@ class Film {
 
   int width_, height_;
   std::vector<uint32_t> samples_, hits_, non_finite_;
+  std::vector<uint8_t> finished_;  // by pixel; empty: none is
   std::vector<float> sums_[static_cast<size_t>(Pass::COUNT)];
   size_t light_groups_;
   float exposure_;

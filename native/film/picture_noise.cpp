@@ -11,7 +11,7 @@ namespace {
 /// Pixels on a side: of 64 estimates with one degree of freedom each, the root mean square is right to about a tenth.
 constexpr size_t kBlock = 8;
 
-/// Of all blocks those that may be noisier: no picture waits for its last firefly.
+/// Of all blocks those that `of_most` leaves out.
 constexpr double kLeftOut = 0.05;
 
 struct Block {
@@ -28,14 +28,14 @@ double displayed(double radiance) {
   return compressed < 0.0031308 ? 12.92 * compressed : 1.055 * std::pow(compressed, 1.0 / 2.4) - 0.055;
 }
 
-double picture_noise(const Film& film, double exposure) {
+PictureNoise::PictureNoise(const Film& film, double exposure) {
   const std::vector<float> picture = film.resolve(Pass::COMBINED), errors = film.resolve(Pass::COMBINED_NOISE);
   const auto width = static_cast<size_t>(film.width()), height = static_cast<size_t>(film.height());
-  const size_t columns = block_count(width, kBlock);
-  std::vector<Block> blocks(columns * block_count(height, kBlock));
+  columns_ = block_count(width, kBlock), rows_ = block_count(height, kBlock);
+  std::vector<Block> blocks(columns_ * rows_);
   parallel_blocks(height, kBlock, [&](size_t row, size_t begin, size_t end) {
     for (size_t pixel = begin * width; pixel < end * width; ++pixel) {
-      Block& block = blocks[row * columns + pixel % width / kBlock];
+      Block& block = blocks[row * columns_ + pixel % width / kBlock];
       for (size_t c = 0; c < 3; ++c) {
         const double mean = picture[4 * pixel + c], error = errors[3 * pixel + c];
         // Of what two halves of the samples show: also where that is far from linear.
@@ -45,12 +45,39 @@ double picture_noise(const Film& film, double exposure) {
       }
     }
   });
-  std::vector<double> noise(blocks.size());
-  std::ranges::transform(blocks, noise.begin(), &Block::noise);
+  noise_.resize(blocks.size());
+  std::ranges::transform(blocks, noise_.begin(), &Block::noise);
+}
+
+double PictureNoise::of_most() const {
+  std::vector<double> noise = noise_;
   const auto left_out = static_cast<std::ptrdiff_t>(kLeftOut * static_cast<double>(noise.size()));
   const auto kept = noise.end() - 1 - left_out;
   std::ranges::nth_element(noise, kept);
   return *kept;
+}
+
+double PictureNoise::of_worst() const { return std::ranges::max(noise_); }
+
+size_t PictureNoise::finish_quiet_blocks(Film& film, double threshold) const {
+  const auto width = static_cast<size_t>(film.width()), pixels = width * static_cast<size_t>(film.height());
+  size_t left = 0;
+  for (size_t pixel = 0; pixel < pixels; ++pixel) {
+    const auto number = static_cast<uint32_t>(pixel);
+    if (film.is_finished(number)) continue;
+    if (is_quiet_around(pixel % width / kBlock, pixel / width / kBlock, threshold))
+      film.finish(number);
+    else
+      ++left;
+  }
+  return left;
+}
+
+bool PictureNoise::is_quiet_around(size_t column, size_t row, double threshold) const {
+  for (size_t y = row - std::min<size_t>(row, 1); y <= std::min(row + 1, rows_ - 1); ++y)
+    for (size_t x = column - std::min<size_t>(column, 1); x <= std::min(column + 1, columns_ - 1); ++x)
+      if (noise_[y * columns_ + x] > threshold) return false;
+  return true;
 }
 
 }  // namespace cistern

@@ -9,8 +9,25 @@ namespace cistern {
 double displayed(double radiance);
 
 /// How noisy what a film shows is to the eye, once Combined Noise is kept: the standard error of the `displayed`
-/// picture times `exposure`, as root mean square over blocks of 8 x 8 pixels and their channels; that of the block than
-/// which one in twenty is noisier. In [0, 0.5]. Light that no sample has found is not in it.
-double picture_noise(const Film& film, double exposure);
+/// picture times an exposure, as root mean square over blocks of 8 x 8 pixels and their channels. In [0, 0.5]. Light
+/// that no sample has found is not in it.
+class PictureNoise {
+ public:
+  PictureNoise(const Film& film, double exposure);
+
+  /// That of the block than which one in twenty is noisier: no picture waits for its last firefly.
+  double of_most() const;
+  double of_worst() const;
+
+  /// Finishes the pixels of blocks that, like all around them, have no more noise than the threshold. These others keep
+  /// blocks from ending that by chance have not met yet what is next to them. How many pixels are left to sample.
+  size_t finish_quiet_blocks(Film& film, double threshold) const;
+
+ private:
+  bool is_quiet_around(size_t column, size_t row, double threshold) const;
+
+  size_t columns_, rows_;
+  std::vector<double> noise_;  // by block
+};
 
 }  // namespace cistern

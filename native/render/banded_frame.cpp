@@ -36,7 +36,7 @@ bool BandedFrame::render(uint32_t frame, Film& film, const StopCondition& stop) 
   for (int begin = 0, end = std::min(first_rows, rows_); begin < height;
        begin = end, end = std::min(end + rows_, height)) {
     const PixelBlocks pixels = PixelBlocks::band(s.region.width, begin, end);
-    if (!band_.render(pixels, frame, stop)) return false;
+    if (!band_.render(pixels, frame, stop, &film)) return false;
     add_band(begin, pixels.size(), frame, film);
   }
   return true;
@@ -50,6 +50,8 @@ void BandedFrame::add_band(int first_row, size_t pixels, uint32_t frame, Film& f
     for (size_t i = begin; i < end; ++i) {
       const auto pixel = static_cast<uint32_t>(i);
       const int x = static_cast<int>(i) % film.width(), y = first_row + static_cast<int>(i) / film.width();
+      const auto film_pixel = static_cast<uint32_t>(y * film.width() + x);
+      if (film.is_finished(film_pixel)) continue;
       if (band_.splits()) {
         LightByKind by_kind;
         const PathRecord record = band_.record(pixel, by_kind, by_group);
@@ -58,7 +60,7 @@ void BandedFrame::add_band(int first_row, size_t pixels, uint32_t frame, Film& f
         add_to_film(context_, x, y, frame, band_.record(pixel), film);
       }
       const Rgb others(static_cast<float>(band_.reuse_count(pixel)));
-      film.show(Pass::REUSE_COUNT, static_cast<uint32_t>(y * film.width() + x), others);
+      film.show(Pass::REUSE_COUNT, film_pixel, others);
     }
   });
 }

@@ -16,7 +16,8 @@ class BandedFrame {
   /// Whether these settings want such frames.
   static bool is_for(const Settings& settings);
 
-  /// Adds a frame to the film; bands that are not reached when stopped early miss it. True if it was finished.
+  /// Adds a frame to what the film has not finished; bands that are not reached when stopped early miss it. True if it
+  /// was finished.
   bool render(uint32_t frame, Film& film, const StopCondition& stop);
   size_t memory_bytes() const { return band_.memory_bytes(); }
 

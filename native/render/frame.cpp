@@ -74,6 +74,7 @@ bool render_frames(const FrameContext& context, uint32_t first_frame, uint32_t c
                    const StopCondition& stop) {
   const bool splits_kinds = context.paths.splits_kinds;
   const auto render_pixel = [&](int x, int y, PathScratch& scratch) {
+    if (film.is_finished(static_cast<uint32_t>(y * film.width() + x))) return;
     for (uint32_t frame = first_frame; frame < first_frame + count; ++frame) {
       const PathRecord record = trace_pixel(context, x, y, frame, scratch);
       add_to_film(context, x, y, frame, record, film, splits_kinds ? &scratch.light_by_kind : nullptr,

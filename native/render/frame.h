@@ -44,9 +44,9 @@ void add_to_film(const FrameContext& context, int x, int y, uint32_t frame, cons
                  const LightByKind* by_kind = nullptr, std::span<const Rgb> by_group = {});
 
 /// Adds frames [first_frame, first_frame + count) of paths that share nothing to the film, of which at most the choice
-/// of lights and directions is learned: then all with the same tables. The picture does not depend on the number of
-/// threads. Pixels may have different sample counts after an early return, which the film knows. True
-/// if all frames were finished.
+/// of lights and directions is learned: then all with the same tables; but none to finished pixels. The picture does
+/// not depend on the number of threads. Pixels may have different sample counts after an early return, which the film
+/// knows. True if all frames were finished.
 bool render_frames(const FrameContext& context, uint32_t first_frame, uint32_t count, Film& film,
                    const StopCondition& stop);
 

@@ -34,6 +34,9 @@ class GuidingStage {
   /// Whether a trial has told before this frame whether frames are guided.
   bool is_decided(uint32_t frame) const { return trial_ && frame >= trial_->end(); }
 
+  /// Whether a trial is still to be made or under way, for which every pixel counts.
+  bool awaits_trial(uint32_t frame) const { return trial_ && frame < trial_->end(); }
+
   /// Whether the pixels of this frame are to be observed.
   bool observes(uint32_t frame) const { return trial_ && trial_->is_running(frame); }
   /// A pixel's luminance; of each pixel once, from any thread.

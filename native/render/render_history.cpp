@@ -9,7 +9,7 @@ Settings without_what_may_differ(Settings s) {
   s.width = any.width, s.height = any.height, s.region = any.region;
   s.samples = any.samples, s.threads = any.threads, s.time_limit = any.time_limit;
   s.noise_threshold = any.noise_threshold, s.display_exposure = any.display_exposure;
-  s.film_exposure = any.film_exposure;
+  s.film_exposure = any.film_exposure, s.adaptive_sampling = any.adaptive_sampling;
   s.passes = any.passes, s.surface_passes = any.surface_passes;
   s.path_sharing.on_trial = any.path_sharing.on_trial;
   return s;

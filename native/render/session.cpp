@@ -10,7 +10,6 @@
 
 #include "base/check.h"
 #include "base/sobol.h"
-#include "film/picture_noise.h"
 #include "render/cell_views.h"
 #include "render/index_views.h"
 #include "render/learning_views.h"
@@ -104,7 +103,8 @@ Progress Session::progress_locked() const {
   p.seconds = seconds_since(started_);
   if (p.frames_done > 0) {
     const double rendering = std::chrono::duration<double>(last_frame_ - rendering_since_).count();
-    p.remaining_seconds = rendering / p.frames_done * (p.expected_frames - p.frames_done) - seconds_since(last_frame_);
+    const double samples_left = p.pixels_left * (p.expected_frames - p.frames_done);
+    p.remaining_seconds = rendering / p.mean_samples * samples_left - seconds_since(last_frame_);
     if (settings_.time_limit > 0.0)
       p.remaining_seconds = std::min(p.remaining_seconds, settings_.time_limit - seconds_since(rendering_since_));
     p.remaining_seconds = std::max(p.remaining_seconds, 0.0);
@@ -265,17 +265,28 @@ bool Session::try_sharing(uint32_t frames, const RenderWorld& world, std::option
   return true;
 }
 
-/// After so many frames, if it is time to look.
-bool Session::has_little_noise(uint32_t frames) {
-  if (!(settings_.noise_threshold > 0.0) || next_look(frames - 1) != frames) return false;
-  return look_at_noise(frames) <= settings_.noise_threshold;
+/// Whether pixels end by themselves: not where frames look at those of others.
+bool Session::adapts() const { return settings_.adaptive_sampling && can_blur_motion(settings_.of_later_frames()); }
+
+/// After so many frames, if it is time to look: whether nothing is left to do.
+bool Session::is_clean(uint32_t frames, const FrameContext& context) {
+  const double threshold = settings_.noise_threshold;
+  if (!(threshold > 0.0) || next_look(frames - 1) != frames) return false;
+  const PictureNoise noise = look_at_noise(frames);
+  if (!adapts()) return noise.of_most() <= threshold;
+  if (context.guiding && context.guiding->awaits_trial(frames)) return noise.of_worst() <= threshold;
+  const size_t left = noise.finish_quiet_blocks(*film_, threshold);
+  std::lock_guard lock(mutex_);
+  progress_.pixels_left = static_cast<double>(left) / (static_cast<double>(film_->width()) * film_->height());
+  return left == 0;
 }
 
-double Session::look_at_noise(uint32_t frames) {
+PictureNoise Session::look_at_noise(uint32_t frames) {
   const auto most = static_cast<uint32_t>(settings_.samples);
-  const double noise = picture_noise(*film_, settings_.display_exposure), excess = noise / settings_.noise_threshold;
+  PictureNoise noise(*film_, settings_.display_exposure);
+  const double excess = (adapts() ? noise.of_worst() : noise.of_most()) / settings_.noise_threshold;
   std::lock_guard lock(mutex_);
-  progress_.noise = noise;
+  progress_.noise = noise.of_most();
   const auto enough = static_cast<uint32_t>(std::clamp<double>(frames * excess * excess, frames, most));
   progress_.expected_frames = static_cast<int>(std::min(next_look(enough), most));
   return noise;
@@ -335,6 +346,7 @@ void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse
     {
       std::lock_guard lock(mutex_);
       progress_.frames_done = static_cast<int>(frame);
+      progress_.mean_samples += batch * progress_.pixels_left;
       last_frame_ = Clock::now();
       if (reuse) {
         progress_.non_finite_weights = reuse->non_finite_weights();
@@ -347,7 +359,7 @@ void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse
       publish_now = wants_pixels_ && frame < frames;
     }
     if (publish_now) publish();
-    if (has_little_noise(frame)) break;
+    if (is_clean(frame, context)) break;
     if (!is_reusing && !banded && batch_seconds * 2.0 < kBatchSeconds) batch = std::min(2 * batch, kMaxBatch);
     if (batch_seconds > kBatchSeconds) batch = std::max(batch / 2, 1u);
   }

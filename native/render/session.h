@@ -9,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include "film/picture_noise.h"
 #include "render/banded_frame.h"
 #include "render/render_cache.h"
 #include "render/reuse_frame.h"
@@ -23,12 +24,14 @@ struct Progress {
   int frames_done = 0, frames = 0;
   double seconds = 0.0;             // since start
   double remaining_seconds = -1.0;  // negative: not known yet
-  double noise = -1.0;              // picture_noise() when last looked at; negative: not yet, or without a threshold
-  int expected_frames = 0;          // `frames`, or fewer that will do for the threshold
-  std::string stage;                // "Building", "Caching light" or "Rendering"
-  float stage_done = 0.0f;          // of "Caching light", in [0, 1]
-  std::string error;                // why it FAILED
-  size_t memory_bytes = 0;          // scene, accel, lights, film: of the core alone
+  double noise = -1.0;        // PictureNoise::of_most() when last looked at; negative: not yet, or without a threshold
+  int expected_frames = 0;    // `frames`, or fewer that will do for the threshold
+  double mean_samples = 0.0;  // of the pixels: `frames_done`, or fewer with adaptive sampling
+  double pixels_left = 1.0;   // share of those that are still sampled
+  std::string stage;          // "Building", "Caching light" or "Rendering"
+  float stage_done = 0.0f;    // of "Caching light", in [0, 1]
+  std::string error;          // why it FAILED
+  size_t memory_bytes = 0;    // scene, accel, lights, film: of the core alone
   uint64_t non_finite_samples = 0;
   uint64_t non_finite_weights = 0;                            // of reservoirs; they counted as zero
   std::vector<std::pair<std::string, double>> stage_seconds;  // of answers that reuse, see StageTimes
@@ -78,8 +81,9 @@ class Session {
   std::unique_ptr<ReuseFrame> make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,
                                                std::shared_ptr<const LightCacheCells> cache_cells);
   void report_caching(float done);
-  bool has_little_noise(uint32_t frames);
-  double look_at_noise(uint32_t frames);
+  bool adapts() const;
+  bool is_clean(uint32_t frames, const FrameContext& context);
+  PictureNoise look_at_noise(uint32_t frames);
   void tell_noise_left();
   bool try_sharing(uint32_t frames, const RenderWorld& world, std::optional<BandedFrame>& banded);
   void render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse);

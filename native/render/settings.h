@@ -80,10 +80,11 @@ struct Settings {
   FilterKind pixel_filter = FilterKind::BLACKMAN_HARRIS;
   float filter_width = 1.5f;  // pixels
   PathLimits limits;
-  double time_limit = 0.0;           // seconds of rendering, 0: none
-  double noise_threshold = 0.0;      // the render ends once picture_noise() is no more, 0: never; see tells_noise
-  double display_exposure = 1.0;     // what the picture is shown times, for that
-  float film_exposure = 1.0f;        // multiplies all light in passes, after clamping
+  double time_limit = 0.0;         // seconds of rendering, 0: none
+  double noise_threshold = 0.0;    // the render ends once PictureNoise::of_most() is no more, 0: never; see tells_noise
+  bool adaptive_sampling = false;  // with a threshold, and frames that keep nothing: pixels end by themselves
+  double display_exposure = 1.0;   // what the picture is shown times, for that
+  float film_exposure = 1.0f;      // multiplies all light in passes, after clamping
   std::vector<float> shutter_curve;  // openness at even steps, see time_of_exposure
   std::vector<Pass> passes;          // besides Combined
   SurfacePasses surface_passes;

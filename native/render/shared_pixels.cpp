@@ -2,11 +2,12 @@
 
 namespace cistern {
 
-bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopCondition& stop) {
+bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopCondition& stop, const Film* film) {
   struct Scratch {
     PathScratch path;
     PathCapture capture;
   };
+  static const PathCapture kNothing;  // of a path that meets nothing
   const Region& all = context_.settings.region;
   const PixelBlocks::Pixel first = pixels.places.front();
   sharing_.set_region({all.x + first.x, all.y + first.y, pixels.width(), pixels.height()});
@@ -16,6 +17,10 @@ bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopC
   const auto trace = [&](int x, int y, Scratch& scratch) {
     const auto pixel = static_cast<uint32_t>(y * pixels.width() + x);
     const PixelBlocks::Pixel place = pixels.place(x, y);
+    if (film && film->is_finished(static_cast<uint32_t>(place.y * film->width() + place.x))) {
+      sharing_.start_pixel(kNothing, pixel);
+      return;
+    }
     sharing_.ask(scratch.capture, full_frame_pixel(context_.settings, place.x, place.y), frame);
     records_[pixel] = trace_pixel(context_, place.x, place.y, frame, scratch.path, &scratch.capture);
     keep_seen(context_, place.x, place.y, scratch.path);

@@ -10,8 +10,8 @@ class SharedPixels {
  public:
   explicit SharedPixels(const FrameContext& context) : context_(context), sharing_(context) {}
 
-  /// Makes a sample of each. False if stopped.
-  bool render(const PixelBlocks& pixels, uint32_t frame, const StopCondition& stop);
+  /// Makes a sample of each, but of those that `film`, if there is one, has finished. False if stopped.
+  bool render(const PixelBlocks& pixels, uint32_t frame, const StopCondition& stop, const Film* film = nullptr);
 
   /// Of the sample of a pixel, by its number in the small picture: what it found and was handed, and by how many
   /// others.

@@ -141,6 +141,25 @@ def test_noise_threshold_ends_the_render(tmp_path):
     assert 16 <= report.samples < 2**20 and 0.0 < report.noise <= 0.05
 
 
+@pytest.mark.parametrize("preset", ["FINAL", "PATH_TRACING"])
+def test_adaptive_sampling_ends_what_is_clean(tmp_path, preset):
+    scene = small_scene(4096, 96, 64)
+    scene.cistern.preset, scene.cistern.noise_threshold = preset, 0.02
+    _, [adaptive] = render(scene, tmp_path)
+    scene.cistern.use_adaptive_sampling = False
+    _, [whole] = render(scene, tmp_path)
+    assert adaptive.error is None and 16 <= adaptive.mean_samples < 0.9 * adaptive.samples
+    assert whole.mean_samples == whole.samples < adaptive.samples
+
+
+def test_pictures_with_shadow_catchers_end_as_a_whole(tmp_path):
+    scene = small_scene(samples=4096)
+    next(o for o in scene.objects if o.type == "MESH").is_shadow_catcher = True
+    scene.cistern.noise_threshold = 0.02
+    _, [report] = render(scene, tmp_path)
+    assert report.error is None and report.mean_samples == report.samples
+
+
 def test_noise_threshold_counts_noise_as_exposed(tmp_path):
     scene = small_scene(samples=4096)
     scene.cistern.noise_threshold = 0.05

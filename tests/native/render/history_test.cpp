@@ -231,7 +231,7 @@ TEST(History, AStoppedFrameLosesNothing) {
 TEST(SharesHistory, AsksForEqualSettingsButForTheSizeOfThePicture) {
   Settings a = reuse_settings(), b = reuse_settings(100, 50);
   b.samples = 99, b.threads = 3, b.time_limit = 1.0, b.noise_threshold = 0.1, b.display_exposure = 2.0,
-  b.film_exposure = 3.0f, b.passes = {Pass::DEPTH}, b.region = {1, 2, 3, 4};
+  b.film_exposure = 3.0f, b.adaptive_sampling = true, b.passes = {Pass::DEPTH}, b.region = {1, 2, 3, 4};
   EXPECT_TRUE(shares_history(a, b));
   b.limits.max_bounces = 5;
   EXPECT_FALSE(shares_history(a, b));

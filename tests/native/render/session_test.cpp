@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <numeric>
+#include <set>
+
 #include "base/check.h"
 #include "render/render_scenes.h"
 #include "scene/scene_memory.h"
@@ -102,6 +105,92 @@ TEST(Session, EndsWhenLittleNoiseIsLeft) {
   const Progress cut = short_session.wait(60.0);
   EXPECT_EQ(cut.frames_done, 17) << "too few to get there";
   EXPECT_GT(cut.noise, 0.03) << "and yet known";
+}
+
+/// A render of the small room to its end.
+std::unique_ptr<Session> rendered(const Settings& settings) {
+  auto session = std::make_unique<Session>(settings);
+  session->start(small_room());
+  EXPECT_EQ(session->wait(60.0).status, Status::DONE);
+  return session;
+}
+
+Settings adaptive_settings() {
+  Settings settings = small_settings(80, 48, 4096);
+  settings.noise_threshold = 0.02;
+  settings.adaptive_sampling = true;
+  settings.sequence = SampleSequence::RANDOM;  // points of others depend on the number of samples
+  return settings;
+}
+
+/// By path tracing a pixel is what it is after as many samples in any picture.
+TEST(Session, AdaptiveSamplingEndsEachPixelByItself) {
+  Settings settings = adaptive_settings();
+  const auto session = rendered(settings);
+  const Progress progress = session->wait(0.0);
+  EXPECT_EQ(progress.pixels_left, 0.0);
+  EXPECT_LT(progress.mean_samples, 0.8 * progress.frames_done);
+  const std::vector<float> pixels = session->read(Pass::COMBINED);
+  constexpr size_t kWidth = 80, kHeight = 48, kBlock = 8;
+  std::vector<int> samples_of(pixels.size() / 4 / (kBlock * kBlock), 0);  // by block
+  settings.noise_threshold = 0.0;
+  for (const int samples : {16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536, 2048}) {
+    settings.samples = samples;
+    if (samples > progress.frames_done) break;
+    const std::vector<float> plain = rendered(settings)->read(Pass::COMBINED);
+    for (size_t block = 0; block < samples_of.size(); ++block) {
+      bool is_same = samples_of[block] == 0;
+      for (size_t row = 0; row < kBlock; ++row) {
+        const size_t first = (block / (kWidth / kBlock) * kBlock + row) * kWidth + block % (kWidth / kBlock) * kBlock;
+        is_same = is_same && std::equal(&pixels[4 * first], &pixels[4 * first] + 4 * kBlock, &plain[4 * first]);
+      }
+      if (is_same) samples_of[block] = samples;
+    }
+  }
+  EXPECT_EQ(samples_of.size(), kWidth * kHeight / (kBlock * kBlock));
+  EXPECT_EQ(std::ranges::count(samples_of, 0), 0);
+  const std::set<int> found(samples_of.begin(), samples_of.end());
+  EXPECT_GE(found.size(), 4u);
+  EXPECT_EQ(*found.rbegin(), progress.frames_done);
+  // Of blocks without noise, which may look alike after fewer, more are not told.
+  const double mean =
+      std::accumulate(samples_of.begin(), samples_of.end(), 0.0) / static_cast<double>(samples_of.size());
+  EXPECT_LE(mean, progress.mean_samples);
+  EXPECT_GE(mean, 0.6 * progress.mean_samples);
+}
+
+TEST(Session, AdaptiveSamplingLeavesNoBlockNoisyWhateverPathsShare) {
+  for (const IndirectAnswer indirect : {IndirectAnswer::PATH, IndirectAnswer::CELL_SHARED}) {
+    Settings settings = adaptive_settings();
+    settings.indirect = indirect;
+    settings.path_sharing.temporal_reuse = false;
+    std::vector<float> first;
+    for (const int threads : {1, 2}) {
+      settings.threads = threads;
+      const auto session = rendered(settings);
+      const Progress progress = session->wait(0.0);
+      EXPECT_EQ(progress.pixels_left, 0.0);
+      EXPECT_LT(progress.mean_samples, 0.9 * progress.frames_done);
+      const std::vector<float> pixels = session->read(Pass::COMBINED);
+      if (first.empty()) first = pixels;
+      EXPECT_EQ(pixels, first);
+    }
+    settings.adaptive_sampling = false;
+    EXPECT_EQ(rendered(settings)->wait(0.0).pixels_left, 1.0);
+  }
+}
+
+TEST(Session, AdaptiveSamplingWaitsForATrialOfGuides) {
+  Settings settings = adaptive_settings();
+  settings.guiding = Guiding::AUTO;
+  settings.noise_threshold = 0.4;
+  const Progress early = rendered(settings)->wait(0.0);
+  EXPECT_EQ(early.frames_done, 16) << "all blocks are quiet";
+  settings.noise_threshold = 0.03;
+  const Progress progress = rendered(settings)->wait(0.0);
+  EXPECT_EQ(progress.pixels_left, 0.0);
+  // 400,000 paths of 3,840 pixels are 105: the trial is over after 128 + 8 frames.
+  EXPECT_GE(progress.frames_done, 192);
 }
 
 TEST(Session, TellsTheNoiseThatATimeLimitLeaves) {
