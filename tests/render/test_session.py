@@ -225,9 +225,9 @@ def worst_noise(pictures: list[np.ndarray]) -> float:
 
 @pytest.mark.parametrize("indirect", ["PATH", "CELL_SHARED"])
 def test_adaptive_sampling_leaves_no_block_noisier(indirect: str) -> None:
-    """By what replicas differ by, each of which ends by itself. Of nine times six replicas the noisiest of 48 blocks has
-    0.93 to 1.13 of the threshold, 0.98 on average with a standard deviation of 0.06, of which the bound is 3.5 away: a
-    false alarm in 4,000. Planted: as many samples, spread evenly, 1.31 to 1.66."""
+    """By what replicas differ by, each of which ends by itself. Of nine times six replicas the noisiest of 48 blocks
+    has 0.93 to 1.13 of the threshold, 0.98 on average with a standard deviation of 0.06, of which the bound is 3.5
+    away: a false alarm in 4,000. Planted: as many samples, spread evenly, 1.31 to 1.66."""
 
     def replica(seed: int, **options: object) -> tuple[np.ndarray, float]:
         s = session(width=64, height=48, indirect=indirect, temporal_reuse=False, seed=seed, **options)
