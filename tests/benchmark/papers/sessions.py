@@ -35,6 +35,7 @@ class Rendered:
     seconds: float  # of CPU, all threads
     stages: dict[str, float]  # CPU seconds by stage
     memory_bytes: int  # by the core's own count
+    mean_samples: float = 0.0  # of pixels, in the whole session
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,7 @@ class Sessions:
         if progress.status is not self._core.Status.DONE or progress.non_finite_samples or progress.non_finite_weights:
             raise RuntimeError(f"{progress.status.name}: {progress.error or 'numbers that are not finite'}")
         picture = sum(session.read(name).astype(np.float64) for name in self._passes)
-        return Rendered(picture, seconds, dict(progress.stage_seconds), progress.memory_bytes)
+        return Rendered(picture, seconds, dict(progress.stage_seconds), progress.memory_bytes, progress.mean_samples)
 
     def frame(self, number: int, seed: int, **settings: Any) -> Rendered:
         """Frame `number` (2 or more) alone, in a session of its own that goes on with the history of those before it.
