@@ -82,6 +82,12 @@ def bump_filter_width() -> float:
     return 0.1 if hasattr(bpy.types, "ShaderNodeBsdfMetallic") else 1.0
 
 
+def poly_curves_are_straight() -> bool:
+    """Whether Cycles draws hair curves of the type Poly straight between their keys: from 5.0 on, as materials have
+    been trees."""
+    return materials_are_trees()
+
+
 def voxel_centre() -> float:
     """Where in a voxel of an OpenVDB file its value lies: at its lower corner, as in OpenVDB, from 5.0 on, as materials
     have been trees; before in its middle."""
