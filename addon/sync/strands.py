@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from . import versions
 from .colour import srgb_to_linear
 from .meshes import read_attribute_values
 from .nodes.value_names import STRAND, STRAND_INTERCEPT, STRAND_LENGTH, STRAND_RANDOM, STRAND_THICKNESS
@@ -51,13 +52,9 @@ def curve_arrays(curves: bpy.types.Curves, wanted: Set[str]) -> StrandArrays | N
 
 
 def _are_straight(curves: bpy.types.Curves) -> bool:
-    """Where all are poly curves; others are drawn as Catmull-Rom splines through their keys, whatever they are."""
+    """Where the first is a poly curve; all others are drawn as Catmull-Rom splines through their keys, as in Cycles."""
     types = curves.attributes.get("curve_type")
-    if types is None:
-        return False
-    values = np.empty(len(types.data), np.int32)
-    types.data.foreach_get("value", values)
-    return bool((values == _POLY).all())
+    return types is not None and versions.poly_curves_are_straight() and types.data[0].value == _POLY
 
 
 def _curve_attributes(curves: bpy.types.Curves, wanted: Set[str]) -> list[tuple[str, str, NDArray[np.float32]]]:

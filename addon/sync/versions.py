@@ -82,6 +82,18 @@ def bump_filter_width() -> float:
     return 0.1 if hasattr(bpy.types, "ShaderNodeBsdfMetallic") else 1.0
 
 
+def poly_curves_are_straight() -> bool:
+    """Whether Cycles draws hair curves of the type Poly straight between their keys: from 5.0 on, as materials have
+    been trees."""
+    return materials_are_trees()
+
+
+def voxel_centre() -> float:
+    """Where in a voxel of an OpenVDB file its value lies: at its lower corner, as in OpenVDB, from 5.0 on, as materials
+    have been trees; before in its middle."""
+    return 0.0 if materials_are_trees() else 0.5
+
+
 def cycles_setting(data_block: bpy.types.ID, name: str, default: Any) -> Any:  # noqa: ANN401
     """A setting that lives with the Cycles add-on, or `default` where that add-on is disabled."""
     return getattr(getattr(data_block, "cycles", None), name, default)

@@ -32,8 +32,8 @@ class Grid:
     voxels: NDArray[np.floating]
     object_to_voxel: NDArray[np.float32]
     background: float = 0.0
-    first: tuple[int, int, int] = (0, 0, 0)
-    """Where the first voxel is in the lattice of leaves."""
+    first: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Where the value of the first voxel is in the lattice of leaves."""
     margin: int = 1
     """Voxels around those that are active: as far as interpolation reaches."""
 
@@ -130,9 +130,8 @@ def _arrays(
             continue
         margin = int(vdb.activeLeafVoxelCount() > 0)  # Cycles cuts off what is around tiles
         background = float(np.mean(np.array(vdb.background, np.float64)))
-        grids.append(
-            Grid(vdb.name, stored(voxels, is_half), _object_to_voxel(vdb, lowest), background, tuple(lowest), margin)
-        )
+        object_to_voxel, first = _object_to_voxel(vdb, lowest), tuple(lowest + versions.voxel_centre())
+        grids.append(Grid(vdb.name, stored(voxels, is_half), object_to_voxel, background, first, margin))
     return boxed(grids, volume.render.space == "OBJECT") if grids else None
 
 
@@ -167,9 +166,11 @@ def _object_to_voxel(vdb: Any, lowest: NDArray) -> NDArray[np.float32]:  # noqa:
         voxel_to_object[:3, axis] = np.array(vdb.transform.indexToWorld(tuple(step))) - origin
     voxel_to_object[:3, 3] = origin
     try:
-        return np.linalg.inv(voxel_to_object).astype(np.float32)
+        object_to_voxel = np.linalg.inv(voxel_to_object)
     except np.linalg.LinAlgError as error:
         raise ValueError(f"the matrix of grid '{vdb.name}' cannot be inverted") from error
+    object_to_voxel[:3, 3] -= versions.voxel_centre()
+    return object_to_voxel.astype(np.float32)
 
 
 def boxed(grids: Sequence[Grid], scales_with_object: bool, leaf: int = _LEAF) -> VolumeArrays:

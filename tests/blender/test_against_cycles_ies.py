@@ -13,6 +13,10 @@ from tests.support.engines import compare_with_cycles, prepare, render
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
+mended_in_5_0 = pytest.mark.skipif(
+    bpy.app.version < (5, 0, 0), reason="Cycles before 5.0 takes 0 for what lies beyond the first and last angle"
+)
+
 
 def profile(kind: int, around: Sequence[float], down: Sequence[float], seed: int = 1, tilt: str = "NONE") -> str:
     """A file of lively numbers."""
@@ -63,6 +67,7 @@ def node_of(lamp: bpy.types.Object) -> bpy.types.Node:
     return next(n for n in lamp.data.node_tree.nodes if n.type == "TEX_IES")
 
 
+@mended_in_5_0
 @pytest.mark.parametrize("case", PROFILES)
 def test_profiles(empty_scene: bpy.types.Scene, case: str) -> None:
     add_luminaire(empty_scene, PROFILES[case], shadow_soft_size=0.0)
@@ -75,7 +80,9 @@ def test_profiles(empty_scene: bpy.types.Scene, case: str) -> None:
 LAMPS = {"POINT": {"shadow_soft_size": 0.3}, "SPOT": {"shadow_soft_size": 0.1}, "AREA": {"size": 0.6}, "SUN": {}}
 
 
-@pytest.mark.parametrize("kind", LAMPS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=[mended_in_5_0] if kind in {"POINT", "AREA"} else []) for kind in LAMPS]
+)
 def test_other_lamps(empty_scene: bpy.types.Scene, kind: str) -> None:
     lamp = add_luminaire(empty_scene, PROFILES["whole"], kind, **LAMPS[kind])
     if kind == "SUN":

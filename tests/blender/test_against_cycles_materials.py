@@ -125,6 +125,8 @@ CLOSURES = {
 def test_closure(empty_scene: bpy.types.Scene, case: str) -> None:
     if case in ("metallic", "conductor") and not hasattr(bpy.types, "ShaderNodeBsdfMetallic"):
         pytest.skip("this Blender has no such node")
+    if case == "conductor" and bpy.app.version < (5, 0, 0):
+        pytest.skip("Cycles before 5.0 has an approximation of Fresnel's equations for metals: 0.2 % of the mean")
     if case == "rough diffuse" and bpy.app.version < (4, 5, 0):
         pytest.skip("Cycles 4.2 has the older rough diffuse reflection, which loses light: 1.3 % darker")
     build.stage(empty_scene, build.material("ball", CLOSURES[case]))

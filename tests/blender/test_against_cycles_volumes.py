@@ -232,6 +232,8 @@ SLOW = {"lamp in cube", "spot in fog", "backward", "principled", "nested", "mirr
 
 @pytest.mark.parametrize("case", marked(CASES, SLOW))
 def test_volumes(empty_scene: bpy.types.Scene, case: str) -> None:
+    if case == "mixed" and bpy.app.version < (4, 5, 0):
+        pytest.skip("Cycles 4.2 does not weigh emission in a mix, and adds phase functions up: up to 0.88 of the mean")
     CASES[case](empty_scene)
     result = compare_with_cycles(empty_scene, SIZE, SAMPLES)
     assert result.agrees, result
@@ -277,6 +279,10 @@ def hidden_mesh(scene: bpy.types.Scene) -> None:
 
 @pytest.mark.parametrize("case", [seen_by_scattered, hidden_lamp, hidden_world, hidden_mesh])
 def test_visibility(empty_scene: bpy.types.Scene, case: Callable) -> None:
+    if case is seen_by_scattered and bpy.app.version < (4, 5, 0):
+        pytest.skip("this Blender has no output Is Volume Scatter Ray")
+    if case is hidden_mesh and bpy.app.version < (4, 4, 0):
+        pytest.skip("Cycles 4.2 shows scattered rays what diffuse ones see, too")
     case(empty_scene)
     result = compare_with_cycles(empty_scene, SIZE, SAMPLES)
     assert result.agrees, result

@@ -10,6 +10,7 @@ from tests.support.statistics import FALSE_ALARM_RATE, compare_replicas
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
 CHANNELS = ["Vector.X", "Vector.Y", "Vector.Z", "Vector.W"]
+SAMPLES = 64
 
 
 def animate(owner, path, index, *values):
@@ -39,12 +40,23 @@ def cards(empty_scene):
     return build
 
 
+def leave_out_first_samples(cycles):
+    """What to ask Cycles for so that it takes SAMPLES samples after as many others: the very first lies in the middle
+    of its pixel, not at random. With 64 samples, pixels on the edge of a card were 0.06 off in the mean over seeds."""
+    cycles.sample_offset = SAMPLES
+    if not hasattr(cycles, "use_sample_subset"):  # Blender 4.2
+        return SAMPLES
+    cycles.use_sample_subset, cycles.sample_subset_length = True, SAMPLES
+    return 2 * SAMPLES
+
+
 def compare(scene, plant=None):
     """Of t-tests over blocks of all channels, with FALSE_ALARM_RATE altogether."""
-    ours = pass_scenes.layer_replicas(scene, "CISTERN", CHANNELS)
+    ours = pass_scenes.layer_replicas(scene, "CISTERN", CHANNELS, samples=SAMPLES)
     if plant:
         plant(scene)
-    theirs = pass_scenes.layer_replicas(scene, "CYCLES", CHANNELS)
+    count = leave_out_first_samples(scene.cycles)
+    theirs = pass_scenes.layer_replicas(scene, "CYCLES", CHANNELS, samples=count)
     assert np.abs(theirs).max() > 1.0
     # A ten-thousandth of a pixel: Cycles takes the middle of the motion, we the point itself.
     return compare_replicas(ours, theirs, FALSE_ALARM_RATE, floor=1e-4)
@@ -72,6 +84,8 @@ def test_vectors_of_an_orthographic_camera(cards):
 
 @pytest.mark.parametrize("panorama", ["EQUIRECTANGULAR", "FISHEYE_EQUISOLID", "FISHEYE_LENS_POLYNOMIAL"])
 def test_vectors_of_panoramas(cards, panorama):
+    if panorama == "FISHEYE_EQUISOLID" and bpy.app.version < (4, 3, 0):
+        pytest.skip("Cycles 4.2 finds where such a camera sees a point in its mirror image")
     scene = cards(camera_type="PANO")
     camera = scene.camera.data
     camera.panorama_type, camera.fisheye_fov, camera.fisheye_lens = panorama, 3.0, 30.0

@@ -6,7 +6,8 @@ import pytest
 from recorded_calls import instances
 from small_objects import link, triangle
 
-from tests.support.hair_scenes import CAN_MAKE_CURVES, add_particle_hair, hair_curves
+from addon.sync import versions
+from tests.support.hair_scenes import CAN_MAKE_CURVES, add_particle_hair, hair_curves, make_poly
 
 pytestmark = pytest.mark.skipif(not CAN_MAKE_CURVES, reason="scripts cannot make hair curves")
 
@@ -46,12 +47,10 @@ def test_curves_without_radii_are_as_wide_as_in_cycles(camera_scene, recorded_sy
     assert recorded_sync()[0].of("add_strands")[0]["radii"].tolist() == pytest.approx([0.005, 0.005])
 
 
-@pytest.mark.parametrize(("kinds", "is_straight"), [(("POLY", "POLY"), True), (("POLY", "BEZIER"), False)])
-def test_only_poly_curves_are_straight(camera_scene, recorded_sync, kinds, is_straight) -> None:
-    curves = hair_curves("Hair", KEYS, WIDTHS)
-    for index, kind in enumerate(kinds):
-        curves.set_types(type=kind, indices=[index])
-    link("Hair", curves)
+@pytest.mark.parametrize(("first", "end"), [(0, 2), (0, 1), (1, 2), (2, 2)])
+def test_the_first_curve_says_whether_all_are_straight(camera_scene, recorded_sync, first, end) -> None:
+    make_poly(link("Hair", hair_curves("Hair", KEYS, WIDTHS)), first, end)
+    is_straight = first == 0 and versions.poly_curves_are_straight()
     assert recorded_sync()[0].of("add_strands")[0]["shape"] == ("LINES" if is_straight else "SPLINES")
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from tests.support import blender_scenes as build
 
 CAN_MAKE_CURVES = "add_curves" in bpy.types.Curves.bl_rna.functions
-"""By script, from Blender 4.3 or later on."""
+"""By script."""
+_SPLINE_TYPE = "GeometryNodeCurveSplineType"
 
 
 def hair_curves(name: str, positions: np.ndarray, radii: np.ndarray) -> bpy.types.Curves:
@@ -18,6 +19,24 @@ def hair_curves(name: str, positions: np.ndarray, radii: np.ndarray) -> bpy.type
     curves.attributes["position"].data.foreach_set("vector", positions.astype(np.float32).ravel())
     curves.attributes.new("radius", "FLOAT", "POINT").data.foreach_set("value", radii.astype(np.float32).ravel())
     return curves
+
+
+def make_poly(obj: bpy.types.Object, first: int, end: int) -> None:
+    """Its curves from `first` to before `end`, by geometry nodes: scripts cannot choose types in Blender 4.2."""
+    tree = bpy.data.node_groups.new("poly", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    start, finish, node = (tree.nodes.new(k) for k in ("NodeGroupInput", "NodeGroupOutput", _SPLINE_TYPE))
+    node.spline_type = "POLY"
+    index = tree.nodes.new("GeometryNodeInputIndex").outputs[0]
+    middle, reach = 0.5 * (first + end - 1), 0.5 * (end - first)
+    chosen = build.shader(tree, "ShaderNodeMath", Value=index)
+    chosen.operation = "COMPARE"
+    chosen.inputs[1].default_value, chosen.inputs[2].default_value = middle, reach
+    tree.links.new(chosen.outputs[0], node.inputs["Selection"])
+    tree.links.new(start.outputs[0], node.inputs["Curve"])
+    tree.links.new(node.outputs[0], finish.inputs[0])
+    obj.modifiers.new("poly", "NODES").node_group = tree
 
 
 def scale_radii(curves: bpy.types.Curves, factor: float) -> None:
