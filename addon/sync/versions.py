@@ -1,4 +1,5 @@
-"""What differs between Blender 4.2 and 5.x, found out by looking for the feature, never by comparing versions."""
+"""What differs between Blender 4.2 and 5.x, found out by looking for the feature; versions are compared only where
+Cycles makes something else of the same data."""
 
 from __future__ import annotations
 
@@ -10,6 +11,8 @@ from typing import Any
 
 import bpy
 import numpy as np
+
+_HAS_5_0 = bpy.app.version >= (5, 0, 0)
 
 
 def image_reader() -> ModuleType | None:
@@ -69,12 +72,12 @@ def light_casts_shadow(light: bpy.types.Light) -> bool:
 def materials_are_trees() -> bool:
     """Whether every material has nodes, as from 5.0 on. There Cycles shows what has no material as a new Principled
     BSDF, before as diffuse."""
-    return getattr(bpy.types.Material.bl_rna.properties["use_nodes"], "is_deprecated", False)
+    return _HAS_5_0
 
 
 def films_cover_metal() -> bool:
-    """Whether Cycles lets a thin film lie on metal, too: from 5.0 on, as materials have been trees."""
-    return materials_are_trees()
+    """Whether Cycles lets a thin film lie on metal, too."""
+    return _HAS_5_0
 
 
 def bump_filter_width() -> float:
@@ -83,15 +86,14 @@ def bump_filter_width() -> float:
 
 
 def poly_curves_are_straight() -> bool:
-    """Whether Cycles draws hair curves of the type Poly straight between their keys: from 5.0 on, as materials have
-    been trees."""
-    return materials_are_trees()
+    """Whether Cycles draws hair curves of the type Poly straight between their keys."""
+    return _HAS_5_0
 
 
 def voxel_centre() -> float:
-    """Where in a voxel of an OpenVDB file its value lies: at its lower corner, as in OpenVDB, from 5.0 on, as materials
-    have been trees; before in its middle."""
-    return 0.0 if materials_are_trees() else 0.5
+    """Where in a voxel of an OpenVDB file its value lies: at its lower corner, as in OpenVDB, from 5.0 on;
+    before in its middle."""
+    return 0.0 if _HAS_5_0 else 0.5
 
 
 def cycles_setting(data_block: bpy.types.ID, name: str, default: Any) -> Any:  # noqa: ANN401
