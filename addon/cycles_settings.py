@@ -33,6 +33,7 @@ COPIED_OF_LAYERS = (
     ("use_pass_shadow_catcher", "use_pass_shadow_catcher"),
     ("use_pass_volume_direct", "use_pass_volume_direct"),
     ("use_pass_volume_indirect", "use_pass_volume_indirect"),
+    ("use_pass_sample_count", "pass_debug_sample_count"),
     ("use_pass_denoising_albedo", "denoising_store_passes"),
     ("use_pass_denoising_normal", "denoising_store_passes"),
 )

@@ -94,6 +94,11 @@ class CisternViewLayerSettings(bpy.types.PropertyGroup):
         ),
         default=False,
     )
+    use_pass_sample_count: BoolProperty(
+        name="Sample Count",
+        description="Samples of each pixel, of which adaptive sampling gives fewer to those without much noise",
+        default=False,
+    )
     use_pass_light_choice_entropy: BoolProperty(
         name="Light Choice Entropy",
         description=(

@@ -93,6 +93,7 @@ PASSES = (
         "VALUE",
         lambda layer: layer.cistern.use_pass_light_choice_samples,
     ),
+    RenderPass("Sample Count", "Sample Count", "X", "VALUE", lambda layer: layer.cistern.use_pass_sample_count),
     RenderPass("Guided", "Guided", "X", "VALUE", lambda layer: layer.cistern.use_pass_guided),
     RenderPass(
         "Denoising Normal",
@@ -195,11 +196,7 @@ def aovs_left_out(view_layer: bpy.types.ViewLayer) -> list[str]:
 
 def passes_left_out(view_layer: bpy.types.ViewLayer) -> list[str]:
     """Names of passes of Cycles that the view layer asks for and that do not exist here."""
-    asked = {
-        "Ambient Occlusion": view_layer.use_pass_ambient_occlusion,
-        "Sample Count": getattr(getattr(view_layer, "cycles", None), "pass_debug_sample_count", False),
-    }
-    return [name for name, is_asked in asked.items() if is_asked]
+    return ["Ambient Occlusion"] if view_layer.use_pass_ambient_occlusion else []
 
 
 def cut_name(name: str) -> str:

@@ -175,6 +175,7 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
         column.prop(view_layer.cistern, "use_pass_denoising_albedo")
         column.prop(view_layer.cistern, "use_pass_denoising_normal")
         column.prop(view_layer.cistern, "use_pass_noisy")
+        column.prop(view_layer.cistern, "use_pass_sample_count")
         column = layout.column(heading="Indexes")
         column.prop(view_layer, "use_pass_object_index")
         column.prop(view_layer, "use_pass_material_index")

@@ -48,6 +48,7 @@ VIEW_ITEMS = (
         "Effective number of samples that the choice of lights is learned from: black none, dark blue 64, green 4096, "
         "white 262,144 and more. After the last sample of a final render",
     ),
+    ("SAMPLE_COUNT", "Sample Count", "Samples of a pixel: dark blue 1, green 64, white 4096 and more"),
     ("GUIDED", "Guided", "White where bounces are guided. After the last sample of a final render"),
 )
 
@@ -79,6 +80,7 @@ SOURCES: dict[str, tuple[str, LogScale | None]] = {
     "REUSE_COUNT": ("Reuse Count", LogScale(1.0, 64.0)),
     "LIGHT_CHOICE_ENTROPY": ("Light Choice Entropy", LogScale(0.0625, 8.0)),
     "LIGHT_CHOICE_SAMPLES": ("Light Choice Samples", LogScale(64.0, 262144.0)),
+    "SAMPLE_COUNT": ("Sample Count", LogScale(1.0, 4096.0)),
     "GUIDED": ("Guided", LogScale(0.5, 1.0)),
 }
 

@@ -338,7 +338,7 @@ class Settings:
     shutter_curve: Sequence[float]
     # Besides Combined: Direct, Indirect, Emission, Environment, Depth, Normal, Position, Denoising Albedo, Denoising
     # Normal; and, of one frame: Cells, Cell Occupancy, Cell Level, Normal Bin, Reservoir Confidence, Reservoir Weight,
-    # Reuse Count, Light Choice Entropy, Light Choice Samples, Guided.
+    # Reuse Count, Light Choice Entropy, Light Choice Samples, Guided; Sample Count, of each pixel.
     passes: Sequence[str]
     groups_behind_film: bool  # the environment behind a transparent film is in its light group
     mist_range: tuple[float, float, float]  # metres to where Mist begins, its depth, power of the fraction in between

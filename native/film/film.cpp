@@ -52,6 +52,7 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Guided", 1},
     {"Object Index", 1},
     {"Material Index", 1},
+    {"Sample Count", 1},
 }};
 
 /// Which half of a pixel's samples one belongs to, as 1 or -1: by the parity of its number's bits (Thue and Morse),
@@ -249,6 +250,7 @@ std::vector<float> Film::resolve(Pass pass) const {
 std::vector<float> Film::resolve_unexposed(Pass pass) const {
   const std::vector<float>& sums = sums_[static_cast<size_t>(pass)];
   if (sums.empty()) throw Error(std::string("pass '") + describe(pass).name + "'", "was not enabled for this render");
+  if (pass == Pass::SAMPLE_COUNT) return {samples_.begin(), samples_.end()};
   if (pass >= Pass::CELLS) return sums;
   if (pass == Pass::EMISSION_NOISE) return resolve_noise(pass, Pass::EMISSION);
   if (pass == Pass::COMBINED_NOISE) return resolve_noise(pass, Pass::COMBINED);

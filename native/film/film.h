@@ -53,6 +53,7 @@ enum class Pass : uint8_t {
   GUIDED,
   OBJECT_INDEX,
   MATERIAL_INDEX,
+  SAMPLE_COUNT,  // of each pixel
   COUNT
 };
 

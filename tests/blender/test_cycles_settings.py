@@ -43,9 +43,11 @@ def test_each_setting_is_copied(scene, ours, theirs):
 def test_layers_have_the_passes(scene):
     first, second = scene.view_layers[0], scene.view_layers.new("Second")
     second.cycles.use_pass_volume_direct = second.cycles.denoising_store_passes = True
+    second.cycles.pass_debug_sample_count = True
     cycles_settings.take_over(scene)
     assert not first.cistern.use_pass_volume_direct and not first.cistern.use_pass_denoising_albedo
     assert second.cistern.use_pass_volume_direct and not second.cistern.use_pass_volume_indirect
+    assert second.cistern.use_pass_sample_count and not first.cistern.use_pass_sample_count
     assert second.cistern.use_pass_denoising_albedo and second.cistern.use_pass_denoising_normal
 
 

@@ -137,6 +137,7 @@ def test_printed_line_is_json_with_the_promised_keys(core, tmp_path, capfd):
         "frame",
         "layer",
         "samples",
+        "mean_samples",
         "noise",
         "seconds",
         "cpu_seconds",

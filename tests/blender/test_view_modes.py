@@ -45,6 +45,7 @@ def test_what_viewports_show_is_not_what_final_renders_show(core, tmp_path):
         "RESERVOIR_CONFIDENCE",
         "RESERVOIR_WEIGHT",
         "REUSE_COUNT",
+        "SAMPLE_COUNT",
         "LIGHT_CHOICE_ENTROPY",
         "LIGHT_CHOICE_SAMPLES",
         "GUIDED",
