@@ -19,7 +19,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import cycles_settings, report, techniques
-from .properties import MAX_INT, MAX_SAMPLES
+from .properties import MAX_INT, MAX_NUMBER, MAX_SAMPLES
 
 RENDER_OPTIONS = frozenset({"-f", "--render-frame", "-a", "--render-anim"})
 OPTION_PREFIX = "--cistern-"
@@ -28,6 +28,7 @@ STATUS_FAILED = 1
 STATUS_BAD_OPTIONS = 2
 
 MAX_THREADS = 1024  # Blender's own limit
+NUMBER_NAMES = {int: "whole number", float: "number"}
 
 
 class OptionError(Exception):
@@ -61,9 +62,12 @@ def is_render(argv: list[str]) -> bool:
 
 def _number(kind: type, low: float, high: float) -> Callable[[str], float]:
     def number(text: str) -> float:
-        value = kind(text)
+        try:
+            value = kind(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{text} is not a {NUMBER_NAMES[kind]}") from None
         if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text} is not between {low} and {high}")
+            raise argparse.ArgumentTypeError(f"{text} is not between {low:.10g} and {high:.10g}")
         return value
 
     return number
@@ -78,8 +82,8 @@ def parse(argv: list[str]) -> argparse.Namespace:
     add("--cistern-guiding", dest="guiding", type=str.upper, choices=[item[0] for item in techniques.GUIDING_ITEMS])
     add("--cistern-seed", dest="seed", type=_number(int, 0, MAX_INT))
     add("--cistern-threads", dest="threads", type=_number(int, 0, MAX_THREADS))
-    add("--cistern-noise-threshold", dest="noise_threshold", type=_number(float, 0.0, float("inf")))
-    add("--cistern-time-limit", dest="time_limit", type=_number(float, 0.0, float("inf")))
+    add("--cistern-noise-threshold", dest="noise_threshold", type=_number(float, 0.0, MAX_NUMBER))
+    add("--cistern-time-limit", dest="time_limit", type=_number(float, 0.0, MAX_NUMBER))
     add("--cistern-cycles-settings", dest="cycles_settings", action="store_true")
     add("--cistern-resume", dest="resume", action="store_true")
     after = argv[argv.index("--") + 1 :] if "--" in argv else []

@@ -30,10 +30,12 @@ def test_options_of_others_are_left_to_them():
     ("options", "words"),
     [
         (("--cistern-samples", "0"), "0 is not between 1 and"),
-        (("--cistern-samples", "many"), "many"),
+        (("--cistern-samples", "1e3"), "1e3 is not a whole number"),
         (("--cistern-preset", "BEST"), "FINAL"),
         (("--cistern-guiding", "YES"), "AUTO"),
         (("--cistern-time-limit", "-1"), "-1 is not between"),
+        (("--cistern-time-limit", "inf"), "inf is not between 0 and 1000000000"),
+        (("--cistern-noise-threshold", "few"), "few is not a number"),
         (("--cistern-threads", "1025"), "1025 is not between 0 and 1024"),
         (("--cistern-sample", "3"), "no option --cistern-sample"),
         (("--cistern-samples",), "--cistern-samples"),
