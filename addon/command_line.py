@@ -47,6 +47,7 @@ class CommandLineRender:
     options: argparse.Namespace
     unwritten: Path | None = None  # the folder of the frame that is being rendered
     path_in_scene: str = ""
+    scene_name: str = ""  # of the one that this is the frame of
     has_failed: bool = False
 
     def exit_status(self) -> int:
@@ -131,6 +132,11 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
 running: CommandLineRender | None = None
 
 
+def is_for_strip(scene: bpy.types.Scene) -> bool:
+    """Whether this scene is rendered for a strip of another one, whose frame is under way; it writes no file itself."""
+    return running.unwritten is not None and scene.name != running.scene_name
+
+
 @persistent
 def begin_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """Blender copies the scene's render settings after this."""
@@ -140,13 +146,15 @@ def begin_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
 @persistent
 def begin_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """Point Blender to a hidden folder beside the file's place; it makes the folder when it writes. Movies stay."""
+    if is_for_strip(scene):
+        return
     running.has_failed |= running.unwritten is not None
     if scene.render.is_movie_format:
         return
     place = Path(bpy.path.abspath(scene.render.frame_path(frame=scene.frame_current)))
     running.unwritten = place.parent / f".{place.name}.partial"
     shutil.rmtree(running.unwritten, ignore_errors=True)
-    running.path_in_scene = scene.render.filepath
+    running.path_in_scene, running.scene_name = scene.render.filepath, scene.name
     name = os.path.basename(running.path_in_scene)  # noqa: PTH119  (pathlib would drop a slash at the end)
     scene.render.filepath = f"{running.unwritten}/{name}"
 
@@ -170,7 +178,7 @@ def end_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
 @persistent
 def abandon_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """The frame failed, or could not be written."""
-    if running.unwritten is not None:
+    if running.unwritten is not None and not is_for_strip(scene):
         scene.render.filepath = running.path_in_scene
         running.has_failed, running.unwritten = True, None
 

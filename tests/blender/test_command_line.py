@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import bpy
 import pytest
 
 from addon import command_line, core, preferences
@@ -78,3 +79,34 @@ def test_preferences_say_in_short_rows_why_there_is_no_core(monkeypatch):
 def test_missing_core_names_what_is_supported(tmp_path):
     missing = ModuleNotFoundError("No module named 'cistern_core'", name="cistern_core")
     assert "Python 3.11 (Blender 4.2 to 5.0) and 3.13" in core.explain(missing, [tmp_path])
+
+
+@pytest.fixture
+def command_line_render(monkeypatch):
+    """Renders of this process are watched as those of the command line are."""
+    monkeypatch.setattr(command_line, "running", command_line.CommandLineRender(parse()))
+    for event, handler in command_line.HANDLERS.items():
+        getattr(bpy.app.handlers, event).append(handler)
+    yield command_line.running
+    command_line.unregister()
+
+
+def test_frames_of_scene_strips_come_to_their_place(command_line_render, tmp_path):
+    """Blender renders the scene of a strip within the frame of the other scene, with the same handlers."""
+    shown = fresh_scene()
+    cut = bpy.data.scenes.new("Cut")
+    try:
+        editor = cut.sequence_editor_create()
+        strips = editor.strips if hasattr(editor, "strips") else editor.sequences
+        strips.new_scene("strip", shown, 1, 1)
+        cut.render.engine = "CISTERN"
+        cut.render.resolution_x = cut.render.resolution_y = 16
+        cut.frame_start, cut.frame_end = 1, 2
+        cut.render.filepath, cut.render.image_settings.file_format = str(tmp_path / "cut_"), "PNG"
+        before = (shown.render.filepath, cut.render.filepath)
+        bpy.ops.render.render(animation=True, scene="Cut")
+        assert sorted(file.name for file in tmp_path.iterdir()) == ["cut_0001.png", "cut_0002.png"]
+        assert (shown.render.filepath, cut.render.filepath) == before
+        assert command_line_render.unwritten is None and not command_line_render.has_failed
+    finally:
+        bpy.data.scenes.remove(cut)
