@@ -47,7 +47,7 @@ class CommandLineRender:
     options: argparse.Namespace
     unwritten: Path | None = None  # the folder of the frame that is being rendered
     path_in_scene: str = ""
-    scene_name: str = ""  # of the one that this is the frame of
+    scene_name: str = ""  # whose frame is under way, if any
     has_failed: bool = False
 
     def exit_status(self) -> int:
@@ -134,7 +134,7 @@ running: CommandLineRender | None = None
 
 def is_for_strip(scene: bpy.types.Scene) -> bool:
     """Whether this scene is rendered for a strip of another one, whose frame is under way; it writes no file itself."""
-    return running.unwritten is not None and scene.name != running.scene_name
+    return running.scene_name not in ("", scene.name)
 
 
 @persistent
@@ -148,13 +148,14 @@ def begin_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """Point Blender to a hidden folder beside the file's place; it makes the folder when it writes. Movies stay."""
     if is_for_strip(scene):
         return
+    running.scene_name = scene.name
     running.has_failed |= running.unwritten is not None
     if scene.render.is_movie_format:
         return
     place = Path(bpy.path.abspath(scene.render.frame_path(frame=scene.frame_current)))
     running.unwritten = place.parent / f".{place.name}.partial"
     shutil.rmtree(running.unwritten, ignore_errors=True)
-    running.path_in_scene, running.scene_name = scene.render.filepath, scene.name
+    running.path_in_scene = scene.render.filepath
     name = os.path.basename(running.path_in_scene)  # noqa: PTH119  (pathlib would drop a slash at the end)
     scene.render.filepath = f"{running.unwritten}/{name}"
 
@@ -178,9 +179,18 @@ def end_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
 @persistent
 def abandon_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """The frame failed, or could not be written."""
-    if running.unwritten is not None and not is_for_strip(scene):
+    if is_for_strip(scene):
+        return
+    running.scene_name = ""
+    if running.unwritten is not None:
         scene.render.filepath = running.path_in_scene
         running.has_failed, running.unwritten = True, None
+
+
+@persistent
+def end_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
+    if not is_for_strip(scene):
+        running.scene_name = ""
 
 
 HANDLERS = {
@@ -188,6 +198,7 @@ HANDLERS = {
     "render_pre": begin_frame,
     "render_write": end_frame,
     "render_cancel": abandon_frame,
+    "render_complete": end_job,
 }
 
 

@@ -91,7 +91,15 @@ def command_line_render(monkeypatch):
     command_line.unregister()
 
 
-def test_frames_of_scene_strips_come_to_their_place(command_line_render, tmp_path):
+def write_a_movie(scene: bpy.types.Scene) -> None:
+    image_settings = scene.render.image_settings
+    if hasattr(image_settings, "media_type"):  # since 5.0
+        image_settings.media_type = "VIDEO"
+    image_settings.file_format = "FFMPEG"
+
+
+@pytest.mark.parametrize("is_movie", [False, True])
+def test_frames_of_scene_strips_come_to_their_place(command_line_render, tmp_path, is_movie):
     """Blender renders the scene of a strip within the frame of the other scene, with the same handlers."""
     shown = fresh_scene()
     cut = bpy.data.scenes.new("Cut")
@@ -102,10 +110,13 @@ def test_frames_of_scene_strips_come_to_their_place(command_line_render, tmp_pat
         cut.render.engine = "CISTERN"
         cut.render.resolution_x = cut.render.resolution_y = 16
         cut.frame_start, cut.frame_end = 1, 2
-        cut.render.filepath, cut.render.image_settings.file_format = str(tmp_path / "cut_"), "PNG"
+        cut.render.filepath = str(tmp_path / "cut_")
+        if is_movie:
+            write_a_movie(cut)
         before = (shown.render.filepath, cut.render.filepath)
         bpy.ops.render.render(animation=True, scene="Cut")
-        assert sorted(file.name for file in tmp_path.iterdir()) == ["cut_0001.png", "cut_0002.png"]
+        names = ["cut_0001-0002"] if is_movie else ["cut_0001", "cut_0002"]
+        assert sorted(file.stem for file in tmp_path.iterdir()) == names
         assert (shown.render.filepath, cut.render.filepath) == before
         assert command_line_render.unwritten is None and not command_line_render.has_failed
     finally:
