@@ -19,7 +19,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import cycles_settings, report, techniques
-from .properties import MAX_INT, MAX_SAMPLES
+from .properties import MAX_INT, MAX_NUMBER, MAX_SAMPLES
 
 RENDER_OPTIONS = frozenset({"-f", "--render-frame", "-a", "--render-anim"})
 OPTION_PREFIX = "--cistern-"
@@ -28,6 +28,7 @@ STATUS_FAILED = 1
 STATUS_BAD_OPTIONS = 2
 
 MAX_THREADS = 1024  # Blender's own limit
+NUMBER_NAMES = {int: "whole number", float: "number"}
 
 
 class OptionError(Exception):
@@ -46,6 +47,7 @@ class CommandLineRender:
     options: argparse.Namespace
     unwritten: Path | None = None  # the folder of the frame that is being rendered
     path_in_scene: str = ""
+    scene_name: str = ""  # whose frame is under way, if any
     has_failed: bool = False
 
     def exit_status(self) -> int:
@@ -61,9 +63,12 @@ def is_render(argv: list[str]) -> bool:
 
 def _number(kind: type, low: float, high: float) -> Callable[[str], float]:
     def number(text: str) -> float:
-        value = kind(text)
+        try:
+            value = kind(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{text} is not a {NUMBER_NAMES[kind]}") from None
         if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text} is not between {low} and {high}")
+            raise argparse.ArgumentTypeError(f"{text} is not between {low:.10g} and {high:.10g}")
         return value
 
     return number
@@ -78,8 +83,8 @@ def parse(argv: list[str]) -> argparse.Namespace:
     add("--cistern-guiding", dest="guiding", type=str.upper, choices=[item[0] for item in techniques.GUIDING_ITEMS])
     add("--cistern-seed", dest="seed", type=_number(int, 0, MAX_INT))
     add("--cistern-threads", dest="threads", type=_number(int, 0, MAX_THREADS))
-    add("--cistern-noise-threshold", dest="noise_threshold", type=_number(float, 0.0, float("inf")))
-    add("--cistern-time-limit", dest="time_limit", type=_number(float, 0.0, float("inf")))
+    add("--cistern-noise-threshold", dest="noise_threshold", type=_number(float, 0.0, MAX_NUMBER))
+    add("--cistern-time-limit", dest="time_limit", type=_number(float, 0.0, MAX_NUMBER))
     add("--cistern-cycles-settings", dest="cycles_settings", action="store_true")
     add("--cistern-resume", dest="resume", action="store_true")
     after = argv[argv.index("--") + 1 :] if "--" in argv else []
@@ -127,6 +132,11 @@ def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
 running: CommandLineRender | None = None
 
 
+def is_for_strip(scene: bpy.types.Scene) -> bool:
+    """Whether this scene is rendered for a strip of another one, whose frame is under way; it writes no file itself."""
+    return running.scene_name not in ("", scene.name)
+
+
 @persistent
 def begin_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """Blender copies the scene's render settings after this."""
@@ -136,6 +146,9 @@ def begin_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
 @persistent
 def begin_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """Point Blender to a hidden folder beside the file's place; it makes the folder when it writes. Movies stay."""
+    if is_for_strip(scene):
+        return
+    running.scene_name = scene.name
     running.has_failed |= running.unwritten is not None
     if scene.render.is_movie_format:
         return
@@ -166,9 +179,18 @@ def end_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
 @persistent
 def abandon_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """The frame failed, or could not be written."""
+    if is_for_strip(scene):
+        return
+    running.scene_name = ""
     if running.unwritten is not None:
         scene.render.filepath = running.path_in_scene
         running.has_failed, running.unwritten = True, None
+
+
+@persistent
+def end_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
+    if not is_for_strip(scene):
+        running.scene_name = ""
 
 
 HANDLERS = {
@@ -176,6 +198,7 @@ HANDLERS = {
     "render_pre": begin_frame,
     "render_write": end_frame,
     "render_cancel": abandon_frame,
+    "render_complete": end_job,
 }
 
 

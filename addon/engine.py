@@ -23,6 +23,9 @@ from .viewport_render import stop_all
 if TYPE_CHECKING:
     from .sync.scene import SceneSync
 
+# How often it is looked whether a final render has ended that keeps the engine's class.
+WAIT_SECONDS = 0.1
+
 
 class CisternEngine(bpy.types.RenderEngine):
     bl_idname = "CISTERN"
@@ -38,12 +41,15 @@ class CisternEngine(bpy.types.RenderEngine):
     def update_render_passes(
         self, scene: bpy.types.Scene | None = None, renderlayer: bpy.types.ViewLayer | None = None
     ) -> None:
-        passes.register_passes(self, scene, renderlayer)
+        if not is_disabled():
+            passes.register_passes(self, scene, renderlayer)
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         figures = report.RenderReport(depsgraph.scene_eval.frame_current, depsgraph.view_layer_eval.name)
         start, cpu_start = time.perf_counter(), time.process_time()
         try:
+            if is_disabled():
+                raise RenderFailedError("Cistern has been disabled")
             LayerRender(self, depsgraph, core_loader.load(), figures).run()
         except Exception as error:  # one that reached Blender would be lost, and crash it while it writes an EXR file
             figures.error = error_sentence(error)
@@ -61,6 +67,9 @@ class CisternEngine(bpy.types.RenderEngine):
 
     def call_viewport(self, method: str, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Call the viewport; an error becomes the line in its corner, until a call succeeds."""
+        if is_disabled():
+            self.viewport = None
+            return
         try:
             if self.viewport is None:
                 self.viewport = open_viewport(self)
@@ -139,10 +148,59 @@ def error_sentence(error: Exception) -> str:
     return f"Unexpected {type(error).__name__}: {error}"
 
 
+def is_disabled() -> bool:
+    """Whether only a final render keeps the engine, while the rest of the add-on is gone."""
+    return not hasattr(bpy.types.Scene, "cistern")
+
+
+def is_rendering_in_window() -> bool:
+    return not bpy.app.background and bpy.app.is_job_running("RENDER")
+
+
+def registered_class() -> type | None:
+    """This engine's, be it of this module or, while the add-on is upgraded, of the one before."""
+    return bpy.types.RenderEngine.bl_rna_get_subclass_py(CisternEngine.bl_idname)
+
+
 def register() -> None:
+    if bpy.app.timers.is_registered(unregister_later):
+        bpy.app.timers.unregister(unregister_later)
+    elif registered_class() is not None and is_rendering_in_window():
+        bpy.app.timers.register(register_later, first_interval=WAIT_SECONDS, persistent=True)
+    else:
+        register_now()
+
+
+def register_now() -> None:
+    before = registered_class()
+    if before is not None:
+        bpy.utils.unregister_class(before)
     bpy.utils.register_class(CisternEngine)
 
 
+def register_later() -> float | None:
+    """A timer: once no final render is under way."""
+    if is_rendering_in_window():
+        return WAIT_SECONDS
+    register_now()
+    return None
+
+
 def unregister() -> None:
+    """Blender crashes where an engine's class goes while it renders in a window, so it stays until that has ended."""
     stop_all()
-    bpy.utils.unregister_class(CisternEngine)
+    if bpy.app.timers.is_registered(register_later):
+        bpy.app.timers.unregister(register_later)
+    elif is_rendering_in_window():
+        bpy.app.timers.register(unregister_later, first_interval=WAIT_SECONDS, persistent=True)
+    else:
+        bpy.utils.unregister_class(CisternEngine)
+
+
+def unregister_later() -> float | None:
+    """A timer: the same, unless a newer module has done so."""
+    if is_rendering_in_window():
+        return WAIT_SECONDS
+    if registered_class() is CisternEngine:
+        bpy.utils.unregister_class(CisternEngine)
+    return None

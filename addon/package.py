@@ -24,6 +24,9 @@ LEFT_OUT = {"README.md", "package.py", "extension_build", "__pycache__"}
 # Debian packages whose libraries the core's wheel bundles; their licences go into the zip.
 BUNDLED_PACKAGES = {"embree": "libembree3-3", "onetbb": "libtbb12"}
 
+# Of the oldest systems that the README names. A newer one than this can come in by a single function of the C library.
+NEWEST_GLIBC = (2, 34)
+
 BYTES_PER_MB = 1e6
 
 
@@ -80,6 +83,17 @@ def write_manifest(manifest: Path, found: list[Path]) -> None:
     manifest.write_text(before + listing + after.partition("\n")[2], encoding="utf-8")
 
 
+def check_glibc(found: list[Path]) -> tuple[int, int]:
+    """The C library that the wheels need. Raises PackagingError where it is newer than what is promised."""
+    needed = archives.oldest_glibc(found)
+    if needed > NEWEST_GLIBC:
+        versions = [".".join(map(str, version)) for version in (needed, NEWEST_GLIBC)]
+        raise PackagingError(
+            "the wheels need glibc {}, newer than the {} of the systems they are for".format(*versions)
+        )
+    return needed
+
+
 def validate(archive: Path) -> None:
     """Has Blender's own tool for extensions read the zip. Raises PackagingError with its words."""
     blender = importlib.util.find_spec("bpy")
@@ -98,13 +112,13 @@ def package(output: Path, work: Path, versions: Sequence[str] = wheels.PYTHON_VE
     stage = work / "stage"
     shutil.rmtree(stage, ignore_errors=True)
     found = gather_wheels(versions, work, stage / "wheels")
+    major, minor = check_glibc(found)
     lay_out(stage, found)
     unchecked = work / name
     archives.write_zip(stage, unchecked)
     validate(unchecked)
     output.mkdir(parents=True, exist_ok=True)
     archive = unchecked.replace(output / name)
-    major, minor = archives.oldest_glibc(found)
     print(f"{archive}: {archive.stat().st_size / BYTES_PER_MB:.1f} MB, needs glibc {major}.{minor} or newer")
     return archive
 

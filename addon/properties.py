@@ -21,6 +21,7 @@ from .techniques import (
 )
 
 MAX_INT = 2**31 - 1
+MAX_NUMBER = 1e9  # of time limits, noise thresholds and clamps, all of which the core takes
 MAX_SAMPLES = 2**24
 MAX_BOUNCES = 1024
 
@@ -47,6 +48,7 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         description="Stop after this many seconds with the samples done so far; 0 means no limit",
         default=0.0,
         min=0.0,
+        max=MAX_NUMBER,
         unit="TIME_ABSOLUTE",
         subtype="TIME_ABSOLUTE",
         step=100,
@@ -62,6 +64,7 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         default=0.0,
         min=0.0,
         soft_max=1.0,
+        max=MAX_NUMBER,
         step=1,
         precision=4,
     )
@@ -86,6 +89,7 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         description="A 3D viewport rests after this many seconds of its finest picture; 0 means no limit",
         default=0.0,
         min=0.0,
+        max=MAX_NUMBER,
         unit="TIME_ABSOLUTE",
         subtype="TIME_ABSOLUTE",
         step=100,
@@ -249,6 +253,7 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         default=0.0,
         min=0.0,
         soft_max=100.0,
+        max=MAX_NUMBER,
     )
     clamp_indirect: FloatProperty(
         name="Indirect Light",
@@ -256,6 +261,7 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         default=0.0,
         min=0.0,
         soft_max=100.0,
+        max=MAX_NUMBER,
     )
     pixel_filter: EnumProperty(
         name="Filter",

@@ -10,6 +10,8 @@ namespace {
 constexpr int kMaxResolution = 65536;
 /// Pixels are counted in 31 bits.
 constexpr int64_t kMaxPixels = (int64_t{1} << 31) - 1;
+/// From edge to edge: of Cycles' widest Gaussian, three times the 10 that users set.
+constexpr float kMaxFilterWidth = 30.0f;
 
 template <class T>
 void require(const char* setting, T value, T low, T high) {
@@ -179,7 +181,7 @@ void check_settings(Settings& s) {
   require("threads", s.threads, 0, 1024);
   if (s.light_samples == 0) s.light_samples = 1;
   require("light_samples", s.light_samples, 1, 64);
-  require("filter_width", s.filter_width, 0.01f, 10.0f);
+  require("filter_width", s.filter_width, 0.01f, kMaxFilterWidth);
   require("light_groups", s.light_groups, 0, kMaxLightGroups);
   require("time_limit", s.time_limit, 0.0, 1e9);
   require("noise_threshold", s.noise_threshold, 0.0, 1e9);

@@ -103,8 +103,10 @@ GaborResult gabor_node(Vec3 p, int dimensions, const GaborSettings& settings) {
   s.axis = axis_length > 0.0f ? s.axis / axis_length : Vec3{};
   const Phasor sum = dimensions == 2 ? add_cells(p, 0, Plane{s}) : add_cells(p, 1, Space{s});
   const float scale = 1.0f / (kDeviations * deviation(dimensions));
+  // No hypot: that of the C library on which the extension is built, 2.35 or newer, is missing in older ones.
+  const float magnitude = std::sqrt(sum.real * sum.real + sum.imaginary * sum.imaginary);
   return {0.5f + 0.5f * scale * sum.imaginary, (std::atan2(sum.imaginary, sum.real) + kPi) / (2.0f * kPi),
-          scale * std::hypot(sum.real, sum.imaginary)};
+          scale * magnitude};
 }
 
 }  // namespace cistern

@@ -33,7 +33,8 @@ def agrees(scene: bpy.types.Scene, monkeypatch, kind: str, width: float, ours: f
 
 
 @pytest.mark.parametrize(
-    ("kind", "width"), [("BLACKMAN_HARRIS", 1.5), ("BLACKMAN_HARRIS", 0.8), ("GAUSSIAN", 1.5), ("BOX", 1.5)]
+    ("kind", "width"),
+    [("BLACKMAN_HARRIS", 1.5), ("BLACKMAN_HARRIS", 0.8), ("BLACKMAN_HARRIS", 10.0), ("GAUSSIAN", 1.5), ("BOX", 1.5)],
 )
 def test_pixels_are_as_wide(lines, monkeypatch, kind, width):
     assert agrees(lines, monkeypatch, kind, width, width)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import addon
+from addon import passes, settings, techniques
 from tests.blender.bad_input import (
     HEIGHT,
     WIDTH,
@@ -202,3 +203,29 @@ def test_zero_samples_are_one(tmp_path) -> None:
     scene.cistern.samples = 0
     _, report = picture_of(scene, tmp_path)
     assert report.samples == 1
+
+
+def numbers(group: bpy.types.PropertyGroup) -> list[bpy.types.Property]:
+    return [prop for prop in group.bl_rna.properties if prop.type in {"INT", "FLOAT"}]
+
+
+@pytest.mark.parametrize("preset", [item[0] for item in techniques.PRESET_ITEMS])
+def test_the_core_takes_both_ends_of_every_range(preset, built_core) -> None:
+    scene = fresh_scene(WIDTH, HEIGHT)
+    scene.cistern.preset = preset
+    scene.view_layers[0].cistern.use_pass_cells = True
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    region = settings.Region(0, 0, WIDTH, HEIGHT)
+    layer_passes = passes.enabled_passes(depsgraph.view_layer_eval)
+    for prop in numbers(scene.cistern):
+        for end in (prop.hard_min, prop.hard_max):
+            setattr(scene.cistern, prop.identifier, end)
+            depsgraph.update()
+            arguments = settings.core_settings(
+                built_core, depsgraph, (WIDTH, HEIGHT), region, layer_passes, is_preview=False
+            )
+            built_core.Settings(**arguments)
+            arguments = settings.viewport_settings(built_core, scene)
+            limits = {"samples": scene.cistern.viewport_samples, "time_limit": scene.cistern.viewport_time_limit}
+            built_core.Settings(**arguments | limits | {"width": WIDTH, "height": HEIGHT})
+        scene.cistern.property_unset(prop.identifier)

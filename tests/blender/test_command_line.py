@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import bpy
 import pytest
 
 from addon import command_line, core, preferences
@@ -30,10 +31,12 @@ def test_options_of_others_are_left_to_them():
     ("options", "words"),
     [
         (("--cistern-samples", "0"), "0 is not between 1 and"),
-        (("--cistern-samples", "many"), "many"),
+        (("--cistern-samples", "1e3"), "1e3 is not a whole number"),
         (("--cistern-preset", "BEST"), "FINAL"),
         (("--cistern-guiding", "YES"), "AUTO"),
         (("--cistern-time-limit", "-1"), "-1 is not between"),
+        (("--cistern-time-limit", "inf"), "inf is not between 0 and 1000000000"),
+        (("--cistern-noise-threshold", "few"), "few is not a number"),
         (("--cistern-threads", "1025"), "1025 is not between 0 and 1024"),
         (("--cistern-sample", "3"), "no option --cistern-sample"),
         (("--cistern-samples",), "--cistern-samples"),
@@ -76,3 +79,45 @@ def test_preferences_say_in_short_rows_why_there_is_no_core(monkeypatch):
 def test_missing_core_names_what_is_supported(tmp_path):
     missing = ModuleNotFoundError("No module named 'cistern_core'", name="cistern_core")
     assert "Python 3.11 (Blender 4.2 to 5.0) and 3.13" in core.explain(missing, [tmp_path])
+
+
+@pytest.fixture
+def command_line_render(monkeypatch):
+    """Renders of this process are watched as those of the command line are."""
+    monkeypatch.setattr(command_line, "running", command_line.CommandLineRender(parse()))
+    for event, handler in command_line.HANDLERS.items():
+        getattr(bpy.app.handlers, event).append(handler)
+    yield command_line.running
+    command_line.unregister()
+
+
+def write_a_movie(scene: bpy.types.Scene) -> None:
+    image_settings = scene.render.image_settings
+    if hasattr(image_settings, "media_type"):  # since 5.0
+        image_settings.media_type = "VIDEO"
+    image_settings.file_format = "FFMPEG"
+
+
+@pytest.mark.parametrize("is_movie", [False, True])
+def test_frames_of_scene_strips_come_to_their_place(command_line_render, tmp_path, is_movie):
+    """Blender renders the scene of a strip within the frame of the other scene, with the same handlers."""
+    shown = fresh_scene()
+    cut = bpy.data.scenes.new("Cut")
+    try:
+        editor = cut.sequence_editor_create()
+        strips = editor.strips if hasattr(editor, "strips") else editor.sequences
+        strips.new_scene("strip", shown, 1, 1)
+        cut.render.engine = "CISTERN"
+        cut.render.resolution_x = cut.render.resolution_y = 16
+        cut.frame_start, cut.frame_end = 1, 2
+        cut.render.filepath = str(tmp_path / "cut_")
+        if is_movie:
+            write_a_movie(cut)
+        before = (shown.render.filepath, cut.render.filepath)
+        bpy.ops.render.render(animation=True, scene="Cut")
+        names = ["cut_0001-0002"] if is_movie else ["cut_0001", "cut_0002"]
+        assert sorted(file.stem for file in tmp_path.iterdir()) == names
+        assert (shown.render.filepath, cut.render.filepath) == before
+        assert command_line_render.unwritten is None and not command_line_render.has_failed
+    finally:
+        bpy.data.scenes.remove(cut)

@@ -8,7 +8,7 @@ import bpy
 import pytest
 
 import addon
-from addon import core, report, techniques
+from addon import core, engine, report, techniques
 from tests.blender.engine_fakes import fresh_scene
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -22,6 +22,36 @@ def test_registering_again_leaves_nothing_behind():
     addon.unregister()
     addon.register()
     assert fresh_scene().cistern.samples == 2
+
+
+def test_the_engine_stays_while_it_renders_in_a_window(monkeypatch):
+    """Its class going would crash Blender (tests/gui/final_renders.py). Timers do not run here."""
+    monkeypatch.setattr(engine, "is_rendering_in_window", lambda: True)
+    fresh_scene()
+    addon.unregister()
+    assert engine.registered_class() is engine.CisternEngine and not hasattr(bpy.types.Scene, "cistern")
+    with pytest.raises(RuntimeError, match="Cistern has been disabled"):
+        bpy.ops.render.render()
+    addon.register()
+    assert not bpy.app.timers.is_registered(engine.unregister_later)
+    addon.unregister()
+    assert engine.unregister_later() == engine.WAIT_SECONDS
+    monkeypatch.setattr(engine, "is_rendering_in_window", lambda: False)
+    assert engine.unregister_later() is None and engine.registered_class() is None
+    bpy.app.timers.unregister(engine.unregister_later)
+    addon.register()
+    assert engine.registered_class() is engine.CisternEngine
+
+
+def test_an_upgrade_waits_for_the_engine_that_renders(monkeypatch):
+    monkeypatch.setattr(engine, "is_rendering_in_window", lambda: True)
+    assert engine.registered_class() is not None
+    engine.register()  # as the newer module does
+    assert bpy.app.timers.is_registered(engine.register_later)
+    assert engine.register_later() == engine.WAIT_SECONDS
+    monkeypatch.setattr(engine, "is_rendering_in_window", lambda: False)
+    assert engine.register_later() is None and engine.registered_class() is engine.CisternEngine
+    bpy.app.timers.unregister(engine.register_later)
 
 
 def test_registering_does_not_load_the_core():

@@ -1,6 +1,8 @@
 """The parts of addon/package.py: equal bytes, names of our own, readable refusals."""
 
+import importlib
 import os
+import re
 import shutil
 import subprocess
 import zipfile
@@ -95,6 +97,20 @@ def test_oldest_glibc_is_the_newest_that_a_wheel_asks_for(tmp_path):
     assert archives.oldest_glibc([core, other]) == (2, 34)
     with pytest.raises(ValueError, match="no manylinux platform"):
         archives.oldest_glibc([tmp_path / "core-1.0-cp311-cp311-linux_x86_64.whl"])
+
+
+def test_wheels_for_a_newer_glibc_than_promised_are_refused(tmp_path):
+    older, newer = (tmp_path / f"core-1.0-cp311-cp311-manylinux_2_{minor}_x86_64.whl" for minor in (34, 35))
+    assert package.check_glibc([older]) == (2, 34)
+    with pytest.raises(wheels.PackagingError, match=r"need glibc 2\.35, newer than the 2\.34"):
+        package.check_glibc([older, newer])
+
+
+def test_core_asks_for_no_newer_glibc_than_promised():
+    core = importlib.import_module("cistern_core").__file__
+    symbols = subprocess.run(["nm", "-D", core], check=True, capture_output=True, text=True).stdout
+    wanted = re.findall(r"(\S+)@GLIBC_(\d+)\.(\d+)", symbols)
+    assert [name for name, *version in wanted if tuple(map(int, version)) > package.NEWEST_GLIBC] == []
 
 
 def test_missing_python_is_named():

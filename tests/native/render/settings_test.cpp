@@ -41,6 +41,7 @@ TEST(Settings, EveryMemberOutOfRangeIsNamedWithItsValue) {
       {"samples", "0", [](Settings& s) { s.samples = 0; }},
       {"threads", "-1", [](Settings& s) { s.threads = -1; }},
       {"filter_width", "0.0", [](Settings& s) { s.filter_width = 0.0f; }},
+      {"filter_width", "31", [](Settings& s) { s.filter_width = 31.0f; }},
       {"filter_width", "nan", [](Settings& s) { s.filter_width = NAN; }},
       {"time_limit", "-1", [](Settings& s) { s.time_limit = -1.0; }},
       {"time_limit", "nan", [](Settings& s) { s.time_limit = NAN; }},
