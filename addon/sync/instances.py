@@ -44,6 +44,7 @@ RAY_BITS = {"camera": 1, "diffuse": 2, "glossy": 4, "transmission": 8, "shadow":
 _INVISIBLE_TYPES = {"EMPTY", "ARMATURE", "LATTICE", "CAMERA", "SPEAKER", "LIGHT_PROBE"}
 _MESHED_TYPES = {"CURVE", "SURFACE", "FONT", "META"}
 _NAMES_SHOWN = 5
+_ITEMS_BETWEEN_LOOKS = 1 << 14  # 60 ms
 _ROUND = bpy.types.Curves | bpy.types.PointCloud  # what consists of strands or points
 
 
@@ -143,6 +144,8 @@ class InstanceSync:
             owner = item.object if instanced is None else instanced
             key = (item.path_resolve("object.data"), owner, parent, show, show_hair)
             slot = slots.get(key)
+            if len(slot_of) % _ITEMS_BETWEEN_LOOKS == 0:
+                self._report.look_up()
             if slot is None:
                 obj = item.object
                 is_in_view = self._is_in_viewport(obj if parent is None else parent)
