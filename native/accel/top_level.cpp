@@ -110,7 +110,8 @@ std::vector<Placement> place_instances(const Scene& scene, bool keep_instances) 
 
 std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevice> device,
                                                 std::vector<Placement> placements, const MeshScenes& mesh_scenes,
-                                                bool is_filtered) {
+                                                bool is_filtered, const IsStopped& is_stopped) {
+  constexpr size_t kInstancesBetweenLooks = 1 << 12;
   const auto top = std::make_shared<TopLevel>();
   const size_t bytes_before = device->memory_bytes();
   top->scene = new_scene(*device, is_filtered);
@@ -120,14 +121,14 @@ std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevi
   top->normal_maps.resize(top->placements.size());
   for (const auto& [mesh, mesh_scene] : mesh_scenes) top->mesh_scenes.push_back(mesh_scene);
   for (size_t i = 0; i < top->placements.size(); ++i) {
+    if (i % kInstancesBetweenLooks == 0 && is_stopped && is_stopped()) return nullptr;
     if (!top->placements[i].mesh) continue;
     attach(*top, i, mesh_scenes);
     top->has_shadow_linked_surfaces |= top->placements[i].is_shadow_linked;
     top->has_media |= top->placements[i].has_medium();
     top->has_transparent_surfaces |= (top->placements[i].mask & transparent_mask(kVisibleToAll)) != 0;
   }
-  rtcJoinCommitScene(top->scene.get());
-  top->device->check("building the scene");
+  if (!commit_scene(*top->device, top->scene.get(), is_stopped, "building the scene")) return nullptr;
   top->bounds = scene_bounds(top->scene.get());
   top->memory_bytes = top->device->memory_bytes_since(bytes_before);
   return top;
