@@ -81,11 +81,17 @@ class LayerRender:
         self.is_cancelled = False
 
     def run(self) -> None:
+        from .sync import SyncStoppedError
+
         exported = self.engine.open_export(self.keeps_export)
         try:
             synced = self.export(exported)
             self.render_views(exported)
             cryptomatte.stamp(self.engine, self.depsgraph.view_layer_eval, synced.matte_names, self.core)
+        except SyncStoppedError:
+            self.is_cancelled = True
+            self.engine.kept_export = None
+            exported.close()  # and no longer decode what waits
         finally:
             if not self.keeps_export:
                 exported.close()
@@ -94,7 +100,7 @@ class LayerRender:
         """Bring the exported scene up to date with the evaluated one."""
         self.engine.update_stats("", "Exporting the scene")
         start = time.perf_counter()
-        camera, motion = self.engine.camera_override, self.motion()
+        camera, motion = self.engine.camera_override, self.motion() | {"is_stopped": self.engine.is_stop_wanted}
         if self.blur is None:
             synced = exported.sync(self.depsgraph, camera, **motion)
         else:

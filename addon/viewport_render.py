@@ -37,7 +37,7 @@ UNMEASURED_PIXEL = 8
 PATIENCE_SECONDS = 0.1
 # Later pictures are shown no more often than this.
 DISPLAY_SECONDS = 0.2
-# A thread that still runs when Python ends would crash it; building a large scene cannot be interrupted.
+# A thread that still runs when Python ends would crash it; preparing very many emitters cannot be interrupted.
 STOP_SECONDS = 10.0
 
 BUILDING_STAGE = "Building"  # of the core's Progress
@@ -112,7 +112,7 @@ class Stage:
 
     @property
     def rendering_seconds(self) -> float:
-        """Since the scene was built: that cannot be interrupted."""
+        """Since the scene was built: it is not left before, because later jobs take over what is built."""
         return 0.0 if self._rendering_since is None else time.perf_counter() - self._rendering_since
 
     def status(self, progress: Any) -> str:  # noqa: ANN401

@@ -6,6 +6,7 @@ the user interface, and none keeps a reference to Blender's data after it return
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 MATTE_KINDS = ("object", "material", "asset")
@@ -15,9 +16,13 @@ class SyncError(ValueError):
     """The scene cannot be rendered as it is; the text names the data-block and what is missing."""
 
 
+class SyncStoppedError(Exception):
+    """The user wants no picture of the scene any more."""
+
+
 @dataclass
 class SyncReport:
-    """What one sync has to tell the user."""
+    """What one sync has to tell the user, and when it has to look whether the user still wants it."""
 
     warnings: list[str] = field(default_factory=list)
     """One line each, naming the data-block; no line twice."""
@@ -26,6 +31,15 @@ class SyncReport:
     matte_names: dict[str, set[str]] = field(default_factory=lambda: {kind: set() for kind in MATTE_KINDS})
     """Names of all objects, materials and assets (topmost parents) with surfaces that were looked at."""
 
+    is_stopped: Callable[[], bool] = lambda: False
+    _told: set[str] = field(default_factory=set)
+
     def warn(self, text: str) -> None:
-        if text not in self.warnings:
+        if text not in self._told:
+            self._told.add(text)
             self.warnings.append(text)
+
+    def look_up(self) -> None:
+        """Between data-blocks, which take a second at most. Raises SyncStoppedError."""
+        if self.is_stopped():
+            raise SyncStoppedError

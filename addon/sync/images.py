@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Set
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 _MISSING = -1
 _NATIVE_TYPES = (np.uint8, np.uint16, np.float16, np.float32)
 _DECODE_THREADS = 4
+_POLL_SECONDS = 0.1  # how often one who waits for a file looks whether it is still wanted
 
 
 class ImageCache:
@@ -166,7 +167,7 @@ class ImageCache:
         """The new handle, or -1 for what cannot be read."""
         colour = image_colour(image.colorspace_settings.name, versions.working_space())
         is_file = source is not None and not source.is_movie
-        file = self._decode(source, image, tile).result() if is_file else None
+        file = _awaited(self._decode(source, image, tile), report) if is_file else None
         content = _content(image, source, file, colour)
         if content is None:
             return _MISSING
@@ -190,6 +191,14 @@ class ImageCache:
         if before is None or before == _MISSING:
             return self._free_handles.pop() if self._free_handles else None
         return before
+
+
+def _awaited(decoding: Future, report: SyncReport) -> FilePixels | None:
+    """Raises SyncStoppedError where nobody wants it any more."""
+    while not decoding.done():
+        report.look_up()
+        wait([decoding], _POLL_SECONDS)
+    return decoding.result()
 
 
 def tile_numbers(image: bpy.types.Image) -> list[int]:

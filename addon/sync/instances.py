@@ -44,6 +44,7 @@ RAY_BITS = {"camera": 1, "diffuse": 2, "glossy": 4, "transmission": 8, "shadow":
 _INVISIBLE_TYPES = {"EMPTY", "ARMATURE", "LATTICE", "CAMERA", "SPEAKER", "LIGHT_PROBE"}
 _MESHED_TYPES = {"CURVE", "SURFACE", "FONT", "META"}
 _NAMES_SHOWN = 5
+_ITEMS_BETWEEN_LOOKS = 1 << 14  # 60 ms
 _ROUND = bpy.types.Curves | bpy.types.PointCloud  # what consists of strands or points
 
 
@@ -135,20 +136,24 @@ class InstanceSync:
         hair: dict[tuple, list[int]] = {}
         hair_slots: list[int] = []
         hair_items: list[int] = []
-        read = attrgetter("show_self", "object", "object.data", "instance_object", "parent", "show_particles")
-        for show, obj, data, instanced, parent, show_hair in map(read, self._depsgraph.object_instances):
-            # Instances share one temporary object, which therefore cannot be part of the key.
-            key = (data, obj if instanced is None else instanced, parent, show, show_hair)
+        read = attrgetter("show_self", "instance_object", "parent", "show_particles")
+        for item in self._depsgraph.object_instances:
+            show, instanced, parent, show_hair = read(item)
+            # Instances share one temporary object. It cannot be part of the key, and Blender never frees what Python is
+            # given to know it by (120 bytes each time), which resolving a path past it does without.
+            owner = item.object if instanced is None else instanced
+            key = (item.path_resolve("object.data"), owner, parent, show, show_hair)
             slot = slots.get(key)
+            if len(slot_of) % _ITEMS_BETWEEN_LOOKS == 0:
+                self._report.look_up()
             if slot is None:
+                obj = item.object
                 is_in_view = self._is_in_viewport(obj if parent is None else parent)
                 prototype = self._known_prototype(obj, parent) if show and is_in_view else None
                 slot = slots[key] = -1 if prototype is None else len(prototypes)
                 if prototype is not None:
                     prototypes.append(prototype)
-                found = (
-                    self._hair(obj, obj if instanced is None else instanced, parent) if show_hair and is_in_view else []
-                )
+                found = self._hair(obj, owner, parent) if show_hair and is_in_view else []
                 if found:
                     hair[key] = list(range(len(prototypes), len(prototypes) + len(found)))
                     prototypes += found

@@ -217,6 +217,7 @@ class MaterialTable:
     def _compile(
         self, data_block: bpy.types.ID | None, compile_tree: CompileTree, before: CompiledMaterial | None
     ) -> CompiledMaterial:
+        self._context.report.look_up()
         self._context.used_images.clear()
         self._context.used_layer_values.clear()
         self._context.used_grids.clear()

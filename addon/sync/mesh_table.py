@@ -70,6 +70,7 @@ class MeshTable:
         """The mesh that an evaluated object shows; None for one without polygons. `owner` is the object's id."""
         address = obj.data.as_pointer()
         if address not in self._by_address:
+            self._report.look_up()
             start = time.perf_counter()
             self._by_address[address] = self._place(obj, owner)
             self.seconds += time.perf_counter() - start
@@ -79,6 +80,7 @@ class MeshTable:
         """The strands of modifier `number`, a particle system, of an evaluated object; None for one without any."""
         address = (obj.as_pointer(), number)
         if address not in self._by_address:
+            self._report.look_up()
             start = time.perf_counter()
             modifier = obj.modifiers[number]
             arrays = particle_arrays(obj, modifier, is_render, self._wanted_attributes)
@@ -92,6 +94,7 @@ class MeshTable:
         without any."""
         address = (obj.data.as_pointer(), hash(names))
         if address not in self._by_address:
+            self._report.look_up()
             start = time.perf_counter()
             self._by_address[address] = self._place_volume(obj, owner, names, frame)
             self.seconds += time.perf_counter() - start

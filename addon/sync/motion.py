@@ -67,11 +67,13 @@ def _read(depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None) -> Mo
 
 def _identities(depsgraph: bpy.types.Depsgraph) -> NDArray[np.uint64]:
     """Of all items: by what they show, what places it and which of its instances they are."""
-    read = attrgetter("object", "instance_object", "parent", "random_id")
-    numbers = [
-        identity_of(original_uid(obj if shown is None else shown), original_uid(parent), random_id)
-        for obj, shown, parent, random_id in map(read, depsgraph.object_instances)
-    ]
+    read = attrgetter("instance_object", "parent", "random_id")
+    numbers = []
+    for item in depsgraph.object_instances:
+        shown, parent, random_id = read(item)
+        # The `object` of instances leaks (`InstanceSync._place`).
+        shown_uid = original_uid(item.object if shown is None else shown)
+        numbers.append(identity_of(shown_uid, original_uid(parent), random_id))
     return np.array(numbers, np.uint64)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -37,16 +37,34 @@ class SceneSync:
         self.builder: SceneBuilder | None = None
 
     def sync(
-        self, depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None = None, motion: Sequence[MotionStep] = ()
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        camera: bpy.types.Object | None = None,
+        motion: Sequence[MotionStep] = (),
+        is_stopped: Callable[[], bool] = lambda: False,
     ) -> SyncReport:
-        """Fill `builder`. `camera` overrides the scene's. Raises SyncError or the core's Error."""
+        """Fill `builder`. `camera` overrides the scene's. Raises SyncError, the core's Error, or SyncStoppedError once
+        `is_stopped` says so."""
         self.builder = self._core.SceneBuilder()
-        return sync_scene(depsgraph, self.builder, core=self._core, camera=camera, images=self._images, motion=motion)
+        return sync_scene(
+            depsgraph,
+            self.builder,
+            core=self._core,
+            camera=camera,
+            images=self._images,
+            motion=motion,
+            is_stopped=is_stopped,
+        )
 
-    def sync_moment(self, depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None = None) -> SceneBuilder:
+    def sync_moment(
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        camera: bpy.types.Object | None = None,
+        is_stopped: Callable[[], bool] = lambda: False,
+    ) -> SceneBuilder:
         """A builder with the scene as the dependency graph shows it at another moment of the same frame."""
         builder = self._core.SceneBuilder()
-        sync_scene(depsgraph, builder, core=self._core, camera=camera, images=self._images)
+        sync_scene(depsgraph, builder, core=self._core, camera=camera, images=self._images, is_stopped=is_stopped)
         return builder
 
     def close(self) -> None:
@@ -63,11 +81,13 @@ def sync_scene(
     camera: bpy.types.Object | None = None,
     images: ImageCache | None = None,
     motion: Sequence[MotionStep] = (),
+    is_stopped: Callable[[], bool] = lambda: False,
 ) -> SyncReport:
     """Add everything the dependency graph shows to an empty builder. `camera` overrides the scene's.
 
-    Raises SyncError without a camera, and lets the core's Error through: its text names the data-block."""
-    report = SyncReport()
+    Raises SyncError without a camera, and lets the core's Error through: its text names the data-block. Raises
+    SyncStoppedError once `is_stopped` says so; the builder is then good for nothing."""
+    report = SyncReport(is_stopped=is_stopped)
     cache = images if images is not None else ImageCache()
     try:
         _sync(depsgraph, builder, core, camera, cache, report, motion)

@@ -88,15 +88,17 @@ class MotionBlur:
         exported: SceneSync,
         depsgraph: bpy.types.Depsgraph,
         camera: bpy.types.Object | None,
+        *,
+        is_stopped: Callable[[], bool] = lambda: False,
         **motion: Sequence[MotionStep],
     ) -> SyncReport:
         """Fill the builder of `exported` with the middle, and `ends`. The scene is then where it was."""
         try:
             for time in (self.times.opening, self.times.closing):
                 self._go_to(time)
-                self.ends.append(exported.sync_moment(depsgraph, camera))
+                self.ends.append(exported.sync_moment(depsgraph, camera, is_stopped=is_stopped))
             self._go_to(self.times.middle)
-            report = exported.sync(depsgraph, camera, **motion)
+            report = exported.sync(depsgraph, camera, is_stopped=is_stopped, **motion)
         finally:
             if self._offset != 0.0:
                 self._go_to(0.0)

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -70,10 +71,11 @@ struct HitList {
 class Accel {
  public:
   /// `previous` may be null; parts of it that still apply are reused. `keep_instances` true never flattens (viewport
-  /// editing). Throws Error when memory runs out.
+  /// editing). Null once `is_stopped` was true: it is asked from any thread, all the time. Throws Error when memory
+  /// runs out.
   static std::shared_ptr<const Accel> build(std::shared_ptr<const Scene> scene,
                                             const std::shared_ptr<const Accel>& previous = {},
-                                            bool keep_instances = false);
+                                            bool keep_instances = false, const std::function<bool()>& is_stopped = {});
   virtual ~Accel() = default;
 
   /// `visibility`: RayVisibility bits; objects sharing no bit with it are not there for this ray.

@@ -228,9 +228,10 @@ class EmbreeAccel final : public Accel {
   MeshScenes mesh_scenes_;
 };
 
-/// Scenes of all meshes that are instanced, from `previous` where it has them.
+/// Scenes of all meshes that are instanced, from `previous` where it has them; without some when stopped.
 MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
-                             const std::vector<Placement>& placements, const MeshScenes& previous, bool is_filtered) {
+                             const std::vector<Placement>& placements, const MeshScenes& previous, bool is_filtered,
+                             const IsStopped& is_stopped) {
   MeshScenes scenes;
   std::vector<std::shared_ptr<const Mesh>> missing;
   for (const Placement& placement : placements) {
@@ -246,12 +247,13 @@ MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
   std::vector<std::shared_ptr<MeshScene>> built(missing.size());
   const size_t bytes_before = device->memory_bytes();
   tbb::parallel_for(size_t{0}, missing.size(),
-                    [&](size_t i) { built[i] = build_mesh_scene(device, missing[i], is_filtered); });
+                    [&](size_t i) { built[i] = build_mesh_scene(device, missing[i], is_filtered, is_stopped); });
   // Embree counts for the whole device: what the batch took is shared out by triangles.
   const double bytes = static_cast<double>(device->memory_bytes_since(bytes_before));
   double triangles = 0.0;
   for (const std::shared_ptr<const Mesh>& mesh : missing) triangles += static_cast<double>(mesh->triangle_count());
   for (size_t i = 0; i < missing.size(); ++i) {
+    if (!built[i]) continue;
     built[i]->memory_bytes = static_cast<size_t>(bytes * static_cast<double>(missing[i]->triangle_count()) / triangles);
     scenes[missing[i].get()] = built[i];
   }
@@ -261,7 +263,8 @@ MeshScenes build_mesh_scenes(const std::shared_ptr<const EmbreeDevice>& device,
 }  // namespace
 
 std::shared_ptr<const Accel> Accel::build(std::shared_ptr<const Scene> scene,
-                                          const std::shared_ptr<const Accel>& previous, bool keep_instances) {
+                                          const std::shared_ptr<const Accel>& previous, bool keep_instances,
+                                          const std::function<bool()>& is_stopped) {
   const auto* const old = dynamic_cast<const EmbreeAccel*>(previous.get());
   std::vector<Placement> placements = place_instances(*scene, keep_instances);
   const bool is_filtered = scene->has_shadow_links() || std::ranges::any_of(placements, &Placement::has_medium);
@@ -269,8 +272,12 @@ std::shared_ptr<const Accel> Accel::build(std::shared_ptr<const Scene> scene,
     return std::make_shared<EmbreeAccel>(old->top(), old->mesh_scenes());
   }
   const std::shared_ptr<const EmbreeDevice> device = old ? old->top()->device : std::make_shared<const EmbreeDevice>();
-  MeshScenes mesh_scenes = build_mesh_scenes(device, placements, old ? old->mesh_scenes() : MeshScenes{}, is_filtered);
-  std::shared_ptr<const TopLevel> top = build_top_level(device, std::move(placements), mesh_scenes, is_filtered);
+  MeshScenes mesh_scenes =
+      build_mesh_scenes(device, placements, old ? old->mesh_scenes() : MeshScenes{}, is_filtered, is_stopped);
+  if (is_stopped && is_stopped()) return nullptr;
+  std::shared_ptr<const TopLevel> top =
+      build_top_level(device, std::move(placements), mesh_scenes, is_filtered, is_stopped);
+  if (!top) return nullptr;
   return std::make_shared<EmbreeAccel>(std::move(top), std::move(mesh_scenes));
 }
 

@@ -26,6 +26,8 @@ const char* error_text(RTCError code) {
   }
 }
 
+bool goes_on(void* is_stopped, double) { return !(*static_cast<const IsStopped*>(is_stopped))(); }
+
 }  // namespace
 
 EmbreeDevice::EmbreeDevice() : device_(rtcNewDevice(nullptr)) {
@@ -59,6 +61,22 @@ EmbreeScene new_scene(const EmbreeDevice& device, bool is_filtered) {
   rtcSetSceneFlags(scene.get(), static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | filter));
   rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_MEDIUM);
   return scene;
+}
+
+bool commit_scene(const EmbreeDevice& device, RTCScene scene, const IsStopped& is_stopped, const std::string& doing) {
+  if (!is_stopped) {
+    rtcJoinCommitScene(scene);
+    device.check(doing);
+    return true;
+  }
+  if (is_stopped()) return false;
+  rtcSetSceneProgressMonitorFunction(scene, goes_on, const_cast<IsStopped*>(&is_stopped));
+  rtcJoinCommitScene(scene);
+  const RTCError code = rtcGetDeviceError(device.get());
+  if (code == RTC_ERROR_CANCELLED) return false;
+  if (code != RTC_ERROR_NONE) throw Error("Embree", doing + ": " + error_text(code));
+  rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+  return true;
 }
 
 void check_embree_version() {

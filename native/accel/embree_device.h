@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -46,5 +47,12 @@ using EmbreeGeometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, Relea
 
 /// An empty scene with this project's flags; `is_filtered`: one that a HitFilter works in, which is slower.
 EmbreeScene new_scene(const EmbreeDevice& device, bool is_filtered);
+
+/// Asked from any thread whether to give up; an empty one is not asked.
+using IsStopped = std::function<bool()>;
+
+/// Builds with the threads of the caller's arena. False when it was stopped; the scene is then good for nothing but to
+/// be released. Throws as EmbreeDevice::check.
+bool commit_scene(const EmbreeDevice& device, RTCScene scene, const IsStopped& is_stopped, const std::string& doing);
 
 }  // namespace cistern

@@ -43,15 +43,15 @@ EmbreeGeometry flattened_geometry(const EmbreeDevice& device, const Mesh& mesh, 
 }
 
 std::shared_ptr<MeshScene> build_mesh_scene(std::shared_ptr<const EmbreeDevice> device,
-                                            std::shared_ptr<const Mesh> mesh, bool is_filtered) {
+                                            std::shared_ptr<const Mesh> mesh, bool is_filtered,
+                                            const IsStopped& is_stopped) {
   const EmbreeGeometry geometry =
       mesh->is_strands() ? strand_geometry(*device, *mesh) : flattened_geometry(*device, *mesh, Transform{});
   rtcSetGeometryMask(geometry.get(), ~0u);  // visibility is the instance's
   rtcCommitGeometry(geometry.get());
   EmbreeScene scene = new_scene(*device, is_filtered);
   rtcAttachGeometryByID(scene.get(), geometry.get(), 0);
-  rtcJoinCommitScene(scene.get());
-  device->check("building \"" + mesh->name + "\"");
+  if (!commit_scene(*device, scene.get(), is_stopped, "building \"" + mesh->name + "\"")) return nullptr;
   return std::make_shared<MeshScene>(MeshScene{std::move(device), std::move(mesh), std::move(scene), is_filtered, 0});
 }
 

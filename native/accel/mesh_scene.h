@@ -17,9 +17,11 @@ struct MeshScene {
   size_t memory_bytes = 0;  // set once by the accel that had it built
 };
 
-/// Builds with the threads of the caller's arena; `is_filtered` as in new_scene. Throws Error naming the mesh.
+/// Builds with the threads of the caller's arena; `is_filtered` as in new_scene. Null when stopped. Throws Error naming
+/// the mesh.
 std::shared_ptr<MeshScene> build_mesh_scene(std::shared_ptr<const EmbreeDevice> device,
-                                            std::shared_ptr<const Mesh> mesh, bool is_filtered);
+                                            std::shared_ptr<const Mesh> mesh, bool is_filtered,
+                                            const IsStopped& is_stopped);
 
 /// Triangles of `mesh` in world space, committed. Refers to arrays of the mesh, which has to outlive it.
 EmbreeGeometry flattened_geometry(const EmbreeDevice& device, const Mesh& mesh, const Transform& object_to_world);

@@ -5,31 +5,42 @@
 namespace cistern {
 namespace {
 
-/// Whether that is true of all of the instance's materials.
-bool has_only(const Scene& scene, const Instance& instance, bool MaterialProgram::*property) {
-  const std::vector<int>& materials = scene.material_sets[instance.material_set];
-  return !materials.empty() && std::ranges::all_of(materials, [&](int material) {
-    return material >= 0 && scene.materials[material] && scene.materials[material].get()->*property;
-  });
+/// What its materials say of an instance. Told once for each set: a set may have thousands, and a million instances.
+struct SetTraits {
+  bool may_be_transparent = false, has_volume = false, may_emit = false;  // one of them
+  bool is_traced_alone = false;                                           // the same
+  bool is_boundary = false;                                               // all of them
+};
+
+SetTraits traits_of(const Scene& scene, const std::vector<int>& materials) {
+  SetTraits traits;
+  traits.is_boundary = !materials.empty();
+  for (const int material : materials) {
+    const MaterialProgram* const program = material < 0 ? nullptr : scene.materials[material].get();
+    traits.is_boundary &= program && program->is_boundary;
+    if (!program) continue;
+    traits.may_be_transparent |= program->may_be_transparent;
+    traits.has_volume |= program->has_volume;
+    traits.may_emit |= program->may_emit;
+    traits.is_traced_alone |= program->has_subsurface || program->looks_at_own_object;
+  }
+  return traits;
 }
 
-/// Whether it is of one of them.
-bool has_material(const Scene& scene, const Instance& instance, bool MaterialProgram::*property) {
-  for (const int material : scene.material_sets[instance.material_set]) {
-    const MaterialProgram* const program = material < 0 ? nullptr : scene.materials[material].get();
-    if (program && program->*property) return true;
-  }
-  return false;
+std::vector<SetTraits> traits_of_sets(const Scene& scene) {
+  std::vector<SetTraits> traits(scene.material_sets.size());
+  std::ranges::transform(scene.material_sets, traits.begin(),
+                         [&](const std::vector<int>& materials) { return traits_of(scene, materials); });
+  return traits;
 }
 
 /// Strands of hair have no inside.
-uint32_t mask_of(const Scene& scene, const Instance& instance, const Mesh& mesh) {
+uint32_t mask_of(const SetTraits& traits, const Instance& instance, const Mesh& mesh) {
   const uint8_t visibility = instance.visibility & kVisibleToAll;
-  const bool is_opaque = !has_material(scene, instance, &MaterialProgram::may_be_transparent);
+  const bool is_opaque = !traits.may_be_transparent;
   uint32_t mask = any_surface_mask(visibility) | (is_opaque ? opaque_mask(visibility) : transparent_mask(visibility));
-  if (!has_only(scene, instance, &MaterialProgram::is_boundary)) mask |= surface_mask(visibility);
-  if (visibility != 0 && !mesh.is_strands() && has_material(scene, instance, &MaterialProgram::has_volume))
-    mask |= kMediumMask;
+  if (!traits.is_boundary) mask |= surface_mask(visibility);
+  if (visibility != 0 && !mesh.is_strands() && traits.has_volume) mask |= kMediumMask;
   return mask;
 }
 
@@ -87,30 +98,31 @@ std::vector<Placement> place_instances(const Scene& scene, bool keep_instances) 
     if (instance.mesh >= 0) ++uses[instance.mesh];
   }
   const bool has_shadow_links = scene.has_shadow_links();
+  const std::vector<SetTraits> traits_by_set = traits_of_sets(scene);
   std::vector<Placement> placements(scene.instances.size());
   for (size_t i = 0; i < placements.size(); ++i) {
     const Instance& instance = scene.instances[i];
     if (instance.mesh < 0) continue;
     const std::shared_ptr<const Mesh>& mesh = scene.meshes[instance.mesh];
     if (!mesh || mesh->triangle_count() == 0) continue;
-    const uint32_t mask = mask_of(scene, instance, *mesh);
+    const SetTraits& traits = traits_by_set[static_cast<size_t>(instance.material_set)];
+    const uint32_t mask = mask_of(traits, instance, *mesh);
     if (mask == 0) continue;
-    const bool is_traced_alone = has_material(scene, instance, &MaterialProgram::has_subsurface) ||
-                                 has_material(scene, instance, &MaterialProgram::looks_at_own_object);
-    const bool is_flattened = !keep_instances && uses[instance.mesh] == 1 && !mesh->is_strands() && !is_traced_alone;
+    const bool is_flattened =
+        !keep_instances && uses[instance.mesh] == 1 && !mesh->is_strands() && !traits.is_traced_alone;
     if (!is_flattened && enlarges_rays(instance.object_to_world)) continue;
     placements[i] = {mesh, instance.object_to_world, mask, is_flattened};
     if (!has_shadow_links) continue;
     placements[i].shadow_set = instance.shadow_set;
-    placements[i].is_shadow_linked =
-        instance.links.blockers != kAllSets && has_material(scene, instance, &MaterialProgram::may_emit);
+    placements[i].is_shadow_linked = instance.links.blockers != kAllSets && traits.may_emit;
   }
   return placements;
 }
 
 std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevice> device,
                                                 std::vector<Placement> placements, const MeshScenes& mesh_scenes,
-                                                bool is_filtered) {
+                                                bool is_filtered, const IsStopped& is_stopped) {
+  constexpr size_t kInstancesBetweenLooks = 1 << 12;
   const auto top = std::make_shared<TopLevel>();
   const size_t bytes_before = device->memory_bytes();
   top->scene = new_scene(*device, is_filtered);
@@ -120,14 +132,14 @@ std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevi
   top->normal_maps.resize(top->placements.size());
   for (const auto& [mesh, mesh_scene] : mesh_scenes) top->mesh_scenes.push_back(mesh_scene);
   for (size_t i = 0; i < top->placements.size(); ++i) {
+    if (i % kInstancesBetweenLooks == 0 && is_stopped && is_stopped()) return nullptr;
     if (!top->placements[i].mesh) continue;
     attach(*top, i, mesh_scenes);
     top->has_shadow_linked_surfaces |= top->placements[i].is_shadow_linked;
     top->has_media |= top->placements[i].has_medium();
     top->has_transparent_surfaces |= (top->placements[i].mask & transparent_mask(kVisibleToAll)) != 0;
   }
-  rtcJoinCommitScene(top->scene.get());
-  top->device->check("building the scene");
+  if (!commit_scene(*top->device, top->scene.get(), is_stopped, "building the scene")) return nullptr;
   top->bounds = scene_bounds(top->scene.get());
   top->memory_bytes = top->device->memory_bytes_since(bytes_before);
   return top;

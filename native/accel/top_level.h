@@ -54,9 +54,9 @@ struct TopLevel {
 std::vector<Placement> place_instances(const Scene& scene, bool keep_instances);
 
 /// Builds with the threads of the caller's arena; `mesh_scenes` has every mesh that is not flattened, `is_filtered` as
-/// the top level. Throws Error.
+/// the top level. Null when stopped. Throws Error.
 std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevice> device,
                                                 std::vector<Placement> placements, const MeshScenes& mesh_scenes,
-                                                bool is_filtered);
+                                                bool is_filtered, const IsStopped& is_stopped);
 
 }  // namespace cistern

@@ -35,13 +35,15 @@ Instruction& append(MaterialProgram& p, const std::string& op_name, const std::v
 }
 
 uint16_t emit(MaterialProgram& p, const std::string& op, const std::vector<uint16_t>& inputs,
-              const std::vector<int32_t>& parameters) {
-  if (p.register_count >= kMaxRegisters)
+              const std::vector<int32_t>& parameters, std::optional<uint16_t> output) {
+  const uint16_t register_index = output.value_or(p.register_count);
+  if (register_index >= kMaxRegisters)
     throw Error(p.name, "the material needs more than " + std::to_string(kMaxRegisters) + " intermediate values");
   if (describe(find_op(op, p.name)).is_closure) throw Error(p.name, "operation " + op + " is a closure: use closure()");
   Instruction& instruction = append(p, op, inputs, parameters);
-  instruction.output = p.register_count++;
-  return instruction.output;
+  instruction.output = register_index;
+  p.register_count = std::max<uint16_t>(p.register_count, register_index + 1);
+  return register_index;
 }
 
 void closure(MaterialProgram& p, const std::string& op, const std::vector<uint16_t>& inputs,
@@ -99,7 +101,7 @@ void bind_material_program(py::module_& m) {
       .def(
           "constant", [](MaterialProgram& p, float x, float y, float z) { return constant(p, x, y, z).code; },
           py::arg("x"), py::arg("y") = 0.0f, py::arg("z") = 0.0f)
-      .def("emit", &emit, py::arg("op"), inputs, parameters)
+      .def("emit", &emit, py::arg("op"), inputs, parameters, py::arg("output") = py::none())
       .def("closure", &closure, py::arg("op"), py::arg("inputs"), parameters)
       .def("attribute", [](MaterialProgram& p, const std::string& name) { return index_of(p.attribute_names, name); })
       .def("image", [](MaterialProgram& p, int handle) { return index_of(p.images, handle); })

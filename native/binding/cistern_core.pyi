@@ -47,8 +47,11 @@ class MaterialProgram:
 
     def __init__(self, name: str) -> None: ...
     def constant(self, x: float, y: float = 0.0, z: float = 0.0) -> int: ...
-    def emit(self, op: str, inputs: Sequence[int] = (), parameters: Sequence[int] = ()) -> int:
-        """Append an instruction, return the operand of its output. Raises Error for an unknown op or wrong counts."""
+    def emit(
+        self, op: str, inputs: Sequence[int] = (), parameters: Sequence[int] = (), output: int | None = None
+    ) -> int:
+        """Append an instruction, return the operand of its output: a new register, or `output`, which may be one that
+        nothing reads from here on. Raises Error for an unknown op, wrong counts, or more than 256 registers."""
     def closure(self, op: str, inputs: Sequence[int], parameters: Sequence[int] = ()) -> None:
         """Append a closure; its first input is the weight (float)."""
     def attribute(self, name: str) -> int:

@@ -2,15 +2,16 @@
 
 namespace cistern {
 
-std::shared_ptr<const Accel> RenderCache::accel(const std::shared_ptr<const Scene>& scene, bool keep_instances) {
+std::shared_ptr<const Accel> RenderCache::accel(const std::shared_ptr<const Scene>& scene, bool keep_instances,
+                                                const std::function<bool()>& is_stopped) {
   std::shared_ptr<const Accel> previous;
   {
     const std::lock_guard lock(mutex_);
     previous = accel_;
   }
-  std::shared_ptr<const Accel> accel = Accel::build(scene, previous, keep_instances);
+  std::shared_ptr<const Accel> accel = Accel::build(scene, previous, keep_instances, is_stopped);
   const std::lock_guard lock(mutex_);
-  accel_ = accel;
+  if (accel) accel_ = accel;
   return accel;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
 
@@ -12,8 +13,9 @@ namespace cistern {
 /// once, of which one has the history.
 class RenderCache {
  public:
-  /// For the scene, from parts of those built last.
-  std::shared_ptr<const Accel> accel(const std::shared_ptr<const Scene>& scene, bool keep_instances);
+  /// For the scene, from parts of those built last. Null when stopped (Accel::build); what was kept stays.
+  std::shared_ptr<const Accel> accel(const std::shared_ptr<const Scene>& scene, bool keep_instances,
+                                     const std::function<bool()>& is_stopped = {});
   /// Those built last, if the same things emit light in this scene, else new ones.
   std::shared_ptr<const LightSet> lights(const std::shared_ptr<const Scene>& scene, LightSampling sampling,
                                          EnvironmentDensity density);

@@ -169,7 +169,9 @@ void Session::run() {
         surfaces_ = std::make_shared<SurfaceFilm>(
             settings_.surface_passes, film_->width(), film_->height(),
             Vec2{static_cast<float>(settings_.width), static_cast<float>(settings_.height)});
-      const auto accel = cache_->accel(scene_, settings_.keep_instances || (shutter_ && shutter_->moves_surfaces()));
+      const auto accel = cache_->accel(scene_, settings_.keep_instances || (shutter_ && shutter_->moves_surfaces()),
+                                       [this] { return cancelled_.load(); });
+      if (!accel) return;
       const auto lights = cache_->lights(scene_, settings_.light_sampling, settings_.environment_density());
       const Clock::time_point trial_start = Clock::now();
       const Settings decided = decided_settings(settings_, accel, lights);
@@ -315,7 +317,9 @@ void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse
   uint32_t batch = 1;
   for (uint32_t frame = 0; frame < frames && !cancelled_ && !stop.deadline_passed();) {
     if (shutter_) {
-      world = at_moment(frame, *world);
+      std::shared_ptr<const RenderWorld> next = at_moment(frame, *world);
+      if (!next) break;
+      world = std::move(next);
       if (banded) banded.emplace(world->context, world->settings);
       batch = 1;
     }
@@ -365,12 +369,15 @@ void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse
   }
 }
 
-/// The scene at the moment of a frame. Of any number of frames the moments are spread evenly, and each is anywhere.
+/// The scene at the moment of a frame, null when cancelled. Of any number of frames the moments are spread evenly, and
+/// each is anywhere.
 std::shared_ptr<const RenderWorld> Session::at_moment(uint32_t frame, const RenderWorld& earlier) const {
   const auto seed = static_cast<uint32_t>(hash_combine(mix_bits(settings_.seed), kMomentSeed));
   const std::shared_ptr<const Scene> scene =
       shutter_->at(time_of_exposure(settings_.shutter_curve, sobol_point(frame, 0, seed).pair.x));
-  const auto accel = shutter_->moves_surfaces() ? cache_->accel(scene, true) : earlier.accel;
+  const auto is_stopped = [this] { return cancelled_.load(); };
+  const auto accel = shutter_->moves_surfaces() ? cache_->accel(scene, true, is_stopped) : earlier.accel;
+  if (!accel) return nullptr;
   const auto lights = cache_->lights(scene, settings_.light_sampling, settings_.environment_density());
   return std::make_shared<const RenderWorld>(earlier, scene, accel, lights);
 }

@@ -181,7 +181,7 @@ class FakeExport:
     def close(self):
         FakeExport.closed += 1
 
-    def sync(self, depsgraph, camera=None, motion=()):
+    def sync(self, depsgraph, camera=None, motion=(), is_stopped=None):
         if FakeExport.failure is not None:
             raise FakeExport.failure
         FakeExport.syncs.append((depsgraph.scene_eval.frame_current, depsgraph.view_layer_eval.name))

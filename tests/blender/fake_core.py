@@ -28,8 +28,10 @@ class MaterialProgram:
     def constant(self, x: float, y: float = 0.0, z: float = 0.0) -> int:
         return self._operand("constant", x, y, z)
 
-    def emit(self, op: str, inputs: Sequence[int] = (), parameters: Sequence[int] = ()) -> int:
-        return self._operand("emit", op, tuple(inputs), tuple(parameters))
+    def emit(
+        self, op: str, inputs: Sequence[int] = (), parameters: Sequence[int] = (), output: int | None = None
+    ) -> int:
+        return self._operand("emit", op, tuple(inputs), tuple(parameters), output)
 
     def closure(self, op: str, inputs: Sequence[int], parameters: Sequence[int] = ()) -> None:
         self._operand("closure", op, tuple(inputs), tuple(parameters))

@@ -11,7 +11,7 @@ import pytest
 import addon
 from addon.engine import CisternEngine
 from addon.layer_render import LayerRender
-from addon.sync import SyncError
+from addon.sync import SyncError, SyncStoppedError
 from tests.blender.engine_fakes import FakeExport, fresh_scene, install, read_channels, render
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -165,6 +165,23 @@ def test_cancel_keeps_what_is_finished(core, tmp_path, monkeypatch):
     assert core.cancelled_sessions == 1
     assert (report.samples, report.error) == (3, None)
     assert np.all(channels["ViewLayer.Combined.B"] == 3.0)
+
+
+@pytest.mark.parametrize("is_kept", [False, True])
+def test_cancelled_export_leaves_no_picture_and_no_error(core, tmp_path, is_kept):
+    scene = fresh_scene()
+    scene.render.use_persistent_data = is_kept
+    scene.render.filepath = str(tmp_path / "none.exr")
+    FakeExport.failure = SyncStoppedError()
+    closed, exporters = FakeExport.closed, FakeExport.instances
+    addon.report.last.clear()
+    bpy.ops.render.render()
+    [report] = addon.report.last
+    assert (report.samples, report.error, core.settings) == (0, None, [])
+    assert FakeExport.closed > closed
+    FakeExport.failure = None
+    bpy.ops.render.render()
+    assert FakeExport.instances == exporters + 2, "an exporter that was stopped half-way is not used again"
 
 
 def rendered_error(scene, tmp_path):

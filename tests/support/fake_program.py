@@ -18,6 +18,7 @@ import numpy as np
 OP_TABLE = Path(__file__).parents[2] / "native" / "scene" / "op_table.cpp"
 ENTRY = re.compile(r'\{"(\w+)", "([fcv]*)", (?:\'([fcv])\'|0), (\d), (true|false)\}')
 CONSTANT_BIT = 0x8000
+MAX_REGISTERS = 256
 SAME_REGISTER = {"f": "f", "c": "v", "v": "v"}  # colours and vectors are interchangeable
 
 
@@ -43,6 +44,8 @@ class MaterialProgram:
     name: str
     constants: list[tuple[float, float, float]] = field(default_factory=list)
     instructions: list[Instruction] = field(default_factory=list)
+    registers: dict[int, Instruction] = field(default_factory=dict)
+    """What each was written by last."""
     closures: list[Instruction] = field(default_factory=list)
     attributes: list[str] = field(default_factory=list)
     tables: list[np.ndarray] = field(default_factory=list)
@@ -56,9 +59,15 @@ class MaterialProgram:
         self.constants.append((x, y, z))
         return CONSTANT_BIT | (len(self.constants) - 1)
 
-    def emit(self, op: str, inputs: Sequence[int] = (), parameters: Sequence[int] = ()) -> int:
+    def emit(
+        self, op: str, inputs: Sequence[int] = (), parameters: Sequence[int] = (), output: int | None = None
+    ) -> int:
+        output = len(self.registers) if output is None else output
+        if output >= MAX_REGISTERS:
+            raise Error(f"{self.name}: register {output}")
         self.instructions.append(self._checked(op, inputs, parameters, is_closure=False))
-        return len(self.instructions) - 1
+        self.registers[output] = self.instructions[-1]
+        return output
 
     def closure(self, op: str, inputs: Sequence[int], parameters: Sequence[int] = ()) -> None:
         self.closures.append(self._checked(op, inputs, parameters, is_closure=True))
@@ -103,7 +112,7 @@ class MaterialProgram:
     def _operand(self, op: str, code: int, letter: str) -> Any:
         if code & CONSTANT_BIT:
             return self.constants[code & ~CONSTANT_BIT]
-        source = self.instructions[code]
+        source = self.registers[code]
         output = describe_ops()[source.op][1]
         if SAME_REGISTER[output] != SAME_REGISTER[letter]:
             raise Error(f"{self.name}: {op} reads {output} of {source.op} as {letter}")

@@ -209,7 +209,7 @@ def _compile(
                 build(compiler)
         except RecursionError:
             break
-        if len(compiler.code.needed()) <= MAX_REGISTERS:
+        if len(set(compiler.code.registers().values())) <= MAX_REGISTERS:
             if compiler.is_surface and most_lobes(compiler.code.closures) > MAX_LOBES:
                 reasons.append(f"more lobes than {MAX_LOBES}, of which a Principled BSDF has up to 6: light is missing")
             for reason in reasons:

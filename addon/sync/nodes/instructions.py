@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import heapq
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from types import ModuleType
@@ -116,25 +117,47 @@ class InstructionList:
         """What the closures of these ops depend on."""
         return {self._instructions[index].op for index in self.needed(ops)}
 
+    def registers(self) -> dict[int, int]:
+        """Of the instructions in `needed`: each takes the lowest that holds nothing that is still to be read."""
+        needed = self.needed()
+        readers = [value.register for closure in self._closures for value in closure.inputs]
+        last_reader = dict.fromkeys(readers, len(self._instructions))  # closures come after all
+        for index in reversed(needed):
+            for value in self._instructions[index].inputs:
+                last_reader.setdefault(value.register, index)
+        placed: dict[int, int] = {}
+        free: list[int] = []
+        used = 0
+        for index in needed:
+            inputs = {value.register for value in self._instructions[index].inputs} - {-1}
+            for source in inputs:
+                if last_reader[source] == index:
+                    heapq.heappush(free, placed[source])
+            if not free:
+                free.append(used)
+                used += 1
+            placed[index] = heapq.heappop(free)
+        return placed
+
     @property
     def closures(self) -> list[tuple[str, tuple[Value, ...]]]:
         return [(closure.op, closure.inputs) for closure in self._closures]
 
     def write(self) -> MaterialProgram:
-        operands: dict[int, int] = {}
+        registers = self.registers()
         constants: dict[Triple, int] = {}
 
         def operand(value: Value) -> int:
             if value.constant is None:
-                return operands[value.register]
+                return registers[value.register]
             if value.constant not in constants:
                 constants[value.constant] = self.program.constant(*value.constant)
             return constants[value.constant]
 
-        for index in self.needed():
+        for index, register in registers.items():
             instruction = self._instructions[index]
             inputs = [operand(value) for value in instruction.inputs]
-            operands[index] = self.program.emit(instruction.op, inputs, list(instruction.parameters))
+            self.program.emit(instruction.op, inputs, list(instruction.parameters), register)
         for closure in self._closures:
             self.program.closure(closure.op, [operand(value) for value in closure.inputs], list(closure.parameters))
         return self.program

@@ -2,6 +2,8 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <atomic>
+
 #include "accel/top_level.h"
 #include "accel_scenes.h"
 
@@ -352,6 +354,32 @@ TEST(Accel, ClosedMeshIsWatertight) {
   }
   EXPECT_EQ(escaped, 0);
 }
+
+/// Many triangles, by themselves or as instances.
+class StoppedBuild : public testing::TestWithParam<bool> {};
+
+TEST_P(StoppedBuild, EndsSoonAndLeavesNothing) {
+  Rng rng(3, 0, 0, 0);
+  const std::shared_ptr<Scene> scene = make_scene();
+  scene->meshes = {random_triangles(rng, 100'000, 1.0f, 0.01f)};
+  place(*scene, 0, kIdentity);
+  std::atomic<int> asked{0};
+  const auto first = Accel::build(mixed_scene());
+  ASSERT_NE(Accel::build(scene, first, GetParam(), [&] { return ++asked < 0; }), nullptr);
+  const int all = asked.exchange(0);
+  EXPECT_GT(all, 100) << "asked all the time";
+  EXPECT_EQ(Accel::build(scene, first, GetParam(), [&] { return ++asked > 10; }), nullptr);
+  EXPECT_LT(asked, all / 2);
+  const auto whole = Accel::build(scene, first, GetParam()), alone = Accel::build(scene, {}, GetParam());
+  for (int i = 0; i < 1000; ++i) {
+    const Ray ray = random_ray(rng, 1.0f);
+    const std::optional<Hit> hit = whole->intersect(ray, kVisibleToAll), same = alone->intersect(ray, kVisibleToAll);
+    ASSERT_EQ(hit.has_value(), same.has_value());
+    if (hit) ASSERT_EQ(hit->t, same->t);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Accel, StoppedBuild, testing::Bool());
 
 TEST(Accel, VersionIsTheOneCompiledAgainst) { EXPECT_NO_THROW(check_embree_version()); }
 

@@ -42,5 +42,18 @@ TEST(RenderCache, LosesNothingToAStoppedRender) {
   EXPECT_EQ(cache.light_cache_cells(*scene.builder.snapshot(), kPoints, 1, {}), kept);
 }
 
+TEST(RenderCache, KeepsItsAccelWhereAnotherIsStopped) {
+  PathScene scene;
+  const Instance floor = scene.floor(0.0f, 1.0f, scene.diffuse(0.5f));
+  RenderCache cache;
+  ASSERT_NE(cache.accel(scene.builder.snapshot(), true), nullptr);
+  const size_t bytes = cache.memory_bytes();
+  Instance moved = floor;
+  moved.object_to_world.translation.x = 0.5f;
+  scene.replace_last(moved);
+  EXPECT_EQ(cache.accel(scene.builder.snapshot(), true, [] { return true; }), nullptr);
+  EXPECT_EQ(cache.memory_bytes(), bytes);
+}
+
 }  // namespace
 }  // namespace cistern::test
