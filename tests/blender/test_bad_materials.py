@@ -128,13 +128,15 @@ def test_a_group_in_itself(tmp_path) -> None:
     assert picture_of(scene, tmp_path)[0].max() > 0.0
 
 
-def test_three_hundred_nodes(tmp_path) -> None:
+def test_three_hundred_values_that_wait_for_each_other(tmp_path) -> None:
     """Too many for the core's registers: said, and grey."""
     scene = fresh_scene(WIDTH, HEIGHT)
     value = tree().nodes.new("ShaderNodeTexNoise").outputs[0]
-    for _ in range(300):
-        node = tree().nodes.new("ShaderNodeMath")
-        tree().links.new(value, node.inputs[0])
+    for number in range(300):
+        node, waiting = tree().nodes.new("ShaderNodeMath"), tree().nodes.new("ShaderNodeTexNoise")
+        waiting.inputs["Scale"].default_value = number
+        tree().links.new(waiting.outputs[0], node.inputs[0])
+        tree().links.new(value, node.inputs[1])
         value = node.outputs[0]
     tree().links.new(value, surface().inputs["Roughness"])
     pixels, report = picture_of(scene, tmp_path)
