@@ -332,8 +332,8 @@ class Settings:
     # and white 1, in all blocks of 8 x 8 pixels but one in twenty; looked at after 16, 24, 32, 48, 64 ... samples. 0:
     # never. Session.start throws Error unless `tells_noise`.
     noise_threshold: float
-    # With a threshold: blocks of 8 x 8 pixels take no more samples once they and those around them have reached it, and
-    # the render ends when all have. Where frames look at those of others (can_blur_motion) it does nothing.
+    # With a threshold: blocks of 8 x 8 pixels take no more samples once they have reached it, and those around them
+    # nearly; the render ends when all have. Where frames look at those of others (can_blur_motion) it does nothing.
     adaptive_sampling: bool
     display_exposure: float  # what the picture is multiplied by to be shown, for that alone
     film_exposure: float  # multiplies all light in passes, after clamping

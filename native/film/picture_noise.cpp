@@ -14,6 +14,9 @@ constexpr size_t kBlock = 8;
 /// Of all blocks those that `of_most` leaves out.
 constexpr double kLeftOut = 0.05;
 
+/// How much more noise than a finished block those around it may have.
+constexpr double kNeighbours = 1.4;
+
 struct Block {
   double squares = 0.0;
   size_t values = 0;
@@ -65,7 +68,7 @@ size_t PictureNoise::finish_quiet_blocks(Film& film, double threshold) const {
   for (size_t pixel = 0; pixel < pixels; ++pixel) {
     const auto number = static_cast<uint32_t>(pixel);
     if (film.is_finished(number)) continue;
-    if (is_quiet_around(pixel % width / kBlock, pixel / width / kBlock, threshold))
+    if (is_quiet(pixel % width / kBlock, pixel / width / kBlock, threshold))
       film.finish(number);
     else
       ++left;
@@ -73,10 +76,11 @@ size_t PictureNoise::finish_quiet_blocks(Film& film, double threshold) const {
   return left;
 }
 
-bool PictureNoise::is_quiet_around(size_t column, size_t row, double threshold) const {
+bool PictureNoise::is_quiet(size_t column, size_t row, double threshold) const {
+  if (noise_[row * columns_ + column] > threshold) return false;
   for (size_t y = row - std::min<size_t>(row, 1); y <= std::min(row + 1, rows_ - 1); ++y)
     for (size_t x = column - std::min<size_t>(column, 1); x <= std::min(column + 1, columns_ - 1); ++x)
-      if (noise_[y * columns_ + x] > threshold) return false;
+      if (noise_[y * columns_ + x] > kNeighbours * threshold) return false;
   return true;
 }
 

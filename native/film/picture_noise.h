@@ -19,12 +19,12 @@ class PictureNoise {
   double of_most() const;
   double of_worst() const;
 
-  /// Finishes the pixels of blocks that, like all around them, have no more noise than the threshold. These others keep
-  /// blocks from ending that by chance have not met yet what is next to them. How many pixels are left to sample.
+  /// Finishes the pixels of blocks that have no more noise than the threshold, and none around them much more: what is
+  /// seen there may be in the block, too, and only not have been met yet. How many pixels are left to sample.
   size_t finish_quiet_blocks(Film& film, double threshold) const;
 
  private:
-  bool is_quiet_around(size_t column, size_t row, double threshold) const;
+  bool is_quiet(size_t column, size_t row, double threshold) const;
 
   size_t columns_, rows_;
   std::vector<double> noise_;  // by block

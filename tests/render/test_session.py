@@ -1,6 +1,7 @@
 """Sessions: progress, cancel, limits, errors."""
 
 import time
+from collections.abc import Sequence
 from itertools import pairwise
 
 import cistern_core as core
@@ -217,17 +218,17 @@ def test_a_noise_threshold_ends_a_render_at_its_noise(indirect: str) -> None:
     assert 0.64 < progress.noise / found < 1.24
 
 
-def worst_noise(pictures: list[np.ndarray]) -> float:
-    """Of all blocks of 8 x 8 pixels, by what replicas differ by as displayed."""
+def noise_of_noisiest(pictures: Sequence[np.ndarray]) -> float:
+    """Of the ten of 48 blocks of 8 x 8 pixels that replicas differ by most in, as displayed."""
     squares = np.var([displayed(p) for p in pictures], axis=0, ddof=1)
-    return float(np.sqrt(squares.reshape(6, 8, 8, 8, 3).mean((1, 3, 4)).max()))
+    return float(np.sqrt(np.sort(squares.reshape(6, 8, 8, 8, 3).mean((1, 3, 4)), axis=None)[-10:].mean()))
 
 
 @pytest.mark.parametrize("indirect", ["PATH", "CELL_SHARED"])
-def test_adaptive_sampling_leaves_no_block_noisier(indirect: str) -> None:
-    """By what replicas differ by, each of which ends by itself. Of nine times six replicas the noisiest of 48 blocks
-    has 0.93 to 1.13 of the threshold, 0.98 on average with a standard deviation of 0.06, of which the bound is 3.5
-    away: a false alarm in 4,000. Planted: as many samples, spread evenly, 1.31 to 1.66."""
+def test_adaptive_sampling_leaves_that_noise_in_the_noisiest_blocks(indirect: str) -> None:
+    """By what replicas differ by, each of which ends by itself. Of twelve times six replicas the noisiest blocks have
+    0.98 to 1.01 of the threshold by paths, 0.84 to 0.96 when these are shared, with standard deviations of 0.01 and
+    0.05, of which the bound is 3 away: a false alarm in 700. Planted: as many samples, spread evenly, 1.08 to 1.20."""
 
     def replica(seed: int, **options: object) -> tuple[np.ndarray, float]:
         s = session(width=64, height=48, indirect=indirect, temporal_reuse=False, seed=seed, **options)
@@ -242,7 +243,7 @@ def test_adaptive_sampling_leaves_no_block_noisier(indirect: str) -> None:
         strict=True,
     )
     even = [replica(300 + k, samples=round(np.mean(samples)))[0] for k in range(6)]
-    assert worst_noise(pictures) < 1.2 * threshold < worst_noise(even)
+    assert noise_of_noisiest(pictures) < 1.05 * threshold < noise_of_noisiest(even)
 
 
 def test_a_noise_threshold_needs_samples_that_tell_their_noise() -> None:
