@@ -55,7 +55,8 @@ def take_over(scene: bpy.types.Scene) -> list[str]:
 
     Returns what else is set there that changes pictures and has no like here, each in a few words."""
     copy(scene.cycles, scene.cistern, COPIED)
-    scene.cistern.noise_threshold = noise_threshold(scene.cycles)
+    scene.cistern.noise_threshold = noise_threshold(scene.cycles, "")
+    scene.cistern.viewport_noise_threshold = noise_threshold(scene.cycles, "preview_")
     scene.cistern.min_bounces = scene.cycles.min_light_bounces + SURE_BOUNCES
     for layer in scene.view_layers:
         copy(layer.cycles, layer.cistern, COPIED_OF_LAYERS)
@@ -69,11 +70,13 @@ def copy(source: Any, target: Any, names: tuple[tuple[str, str], ...]) -> None: 
             setattr(target, ours, getattr(source, theirs))
 
 
-def noise_threshold(cycles: Any) -> float:  # noqa: ANN401
-    """Both mean errors as a display shows them; Cycles looks at each pixel, we at blocks of them."""
-    if not cycles.use_adaptive_sampling:
+def noise_threshold(cycles: Any, kind: str) -> float:  # noqa: ANN401
+    """Of renders ("") or viewports ("preview_"). Both mean errors as a display shows them; Cycles looks at each pixel,
+    we at blocks of them."""
+    if not getattr(cycles, f"use_{kind}adaptive_sampling"):
         return 0.0
-    return cycles.adaptive_threshold or max(1.0 / cycles.samples, LEAST_AUTOMATIC_THRESHOLD)
+    threshold, samples = getattr(cycles, f"{kind}adaptive_threshold"), getattr(cycles, f"{kind}samples")
+    return threshold or max(1.0 / max(samples, 1), LEAST_AUTOMATIC_THRESHOLD)
 
 
 def left_out(cycles: Any) -> list[str]:  # noqa: ANN401

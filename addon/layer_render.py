@@ -74,7 +74,9 @@ class LayerRender:
         self.size = (engine.resolution_x, engine.resolution_y)
         self.region = settings.render_region(depsgraph.scene_eval.render, *self.size)
         self.arguments = settings.core_settings(core, depsgraph, self.size, self.region, self.passes, engine.is_preview)
-        self.warn_of_noise_threshold()
+        warning = settings.take_out_deaf_threshold(core, depsgraph.scene_eval, self.arguments, self.arguments)
+        if warning is not None:
+            figures.warnings.append(warning)
         self.warn_of_passes()
         self.blur = self.motion_blur()
         self.keeps_export = depsgraph.scene_eval.render.use_persistent_data
@@ -259,15 +261,6 @@ class LayerRender:
             self.figures.warnings.append(
                 f"{progress.non_finite_weights} weights of reused light were not finite and count as zero: please "
                 "report the scene"
-            )
-
-    def warn_of_noise_threshold(self) -> None:
-        """And do without it, where samples do not tell their noise."""
-        if self.arguments["noise_threshold"] > 0.0 and not self.core.Settings(**self.arguments).tells_noise:
-            self.arguments["noise_threshold"] = 0.0
-            self.figures.warnings.append(
-                f"Scene '{self.depsgraph.scene_eval.name}': the noise threshold does nothing, since samples that take "
-                "up earlier ones do not tell how noisy they are; Final, Interactive and Path Tracing have it"
             )
 
     def warn_of_passes(self) -> None:

@@ -95,6 +95,19 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         step=100,
         precision=2,
     )
+    viewport_noise_threshold: FloatProperty(
+        name="Viewport Noise Threshold",
+        description=(
+            "A 3D viewport rests once its finest picture has so little noise; parts of it that do so before take no "
+            "more samples. See Noise Threshold; 0 means all samples"
+        ),
+        default=0.0,
+        min=0.0,
+        soft_max=1.0,
+        max=MAX_NUMBER,
+        step=1,
+        precision=4,
+    )
     viewport_preset: EnumProperty(
         name="Viewport Preset",
         description="Which techniques 3D viewports use",

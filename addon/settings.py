@@ -163,13 +163,45 @@ def core_settings(
         "region": (region.x, region.y, region.width, region.height),
         "samples": sample_count(scene, depsgraph.view_layer_eval, is_preview),
         "time_limit": scene.cistern.time_limit,
-        "display_exposure": 2.0**scene.view_settings.exposure,
-        "noise_threshold": 0.0 if is_preview else scene.cistern.noise_threshold,
+        **noise_settings(scene, 0.0 if is_preview else scene.cistern.noise_threshold),
         "adaptive_sampling": scene.cistern.use_adaptive_sampling,
         **scene_settings(core, scene, technique, core_passes),
         **(mist_settings(depsgraph) if "Mist" in core_passes else {}),
         # Cycles looks at the sky there for the pass Environment alone.
         "groups_behind_film": depsgraph.view_layer_eval.use_pass_environment,
+    }
+
+
+def noise_settings(scene: bpy.types.Scene, threshold: float) -> dict[str, Any]:
+    """How little noise ends a render. What shows depends on the exposure, which is none of its business otherwise."""
+    return {
+        "noise_threshold": threshold,
+        "display_exposure": 2.0**scene.view_settings.exposure if threshold > 0.0 else 1.0,
+    }
+
+
+def take_out_deaf_threshold(
+    core: ModuleType, scene: bpy.types.Scene, arguments: dict[str, Any], limits: dict[str, Any]
+) -> str | None:
+    """Do without the threshold in `limits` where samples by such settings do not tell their noise; return a warning."""
+    if limits["noise_threshold"] == 0.0:
+        return None
+    if core.Settings(**{"width": 1, "height": 1, **arguments, **limits}).tells_noise:
+        return None
+    limits["noise_threshold"] = 0.0
+    return (
+        f"Scene '{scene.name}': the noise threshold does nothing, since samples that take up earlier ones do not tell "
+        "how noisy they are; Final, Interactive and Path Tracing have it"
+    )
+
+
+def viewport_limits(scene: bpy.types.Scene) -> dict[str, Any]:
+    """Keyword arguments of the core's `Settings` for the finest picture of a 3D viewport: what ends it."""
+    return {
+        "samples": scene.cistern.viewport_samples,
+        "time_limit": scene.cistern.viewport_time_limit,
+        "adaptive_sampling": True,
+        **noise_settings(scene, scene.cistern.viewport_noise_threshold),
     }
 
 

@@ -82,6 +82,7 @@ class CISTERN_RENDER_PT_viewport(CisternPanel, Panel):
         layout.prop(settings, "viewport_preset", text="Preset")
         layout.prop(settings, "viewport_view", text="View")
         layout.prop(settings, "viewport_samples", text="Samples")
+        layout.prop(settings, "viewport_noise_threshold", text="Noise Threshold")
         layout.prop(settings, "viewport_time_limit", text="Time Limit")
         layout.prop(settings, "use_viewport_denoising", text="Denoise")
         if settings.use_viewport_denoising:

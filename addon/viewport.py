@@ -117,15 +117,18 @@ class Viewport:
     def _make_job(self, scene: bpy.types.Scene, finest_pixel: int) -> Job:
         arguments = settings.viewport_settings(self._core, scene)
         arguments["passes"] = tuple(arguments["passes"])
-        warning = volumes.warning(self._snapshot.volume_name, arguments)
-        self._scene_warnings = [*self._snapshot.warnings, *([] if warning is None else [warning])]
+        limits = settings.viewport_limits(scene)
+        found = (
+            volumes.warning(self._snapshot.volume_name, arguments),
+            settings.take_out_deaf_threshold(self._core, scene, arguments, limits),
+        )
+        self._scene_warnings = [*self._snapshot.warnings, *(warning for warning in found if warning is not None)]
         return Job(
             self._snapshot,
             self._view,
             tuple(sorted(arguments.items())),
             scene.cistern.viewport_view,
-            scene.cistern.viewport_samples,
-            scene.cistern.viewport_time_limit,
+            tuple(sorted(limits.items())),
             finest_pixel,
             settings.is_viewport_denoised(scene),
         )

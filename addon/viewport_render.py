@@ -53,12 +53,11 @@ class Job:
     """A snapshot of the core."""
     view: View
     settings: tuple[tuple[str, Any], ...]
-    """Arguments of the core's `Settings`, save those that depend on the size of a pixel."""
+    """Arguments of the core's `Settings`, save those that depend on the size of a pixel, and `limits`."""
     mode: str
     """Of view_modes."""
-    samples: int
-    """Of the finest picture."""
-    time_limit: float
+    limits: tuple[tuple[str, Any], ...]
+    """The same of the finest picture: how many samples, and what ends it before."""
     finest_pixel: int
     """Side of the smallest pixel, in those of the screen."""
     is_denoised: bool = False
@@ -88,7 +87,7 @@ class Stage:
         self.pixel, self.is_finest = pixel, pixel == job.finest_pixel
         settings = dict(job.settings) | {"width": width, "height": height, "region": region, "samples": 1}
         if self.is_finest:
-            settings |= {"samples": job.samples, "time_limit": job.time_limit}
+            settings |= dict(job.limits)
         else:
             settings |= {"keep_history": is_first, "is_draft": True}
         has_relative_cells = settings.get("indirect") == "WORLD_REUSE" and not settings["cell_pixels"]

@@ -226,6 +226,6 @@ def test_the_core_takes_both_ends_of_every_range(preset, built_core) -> None:
             )
             built_core.Settings(**arguments)
             arguments = settings.viewport_settings(built_core, scene)
-            limits = {"samples": scene.cistern.viewport_samples, "time_limit": scene.cistern.viewport_time_limit}
+            limits = settings.viewport_limits(scene)
             built_core.Settings(**arguments | limits | {"width": WIDTH, "height": HEIGHT})
         scene.cistern.property_unset(prop.identifier)

@@ -58,8 +58,11 @@ def test_layers_have_the_passes(scene):
 def test_noise_threshold(scene, is_adaptive, threshold, samples, expected):
     scene.cycles.use_adaptive_sampling = is_adaptive
     scene.cycles.adaptive_threshold, scene.cycles.samples = threshold, samples
+    scene.cycles.use_preview_adaptive_sampling = not is_adaptive
+    scene.cycles.preview_adaptive_threshold = 0.125
     cycles_settings.take_over(scene)
     assert scene.cistern.noise_threshold == pytest.approx(expected)
+    assert scene.cistern.viewport_noise_threshold == (0.0 if is_adaptive else 0.125)
 
 
 def test_what_changes_pictures_and_has_no_like_is_named(scene):

@@ -24,7 +24,7 @@ CLEAN = -1.0
 
 
 def job(scene="scene", samples=4, finest=1, shown=WHOLE, is_denoised=True) -> Job:
-    return Job(scene, View(*REGION, shown, ()), SETTINGS, "COMBINED", samples, 0.0, finest, is_denoised)
+    return Job(scene, View(*REGION, shown, ()), SETTINGS, "COMBINED", (("samples", samples),), finest, is_denoised)
 
 
 class StandIn:
@@ -369,7 +369,7 @@ def real_job(core, scene, sync, samples):
     arguments["passes"] = tuple(arguments["passes"])
     is_denoised = settings.is_viewport_denoised(scene)
     members = tuple(sorted(arguments.items()))
-    return Job(sync.builder.snapshot(), view, members, "COMBINED", samples, 0.0, 1, is_denoised)
+    return Job(sync.builder.snapshot(), view, members, "COMBINED", (("samples", samples),), 1, is_denoised)
 
 
 @has_library

@@ -14,8 +14,9 @@ from tests.blender.viewport_fakes import REGION, FakeViewportCore, watched_rende
 SETTINGS = (("cell_pixels", 0.0), ("keep_history", True), ("passes", ()))
 
 
-def job(scene="scene", samples=3, finest=1, shown=WHOLE, mode="COMBINED", time_limit=0.0) -> Job:
-    return Job(scene, View(*REGION, shown, ()), SETTINGS, mode, samples, time_limit, finest)
+def job(scene="scene", samples=3, finest=1, shown=WHOLE, mode="COMBINED", **limits: float) -> Job:
+    limits = tuple(({"samples": samples} | limits).items())
+    return Job(scene, View(*REGION, shown, ()), SETTINGS, mode, limits, finest)
 
 
 @pytest.fixture
