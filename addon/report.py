@@ -14,8 +14,8 @@ KEPT_REPORTS = 256
 class RenderReport:
     """The line of one view layer. Times in seconds include the export of the scene, `sync_seconds` alone is the export;
     memory is the core's largest use in megabytes (10^6 bytes). `samples` are the most that a pixel has, `mean_samples`
-    fewer with adaptive sampling. `noise` is what a noise threshold is compared with, None where it was not looked
-    at."""
+    fewer with adaptive sampling. `noise` is the most of any block of pixels but the noisiest twentieth, None where it
+    was not looked at."""
 
     frame: int
     layer: str

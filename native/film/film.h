@@ -20,7 +20,7 @@ enum class Pass : uint8_t {
   EMISSION,
   ENVIRONMENT,
   EMISSION_NOISE,  // how far Emission may be off
-  COMBINED_NOISE,  // and the colour of Combined
+  COMBINED_NOISE,  // and Combined, its alpha too
   NOISY,           // Combined without what pixels share, for denoisers: their noise is independent
   CAUGHT,          // what of Combined is seen on shadow catchers
   DIFFUSE_DIRECT,  // by the kind of the first scattering, see LightByKind
@@ -101,8 +101,8 @@ class Film {
   /// Mean of the samples, row 0 at the bottom, channels interleaved. Depth, Normal and Position are means over the
   /// samples that hit something (Depth 1e10 where none did). Combined is premultiplied RGBA. Emission Noise and
   /// Combined Noise are half the difference between the means of two halves of the samples, of which each covers the
-  /// pixel evenly: an estimate of the standard error of Emission, or of the colour of Combined, with one degree of
-  /// freedom, to be averaged over neighbours; of one sample, what it saw. Light by kinds of surface scattering is the
+  /// pixel evenly: an estimate of the standard error of Emission, or of Combined, with one degree of freedom, to be
+  /// averaged over neighbours; of one sample, what it saw. Light by kinds of surface scattering is the
   /// mean divided by the mean colour of the kind, so that their product is what Combined has of it; where a channel of
   /// the colour is 0, and so the light, the quotient is the mean of the others. Throws Error for a pass that is not
   /// kept.

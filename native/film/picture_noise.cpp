@@ -17,12 +17,22 @@ constexpr double kLeftOut = 0.05;
 /// How much more noise than a finished block those around it may have.
 constexpr double kNeighbours = 1.4;
 
-struct Block {
-  double squares = 0.0;
-  size_t values = 0;
+constexpr size_t kColors = 3, kChannels = 4;
 
-  double noise() const { return std::sqrt(squares / static_cast<double>(values)); }
+struct Block {
+  double squares = 0.0, squares_of_backdrop = 0.0;
+  size_t pixels = 0;
+
+  double noise() const {
+    return std::sqrt(std::max(squares, kColors * squares_of_backdrop) / static_cast<double>(kColors * pixels));
+  }
 };
+
+/// Half of what two halves of the samples show the difference of, squared: also where that is far from linear.
+double square_of_error(double radiance, double error) {
+  const double difference = displayed(radiance + error) - displayed(radiance - error);
+  return 0.25 * difference * difference;
+}
 
 }  // namespace
 
@@ -39,13 +49,10 @@ PictureNoise::PictureNoise(const Film& film, double exposure) {
   parallel_blocks(height, kBlock, [&](size_t row, size_t begin, size_t end) {
     for (size_t pixel = begin * width; pixel < end * width; ++pixel) {
       Block& block = blocks[row * columns_ + pixel % width / kBlock];
-      for (size_t c = 0; c < 3; ++c) {
-        const double mean = picture[4 * pixel + c], error = errors[3 * pixel + c];
-        // Of what two halves of the samples show: also where that is far from linear.
-        const double difference = displayed(exposure * (mean + error)) - displayed(exposure * (mean - error));
-        block.squares += 0.25 * difference * difference;
-        ++block.values;
-      }
+      const float *mean = &picture[kChannels * pixel], *error = &errors[kChannels * pixel];
+      for (size_t c = 0; c < kColors; ++c) block.squares += square_of_error(exposure * mean[c], exposure * error[c]);
+      block.squares_of_backdrop += square_of_error(1.0 - mean[kColors], error[kColors]);
+      ++block.pixels;
     }
   });
   noise_.resize(blocks.size());

@@ -9,8 +9,9 @@ namespace cistern {
 double displayed(double radiance);
 
 /// How noisy what a film shows is to the eye, once Combined Noise is kept: the standard error of the `displayed`
-/// picture times an exposure, as root mean square over blocks of 8 x 8 pixels and their channels. In [0, 0.5]. Light
-/// that no sample has found is not in it.
+/// picture times an exposure, as root mean square over blocks of 8 x 8 pixels and their channels; or that of a white
+/// backdrop as their alpha lets it through, where this is noisier. In [0, 0.5]. Light that no sample has found is not
+/// in it.
 class PictureNoise {
  public:
   PictureNoise(const Film& film, double exposure);

@@ -22,7 +22,8 @@ class BandedFrame {
   size_t memory_bytes() const { return band_.memory_bytes(); }
 
  private:
-  void add_band(int first_row, size_t pixels, uint32_t frame, Film& film);
+  PixelBlocks unfinished(int first_row, int end_row, const Film& film) const;
+  void add_band(const PixelBlocks& pixels, uint32_t frame, Film& film);
 
   const Settings settings_;
   const FrameContext context_;

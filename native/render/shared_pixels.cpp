@@ -17,7 +17,7 @@ bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopC
   const auto trace = [&](int x, int y, Scratch& scratch) {
     const auto pixel = static_cast<uint32_t>(y * pixels.width() + x);
     const PixelBlocks::Pixel place = pixels.place(x, y);
-    if (film && film->is_finished(static_cast<uint32_t>(place.y * film->width() + place.x))) {
+    if (film && !is_sampled(place, *film)) {
       sharing_.start_pixel(kNothing, pixel);
       return;
     }

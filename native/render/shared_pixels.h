@@ -10,7 +10,12 @@ class SharedPixels {
  public:
   explicit SharedPixels(const FrameContext& context) : context_(context), sharing_(context) {}
 
-  /// Makes a sample of each, but of those that `film`, if there is one, has finished. False if stopped.
+  /// Whether `film` has this pixel, and has not finished it.
+  static bool is_sampled(PixelBlocks::Pixel place, const Film& film) {
+    return place.x < film.width() && !film.is_finished(static_cast<uint32_t>(place.y * film.width() + place.x));
+  }
+
+  /// Makes a sample of each, but of those that `film`, if there is one, has finished or not got. False if stopped.
   bool render(const PixelBlocks& pixels, uint32_t frame, const StopCondition& stop, const Film* film = nullptr);
 
   /// Of the sample of a pixel, by its number in the small picture: what it found and was handed, and by how many

@@ -197,15 +197,20 @@ TEST(Film, EmissionNoiseIsTheStandardErrorInTheMean) {
   EXPECT_NEAR(squares * 12.0 * kSamples, 1.0045, 0.05);
 }
 
-TEST(Film, CombinedNoiseIsThatOfItsColour) {
+TEST(Film, CombinedNoiseIsThatOfItsColourAndAlpha) {
   Film film(1, 1, {Pass::COMBINED_NOISE, Pass::EMISSION_NOISE});
-  for (const float k : {1.0f, 3.0f}) film.add(0, make_record(k));
+  for (const float k : {1.0f, 3.0f}) {
+    PathRecord record = make_record(k);
+    record.alpha = 0.25f * k;
+    film.add(0, record);
+  }
   const std::vector<float> noise = film.resolve(Pass::COMBINED_NOISE);
-  ASSERT_EQ(noise.size(), 3u);
+  ASSERT_EQ(noise.size(), 4u);
   // One of the halves has a single sample of k = 1, the other of k = 3; green is 2 k of indirect light and the sky.
   EXPECT_FLOAT_EQ(noise[0], 1.5f);
   EXPECT_FLOAT_EQ(noise[1], 2.5f + 1.0f);
   EXPECT_FLOAT_EQ(noise[2], 1.5f + 3.0f);
+  EXPECT_FLOAT_EQ(noise[3], 0.25f);
   EXPECT_FLOAT_EQ(film.resolve(Pass::EMISSION_NOISE)[2], 3.0f);
 }
 

@@ -12,20 +12,28 @@ namespace {
 constexpr int kSide = 80;  // 100 blocks
 constexpr uint32_t kSamples = 64;
 
-/// A square picture whose samples are `radiance(pixel, rng)`.
-template <class Radiance>
-Film make_film(uint32_t samples, const Radiance& radiance) {
+/// A square picture whose samples are `sample(pixel, rng)`.
+template <class Sample>
+Film make_film_of(uint32_t samples, const Sample& sample) {
   Film film(kSide, kSide, {Pass::COMBINED_NOISE});
   for (uint32_t pixel = 0; pixel < kSide * kSide; ++pixel) {
     Rng rng(pixel, 0, 0, 7);
-    for (uint32_t k = 0; k < samples; ++k) {
-      PathRecord record;
-      record.direct = Rgb(radiance(pixel, rng));
-      record.alpha = 1.0f;
-      film.add(pixel, record);
-    }
+    for (uint32_t k = 0; k < samples; ++k) film.add(pixel, sample(pixel, rng));
   }
   return film;
+}
+
+PathRecord make_sample(float radiance, float alpha) {
+  PathRecord record;
+  record.direct = Rgb(radiance);
+  record.alpha = alpha;
+  return record;
+}
+
+/// An opaque one of this radiance.
+template <class Radiance>
+Film make_film(uint32_t samples, const Radiance& radiance) {
+  return make_film_of(samples, [&](uint32_t pixel, Rng& rng) { return make_sample(radiance(pixel, rng), 1.0f); });
 }
 
 float uniform(uint32_t, Rng& rng) { return rng.next_float(); }
@@ -90,6 +98,15 @@ TEST(PictureNoise, FinishesQuietBlocksAmongQuietOnes) {
     EXPECT_EQ(noise.finish_quiet_blocks(film, 0.8 * noise.of_worst()), 64u) << "beside it, that is little";
     EXPECT_EQ(noise.finish_quiet_blocks(film, 1.0), 0u);
   }
+}
+
+/// Of a dark thing out of focus all noise is in what it covers.
+TEST(PictureNoise, IsThatOfWhatATransparentFilmLetsThrough) {
+  const auto dark = [](uint32_t, Rng& rng) { return make_sample(0.0f, 1.0f - rng.next_float()); };
+  const Film film = make_film_of(kSamples, dark), white = make_film(kSamples, uniform);
+  EXPECT_NEAR(PictureNoise(film, 1.0).of_most(), PictureNoise(white, 1.0).of_most(), 1e-6);
+  EXPECT_NEAR(PictureNoise(film, 100.0).of_most(), PictureNoise(white, 1.0).of_most(), 1e-6)
+      << "exposed is the film alone";
 }
 
 TEST(PictureNoise, FarBeyondWhiteNothingShows) {

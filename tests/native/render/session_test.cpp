@@ -164,6 +164,7 @@ TEST(Session, AdaptiveSamplingLeavesNoBlockNoisyWhateverPathsShare) {
     Settings settings = adaptive_settings();
     settings.indirect = indirect;
     settings.path_sharing.temporal_reuse = false;
+    settings.passes = {Pass::SAMPLE_COUNT};
     std::vector<float> first;
     for (const int threads : {1, 2}) {
       settings.threads = threads;
@@ -171,6 +172,9 @@ TEST(Session, AdaptiveSamplingLeavesNoBlockNoisyWhateverPathsShare) {
       const Progress progress = session->wait(0.0);
       EXPECT_EQ(progress.pixels_left, 0.0);
       EXPECT_LT(progress.mean_samples, 0.9 * progress.frames_done);
+      const std::vector<float> counts = session->read(Pass::SAMPLE_COUNT);
+      const double count = std::accumulate(counts.begin(), counts.end(), 0.0);
+      EXPECT_NEAR(count / static_cast<double>(counts.size()), progress.mean_samples, 1e-6);
       const std::vector<float> pixels = session->read(Pass::COMBINED);
       if (first.empty()) first = pixels;
       EXPECT_EQ(pixels, first);
@@ -187,10 +191,23 @@ TEST(Session, AdaptiveSamplingWaitsForATrialOfGuides) {
   const Progress early = rendered(settings)->wait(0.0);
   EXPECT_EQ(early.frames_done, 16) << "all blocks are quiet";
   settings.noise_threshold = 0.03;
-  const Progress progress = rendered(settings)->wait(0.0);
-  EXPECT_EQ(progress.pixels_left, 0.0);
+  settings.passes = {Pass::SAMPLE_COUNT};
+  const auto session = rendered(settings);
+  EXPECT_EQ(session->wait(0.0).pixels_left, 0.0);
   // 400,000 paths of 3,840 pixels are 105: the trial is over after 128 + 8 frames.
-  EXPECT_GE(progress.frames_done, 192);
+  EXPECT_EQ(std::ranges::min(session->read(Pass::SAMPLE_COUNT)), 192.0f);
+}
+
+TEST(Session, PicturesWithReservoirsEndAsAWhole) {
+  Settings settings = adaptive_settings();
+  settings.direct = DirectAnswer::RIS;
+  settings.passes = {Pass::SAMPLE_COUNT};
+  const auto session = rendered(settings);
+  const Progress progress = session->wait(0.0);
+  EXPECT_LE(progress.noise, settings.noise_threshold);
+  EXPECT_EQ(progress.pixels_left, 1.0);
+  EXPECT_EQ(progress.mean_samples, progress.frames_done);
+  EXPECT_EQ(std::ranges::min(session->read(Pass::SAMPLE_COUNT)), static_cast<float>(progress.frames_done));
 }
 
 TEST(Session, TellsTheNoiseThatATimeLimitLeaves) {
