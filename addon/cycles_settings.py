@@ -24,6 +24,9 @@ COPIED = (
     ("max_transparent_bounces", "transparent_max_bounces"),
     ("clamp_direct", "sample_clamp_direct"),
     ("clamp_indirect", "sample_clamp_indirect"),
+    ("filter_glossy", "blur_glossy"),
+    ("caustics_reflective", "caustics_reflective"),
+    ("caustics_refractive", "caustics_refractive"),
     ("pixel_filter", "pixel_filter_type"),
     ("filter_width", "filter_width"),
     ("film_exposure", "film_exposure"),
@@ -81,11 +84,8 @@ def noise_threshold(cycles: Any, kind: str) -> float:  # noqa: ANN401
 
 def left_out(cycles: Any) -> list[str]:  # noqa: ANN401
     """See `take_over`."""
-    has_no_caustics = not (cycles.caustics_reflective and cycles.caustics_refractive)
     other_glass = cycles.film_transparent_glass and abs(cycles.film_transparent_roughness - GLASS_ROUGHNESS) > 1e-6
     found = (
-        (has_no_caustics, "caustics are on"),
-        (cycles.blur_glossy > 0.0, "no Filter Glossy"),
         (cycles.use_fast_gi, "no Fast GI Approximation"),
         (other_glass, f"glass is transparent up to a roughness of {GLASS_ROUGHNESS:g}"),
     )

@@ -276,6 +276,27 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         soft_max=100.0,
         max=MAX_NUMBER,
     )
+    filter_glossy: FloatProperty(
+        name="Filter Glossy",
+        description=(
+            "Soften reflections and refractions that light reaches by unlikely scatterings, which are noisy: by those "
+            "of a lower density than this. With 1 the diffuse ones are among them; 0 means none"
+        ),
+        default=0.0,
+        min=0.0,
+        soft_max=10.0,
+        max=MAX_NUMBER,
+    )
+    caustics_reflective: BoolProperty(
+        name="Reflective",
+        description="Light that glossy surfaces throw on diffuse ones; without it there is less noise, and less light",
+        default=True,
+    )
+    caustics_refractive: BoolProperty(
+        name="Refractive",
+        description="Light that glass throws on diffuse surfaces; without it there is less noise, and less light",
+        default=True,
+    )
     pixel_filter: EnumProperty(
         name="Filter",
         description="How samples near a pixel are weighted",

@@ -78,6 +78,21 @@ class CISTERN_RENDER_PT_clamping(CisternPanel, Panel):
         column.prop(context.scene.cistern, "clamp_indirect")
 
 
+class CISTERN_RENDER_PT_caustics(CisternPanel, Panel):
+    bl_label = "Caustics"
+    bl_context = "render"
+    bl_parent_id = "CISTERN_RENDER_PT_light_paths"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        settings = context.scene.cistern
+        layout.prop(settings, "filter_glossy")
+        column = layout.column(heading="Caustics", align=True)
+        column.prop(settings, "caustics_reflective")
+        column.prop(settings, "caustics_refractive")
+
+
 class CISTERN_RENDER_PT_film(CisternPanel, Panel):
     bl_label = "Film"
     bl_context = "render"
@@ -254,6 +269,7 @@ CLASSES = (
     *ui_sampling.CLASSES,
     CISTERN_RENDER_PT_light_paths,
     CISTERN_RENDER_PT_clamping,
+    CISTERN_RENDER_PT_caustics,
     CISTERN_RENDER_PT_film,
     CISTERN_RENDER_PT_motion_blur,
     CISTERN_RENDER_PT_shutter_curve,

@@ -327,6 +327,9 @@ class Settings:
     film_transparent_glass: bool
     clamp_direct: float  # 0: off
     clamp_indirect: float
+    filter_glossy: float  # softens gloss after scatterings of a lower density (1/sr), 0: off
+    caustics_reflective: bool  # whether diffuse scattering finds light by way of reflections
+    caustics_refractive: bool
     time_limit: float  # seconds, 0: none
     # The render ends once little noise is left: the standard error of the picture as a display shows it, where black is 0
     # and white 1, in all blocks of 8 x 8 pixels but one in twenty; looked at after 16, 24, 32, 48, 64 ... samples. 0:

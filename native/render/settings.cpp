@@ -47,6 +47,7 @@ void check_limits(const PathLimits& limits) {
   require("min_bounces", limits.min_bounces, 0, kMaxBounces);
   require("clamp_direct", limits.clamp_direct, 0.0f, 1e10f);
   require("clamp_indirect", limits.clamp_indirect, 0.0f, 1e10f);
+  require("filter_glossy", limits.filter_glossy, 0.0f, 1e10f);
 }
 
 /// The parameters of each answer as its paper gives them.

@@ -129,6 +129,7 @@ struct Bsdf {
   float even_shade = 0.0f;           // of the layers above diffuse lobes, see even_transmittance
   Vec3 even_normal;                  // of those layers
   RoughSampling rough_sampling = RoughSampling::BSDF;
+  GlossLimits gloss;  // of the path, for those who add lobes
   /// Where light is thought to come from, or null. Lobes that are not narrow then take kGuideShare of their directions
   /// from it, as far as they could have been their own: elsewhere its density counts as 0. Lives longer than the Bsdf.
   const DirectionHistogram* guide = nullptr;

@@ -51,14 +51,19 @@ void set_anisotropy(MicrofacetLobe& lobe, const Anisotropy& anisotropy) {
     lobe.tangent = cross(bitangent, lobe.n);
 }
 
+/// Then light goes straight on however rough the surface.
+bool is_index_matched(const MicrofacetLobe& lobe) {
+  constexpr float kMatched = 1e-4f;  // as Cycles
+  return lobe.transmits && std::abs(lobe.ior - 1.0f) < kMatched;
+}
+
 MicrofacetLobe make_refraction(Vec3 n, float roughness, float ior, const SurfacePoint& point, bool reflects) {
-  constexpr float kIndexMatched = 1e-4f;  // closer to 1, light goes straight on however rough the surface; as Cycles
   MicrofacetLobe lobe = make_microfacet(n, sqr(roughness));
   const float inside = std::max(ior, kMinIor);
   lobe.ior = point.is_backface ? 1.0f / inside : inside;
   lobe.reflects = reflects;
   lobe.transmits = true;
-  if (std::abs(lobe.ior - 1.0f) < kIndexMatched) lobe.alpha_x = lobe.alpha_y = 0.0f;
+  if (is_index_matched(lobe)) lobe.alpha_x = lobe.alpha_y = 0.0f;
   return lobe;
 }
 
@@ -81,9 +86,27 @@ Rgb mean_schlick_reflectance(const MicrofacetLobe& lobe) {
   return lobe.reflection_tint * lerp(lobe.f0, lobe.f90_or_b, s);
 }
 
+namespace {
+
+bool is_all_kept_back(const MicrofacetLobe& lobe, const GlossLimits& gloss) {
+  return !(lobe.reflects && gloss.has_reflection) && !(lobe.transmits && gloss.has_refraction);
+}
+
+/// `lobe` has part of its gloss at least.
+MicrofacetLobe limited(MicrofacetLobe lobe, const GlossLimits& gloss) {
+  if (!gloss.has_reflection) lobe.reflection_tint = Rgb(0.0f);
+  if (!gloss.has_refraction) lobe.transmission_tint = Rgb(0.0f);
+  if (is_index_matched(lobe)) return lobe;
+  lobe.alpha_x = std::max(lobe.alpha_x, gloss.least_alpha);
+  lobe.alpha_y = std::max(lobe.alpha_y, gloss.least_alpha);
+  return lobe;
+}
+
+}  // namespace
+
 Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe& lobe, Rgb weight, const std::optional<Rgb>& mean_reflectance) {
   Rgb w = non_negative(weight);
-  if (is_negligible(w)) return Rgb(0.0f);
+  if (is_negligible(w) || is_all_kept_back(lobe, bsdf.gloss)) return Rgb(0.0f);
   const Rgb albedo = lobe.fresnel == FresnelModel::NONE ? Rgb(1.0f) : microfacet_albedo(lobe, bsdf.wo);
   float sample_weight = average(w) * average(albedo);
   if (mean_reflectance) {
@@ -91,7 +114,10 @@ Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe& lobe, Rgb weight, const std::opti
     w *= absorption;
     sample_weight *= average(absorption);
   }
-  add_lobe(bsdf, lobe, w, sample_weight);
+  if (bsdf.gloss == GlossLimits{})
+    add_lobe(bsdf, lobe, w, sample_weight);
+  else
+    add_lobe(bsdf, limited(lobe, bsdf.gloss), w, sample_weight);  // with its own weight, as in Cycles
   return w * albedo;
 }
 

@@ -63,7 +63,8 @@ void put_film_around(MicrofacetLobe& lobe, ThinFilm film, float ior, const Surfa
 Rgb mean_schlick_reflectance(const MicrofacetLobe& lobe);
 
 /// Appends the lobe, to be sampled in proportion to its albedo, and returns that albedo, weight included: black where
-/// the weight is negligible. With a `mean_reflectance`, light lost between facets is added back.
+/// the weight is negligible or all of the lobe is kept back (Bsdf::gloss). With a `mean_reflectance`, light lost
+/// between facets is added back.
 Rgb add_microfacet(Bsdf& bsdf, MicrofacetLobe& lobe, Rgb weight, const std::optional<Rgb>& mean_reflectance);
 
 /// What a Lambert lobe in place of a diffuse one may weigh, so as to seldom exceed it.

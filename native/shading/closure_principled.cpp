@@ -197,7 +197,10 @@ void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* par
   const bool compensate = compensates(parameters);
   bsdf.transparency += principled_transparency(inputs);
   Remainder rest = add_top_layers(bsdf, p, n, point);
-  if (const Rgb emission = p.emission(); !is_black(emission)) bsdf.emission += emission * rest.weight;
+  if (const Rgb emission = p.emission(); !is_black(emission)) {
+    // A coat that is kept back still dims it: a light is the same one to all paths.
+    bsdf.emission += bsdf.gloss.has_reflection ? emission * rest.weight : principled_emission(inputs, point);
+  }
 
   const Anisotropy anisotropy = disney_anisotropy(p.roughness(), p.anisotropic(), p.tangent(), p.rotation(), n);
   if (const float metallic = p.metallic(); metallic > kNegligibleWeight) {

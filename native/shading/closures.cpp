@@ -100,10 +100,10 @@ void add_toon(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, c
   const Rgb weight = non_negative(in[0].x * to_rgb(in[1]));
   if (is_negligible(weight)) return;
   const ToonCone cone = make_toon_cone(in[2].x, in[3].x);
-  if (parameters[0] != 0)
-    add_lobe(bsdf, ToonGlossyLobe{n, cone}, weight, average(weight));
-  else
+  if (parameters[0] == 0)
     add_lobe(bsdf, ToonDiffuseLobe{n, cone}, weight, average(weight));
+  else if (bsdf.gloss.has_reflection)
+    add_lobe(bsdf, ToonGlossyLobe{n, cone}, weight, average(weight));
 }
 
 enum class HairParametrization { ABSORPTION, MELANIN, COLOR };
@@ -126,9 +126,12 @@ void add_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, c
     case HairParametrization::COLOR:
       hair.absorption = hair_absorption(to_rgb(in[2]), in[8].x);
   }
-  const HairLobe lobe = make_hair(hair, in[1], point.ng, point.wo);
+  HairLobe lobe = make_hair(hair, in[1], point.ng, point.wo);
   const Rgb weight(in[0].x);
-  if (!is_negligible(weight)) add_lobe(bsdf, lobe, weight, average(weight * hair_albedo(lobe, point.wo)));
+  if (is_negligible(weight)) return;
+  const float sample_weight = average(weight * hair_albedo(lobe, point.wo));
+  if (bsdf.gloss.least_alpha > 0.0f) soften(lobe, bsdf.gloss.least_alpha);
+  add_lobe(bsdf, lobe, weight, sample_weight);
 }
 
 }  // namespace

@@ -156,6 +156,11 @@ HairLobe make_hair(const HairAppearance& hair, Vec3 tangent, Vec3 ng, Vec3 wo) {
   return lobe;
 }
 
+void soften(HairLobe& lobe, float least) {
+  for (float* width : {&lobe.variance, &lobe.coat_variance, &lobe.scale}) *width = std::max(*width, least);
+  lobe.is_smooth = false;
+}
+
 LobeEvaluation evaluate_lobe(const HairLobe& lobe, const Vec3& wo, const Vec3& wi) {
   const Strand strand(lobe, wo);
   const float sine = std::clamp(dot(wi, strand.frame.s), -1.0f, 1.0f);

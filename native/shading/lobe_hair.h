@@ -19,6 +19,9 @@ struct HairAppearance {
 /// At a point of normal `ng` on a strand along `tangent`.
 HairLobe make_hair(const HairAppearance& hair, Vec3 tangent, Vec3 ng, Vec3 wo);
 
+/// Makes it rough: no variance, and no scale of the distribution across, below `least`. As in Cycles.
+void soften(HairLobe& lobe, float least);
+
 LobeEvaluation evaluate_lobe(const HairLobe& lobe, const Vec3& wo, const Vec3& wi);
 std::optional<Vec3> sample_lobe(const HairLobe& lobe, const Vec3& wo, float u_branch, Vec2 u);
 

@@ -77,6 +77,7 @@ Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const Path
   bsdf.ng = point.ng;
   bsdf.ns = point.ns;
   bsdf.wo = point.wo;
+  bsdf.gloss = path.gloss;
   const MaterialProgram* program = find_program(scene, point.material);
   if (program == nullptr) return bsdf;
   run({.scene = scene, .program = *program, .point = point, .path = path, .accel = accel}, program->instructions,

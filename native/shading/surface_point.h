@@ -7,7 +7,15 @@
 
 namespace cistern {
 
-/// What a path carries that a Light Path node can read.
+/// What surfaces keep back of lobes that are not diffuse, from paths that would seldom find the light they bring: less
+/// noise for some light that is lost, or softer.
+struct GlossLimits {
+  bool has_reflection = true, has_refraction = true;
+  float least_alpha = 0.0f;  // GGX width, and variance and scale of hair, that no lobe is below
+  friend bool operator==(const GlossLimits&, const GlossLimits&) = default;
+};
+
+/// What a path carries that materials read: Light Path nodes, and which lobes they have.
 struct PathState {
   /// Kind of the ray that arrived: one RayVisibility bit.
   uint8_t ray_kind = kVisibleToCamera;
@@ -15,6 +23,7 @@ struct PathState {
   uint8_t light_set : 7 = kEveryLight;  // Instance::light_set of what scattered it last: who light is sought for
   uint16_t depth = 0, diffuse_depth = 0, glossy_depth = 0, transmission_depth = 0, transparent_depth = 0;
   float ray_length = 0.0f;  // of the arriving segment
+  GlossLimits gloss;
 
   void set_receiver(uint8_t set) { light_set = set & 0x7f; }
 };

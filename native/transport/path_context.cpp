@@ -1,6 +1,7 @@
 #include "transport/path_context.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cistern {
 namespace {
@@ -22,9 +23,21 @@ bool may_emit(const Scene& scene, const Instance& instance) {
 
 }  // namespace
 
+GlossLimits gloss_limits(const PathLimits& limits, uint8_t ray_kind, float least_pdf) {
+  GlossLimits gloss;
+  if (ray_kind == kVisibleToDiffuse) {
+    gloss.has_reflection = limits.caustics_reflective;
+    gloss.has_refraction = limits.caustics_refractive;
+  }
+  constexpr float kMostAlpha = 0.5f;
+  if (least_pdf < limits.filter_glossy)
+    gloss.least_alpha = kMostAlpha * std::sqrt(1.0f - least_pdf / limits.filter_glossy);
+  return gloss;
+}
+
 bool scatter_kinds_matter(const Scene& scene, const PathLimits& limits) {
   const int least = std::min({limits.max_diffuse_bounces, limits.max_glossy_bounces, limits.max_transmission_bounces});
-  if (least < limits.max_bounces) return true;
+  if (least < limits.max_bounces || !limits.caustics_reflective || !limits.caustics_refractive) return true;
   const auto is_told = [](const auto& object) { return tells_kinds(object.visibility); };
   if (std::ranges::any_of(scene.instances, is_told) || std::ranges::any_of(scene.lights, is_told)) return true;
   if (is_told(scene.environment)) return true;

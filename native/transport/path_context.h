@@ -19,10 +19,19 @@ struct PathLimits {
   int min_bounces = 1;        // Russian roulette starts after these
   float clamp_direct = 0.0f;  // largest mean radiance of one contribution, 0: off
   float clamp_indirect = 0.0f;
+  /// Softens lobes met after a scattering of a density (per solid angle) below this, more the lower it is; 0: none.
+  float filter_glossy = 0.0f;
+  /// Without: what diffuse scattering sends their way is not reflected by gloss, not refracted.
+  bool caustics_reflective = true, caustics_refractive = true;
   bool film_transparent = false;  // the camera sees through to nothing instead of the environment
   bool film_transparent_glass = false;
   friend bool operator==(const PathLimits&, const PathLimits&) = default;
+
+  bool limits_gloss() const { return filter_glossy > 0.0f || !caustics_reflective || !caustics_refractive; }
 };
+/// Of a path whose last scattering made a ray of this kind, and the least likely one so far had a density of
+/// `least_pdf` (per solid angle, without guides; those of delta lobes do not count). As in Cycles.
+GlossLimits gloss_limits(const PathLimits& limits, uint8_t ray_kind, float least_pdf);
 
 class LearnedLights;
 class Media;

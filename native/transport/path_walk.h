@@ -319,6 +319,8 @@ class Walk {
   void leave_captured_vertex(const BsdfSample& sample, float p_scatter);
   bool goes_on_from_sample_point();
   void count_bounce(const BsdfSample& sample);
+  /// After a scattering of that density; infinite by delta lobes.
+  void limit_gloss(float pdf);
   /// Of a path that has ended but for its second link: whether that goes on.
   void extend_deep_link();
   /// Whether the second link is under way, towards its sample point or beyond.
@@ -340,8 +342,9 @@ class Walk {
   PathRecord record_;
   std::conditional_t<Kind::captures, CapturedThroughput, Throughput> throughput_;
   std::optional<MisReceiver>
-      mis_receiver_;          // last vertex that next-event estimation could have lit; none after a delta lobe
-  float scatter_pdf_ = 0.0f;  // of the current direction, per solid angle
+      mis_receiver_;            // last vertex that next-event estimation could have lit; none after a delta lobe
+  float scatter_pdf_ = 0.0f;    // of the current direction, per solid angle
+  float least_pdf_ = INFINITY;  // see gloss_limits
   float path_length_ = 0.0f;
   Vec3 vertex_origin_;         // where the ray left the last vertex: transparent surfaces are no vertices
   float travelled_ = 0.0f;     // from there to the ray's origin

@@ -151,10 +151,18 @@ template <class Kind>
 inline void Walk<Kind>::count_bounce(const BsdfSample& sample) {
   count_scattering(state_, sample.kind);
   state_.is_singular = sample.is_delta;
+  limit_gloss(sample.is_delta ? INFINITY : sample.pdf / sample.guide_gain);
   last_segment_ = exceeds_limits(state_, context_.limits);
   if constexpr (Kind::captures) {
     if (last_segment_ && !capture_.out->leaves_deep_link && continues_deep_link()) extend_deep_link();
   }
+}
+
+template <class Kind>
+inline void Walk<Kind>::limit_gloss(float pdf) {
+  if (!context_.limits.limits_gloss()) return;
+  least_pdf_ = std::min(least_pdf_, pdf);
+  state_.gloss = gloss_limits(context_.limits, state_.ray_kind, least_pdf_);
 }
 
 template <class Kind>

@@ -185,6 +185,7 @@ inline bool Walk<Kind>::scatter_in_medium(const Medium& medium, float distance) 
   ++state_.depth;
   state_.ray_kind = kVisibleToVolume;
   state_.is_singular = false;
+  limit_gloss(sample.pdf);
   state_.set_receiver(context_.media->light_set(media_.stack));
   ++media_.volume_depth;
   last_segment_ = exceeds_limits(state_, context_.limits) || media_.volume_depth > context_.limits.max_volume_bounces;

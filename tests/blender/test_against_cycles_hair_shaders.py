@@ -4,6 +4,7 @@ import bpy
 import pytest
 
 from tests.support import blender_scenes as build
+from tests.support import engines
 from tests.support.engines import compare_with_cycles
 from tests.support.hair_scenes import CAN_MAKE_CURVES, add_fur
 from tests.support.slow_cases import marked
@@ -57,6 +58,17 @@ def test_principled_hair(empty_scene: bpy.types.Scene, case: str) -> None:
     add_fur(empty_scene, principled_hair(**HAIR[case]))
     result = compare_with_cycles(empty_scene)
     assert result.agrees, result
+
+
+@pytest.mark.parametrize("filter_glossy", [10.0, 0.0])
+def test_softened_hair(empty_scene: bpy.types.Scene, monkeypatch, filter_glossy: float) -> None:
+    """After the first bounce; planted: only in Cycles."""
+    stage(empty_scene)
+    add_fur(empty_scene, principled_hair(Color=BLOND, Roughness=0.1))
+    monkeypatch.setitem(engines.CYCLES, "blur_glossy", 10.0)
+    monkeypatch.setitem(engines.CISTERN, "filter_glossy", filter_glossy)
+    result = compare_with_cycles(empty_scene, count=16)
+    assert result.agrees == (filter_glossy > 0.0), result
 
 
 @pytest.mark.parametrize("preset", marked(("FINAL", "RESTIR_DI"), {"RESTIR_DI"}))

@@ -67,8 +67,6 @@ def test_noise_threshold(scene, is_adaptive, threshold, samples, expected):
 
 def test_what_changes_pictures_and_has_no_like_is_named(scene):
     for name, value, words in [
-        ("caustics_refractive", False, "caustics are on"),
-        ("blur_glossy", 0.5, "no Filter Glossy"),
         ("use_fast_gi", True, "no Fast GI Approximation"),
     ]:
         before = getattr(scene.cycles, name)

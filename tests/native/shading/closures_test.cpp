@@ -73,8 +73,10 @@ Inputs principled() {
   return in;
 }
 
-Bsdf build(Op op, const Inputs& inputs, const SurfacePoint& point, int32_t parameter = 1) {
+Bsdf build(Op op, const Inputs& inputs, const SurfacePoint& point, int32_t parameter = 1,
+           const GlossLimits& gloss = {}) {
   Bsdf bsdf;
+  bsdf.gloss = gloss;
   bsdf.ng = point.ng;
   bsdf.wo = point.wo;
   const int32_t parameters[4] = {parameter, 0, 1, 0};
@@ -92,6 +94,17 @@ double furnace(const Bsdf& bsdf, int samples = 20000) {
     moments.add(sample ? average(sample->total_weight()) : 0.0);
   }
   return moments.mean();
+}
+
+void expect_density_of_samples(const Bsdf& bsdf) {
+  const auto sampler = [&](Rng& rng) -> std::optional<Vec3> {
+    const float u = rng.next_float();
+    const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u, rng.next_vec2());
+    return sample && !sample->subsurface ? std::optional<Vec3>(sample->wi) : std::nullopt;
+  };
+  EXPECT_GT(sampler_p_value(
+                kFrame, sampler, [&](Vec3 wi) { return evaluate_bsdf(bsdf, wi).pdf; }, 3),
+            kFalseAlarmRate);
 }
 
 TEST(Closures, PlainDiffusePrincipledIsOneLambertLobe) {
@@ -222,14 +235,7 @@ TEST(Closures, EverySwitchedOnLobeConservesEnergyAndSamplesItsDensity) {
   const Bsdf bsdf = build(Op::CLOSURE_PRINCIPLED, in, make_point(0.6f));
   EXPECT_EQ(bsdf.count, 6);
   EXPECT_LT(furnace(bsdf), 1.02);
-  const auto sampler = [&](Rng& rng) -> std::optional<Vec3> {
-    const float u = rng.next_float();
-    const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u, rng.next_vec2());
-    return sample && !sample->subsurface ? std::optional<Vec3>(sample->wi) : std::nullopt;
-  };
-  EXPECT_GT(sampler_p_value(
-                kFrame, sampler, [&](Vec3 wi) { return evaluate_bsdf(bsdf, wi).pdf; }, 3),
-            kFalseAlarmRate);
+  expect_density_of_samples(bsdf);
 }
 
 TEST(Closures, SubsurfaceTakesItsShareOfTheBase) {
@@ -289,6 +295,45 @@ TEST(Closures, EmissionAndTransparencyAloneAreTheSameBits) {
   const Inputs transparent{grey(0.5f), {1.0f, 0.5f, 0.0f}};
   EXPECT_EQ(build(Op::CLOSURE_TRANSPARENT, transparent, make_point(0.5f)).transparency, Rgb(0.5f, 0.25f, 0.0f));
   EXPECT_EQ(build(Op::CLOSURE_HOLDOUT, {grey(0.25f)}, make_point(0.5f)).holdout, 0.25f);
+}
+
+Inputs layered() {
+  Inputs in = principled();
+  for (PrincipledInput i : {METALLIC, TRANSMISSION, COAT, STRENGTH}) in[static_cast<size_t>(i)] = grey(0.5f);
+  return in;
+}
+
+TEST(Closures, GlossIsKeptBackAndTakesNothingFromWhatLiesBelow) {
+  const SurfacePoint point = make_point(0.4f);
+  const Bsdf whole = build(Op::CLOSURE_PRINCIPLED, layered(), point);
+  const Bsdf limited = build(Op::CLOSURE_PRINCIPLED, layered(), point, 1, {.has_reflection = false});
+  ASSERT_EQ(whole.count, 5);
+  ASSERT_EQ(limited.count, 2);  // glass that transmits alone, and the base
+  const Vec3 up = at_angle(kFrame, 0.8f), down = -1.0f * up;
+  EXPECT_GT(average(evaluate_bsdf(limited, down).total_cos()), 0.0f);
+  EXPECT_LT(average(whole.lobes[4].weight), 0.9f * average(limited.lobes[1].weight));
+  EXPECT_EQ(evaluate_bsdf(limited, up).even_cos, evaluate_bsdf(whole, up).even_cos) << "all finders agree about it";
+  EXPECT_EQ(limited.emission, whole.emission) << "a light is the same one to all paths";
+  const Bsdf reflecting = build(Op::CLOSURE_PRINCIPLED, layered(), point, 1, {.has_refraction = false});
+  EXPECT_EQ(evaluate_bsdf(reflecting, down).total_cos(), Rgb());
+  EXPECT_EQ(evaluate_bsdf(reflecting, up).total_cos(), evaluate_bsdf(whole, up).total_cos());
+  EXPECT_EQ(build(Op::CLOSURE_PRINCIPLED, layered(), point, 1, {false, false}).count, 1);
+}
+
+TEST(Closures, SoftenedGlossKeepsItsWeightAndSamplesItsDensity) {
+  const SurfacePoint point = make_point(0.6f);
+  const Bsdf whole = build(Op::CLOSURE_PRINCIPLED, layered(), point);
+  const Bsdf soft = build(Op::CLOSURE_PRINCIPLED, layered(), point, 1, {.least_alpha = 0.4f});
+  ASSERT_EQ(soft.count, whole.count);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(std::get<MicrofacetLobe>(soft.lobes[i].model).alpha_x, 0.4f);
+    EXPECT_EQ(soft.lobes[i].weight, whole.lobes[i].weight);
+  }
+  expect_density_of_samples(soft);
+  Inputs air = principled();
+  air[TRANSMISSION] = air[IOR] = grey(1.0f);
+  const Bsdf clear = build(Op::CLOSURE_PRINCIPLED, air, point, 1, {.least_alpha = 0.4f});
+  EXPECT_EQ(std::get<MicrofacetLobe>(clear.lobes[0].model).alpha_x, 0.0f) << "light goes straight on";
 }
 
 TEST(Closures, CoatAbsorbsEmissionByBeersLaw) {
