@@ -58,8 +58,8 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         name="Noise Threshold",
         description=(
             "Stop once so little noise is left, before all samples are done: the error of pixels as a display shows "
-            "them, where white is 1; 16 samples at least. 0.01 is hardly seen, 0.05 is for the denoiser; 0 means all "
-            "samples"
+            "them, where white is 1. 0.01 is hardly seen and takes 40 samples at least, 0.05 is for the denoiser; 0 "
+            "means all samples"
         ),
         default=0.0,
         min=0.0,

@@ -332,8 +332,8 @@ class Settings:
     caustics_refractive: bool
     time_limit: float  # seconds, 0: none
     # The render ends once little noise is left: the standard error of the picture as a display shows it, where black is 0
-    # and white 1, in all blocks of 8 x 8 pixels but one in twenty; looked at after 16, 24, 32, 48, 64 ... samples. 0:
-    # never. Session.start throws Error unless `tells_noise`.
+    # and white 1, in all blocks of 8 x 8 pixels but one in twenty; looked at after 16, 24, 32, 48, 64 ... samples, and
+    # not ended before 0.4 / noise_threshold of them. 0: never. Session.start throws Error unless `tells_noise`.
     noise_threshold: float
     # With a threshold: blocks of 8 x 8 pixels take no more samples once they have reached it, and those around them
     # nearly; the render ends when all have. Where frames look at those of others (can_blur_motion) it does nothing.

@@ -34,6 +34,8 @@ constexpr uint64_t kMomentSeed = 0x6d6f6d656e74;
 
 /// With fewer frames noise is not looked at: what is rare in them is in none.
 constexpr uint32_t kFramesBeforeLook = 16;
+/// Light that few samples find must have had its chance: the less noise is asked for, the more of them are taken.
+constexpr double kSamplesPerThreshold = 0.4;
 
 /// Frames after which noise is looked at next: powers of two and the middles between them, of which points of Sobol's
 /// sequence cover all well. No clock is asked, so that pictures with a threshold are the same for each seed.
@@ -275,6 +277,7 @@ bool Session::is_clean(uint32_t frames, const FrameContext& context) {
   const double threshold = settings_.noise_threshold;
   if (!(threshold > 0.0) || next_look(frames - 1) != frames) return false;
   const PictureNoise noise = look_at_noise(frames);
+  if (frames * threshold < kSamplesPerThreshold) return false;
   if (!adapts()) return noise.of_most() <= threshold;
   if (context.guiding && context.guiding->awaits_trial(frames)) return noise.of_worst() <= threshold;
   const size_t left = noise.finish_quiet_blocks(*film_, threshold);
@@ -289,7 +292,8 @@ PictureNoise Session::look_at_noise(uint32_t frames) {
   const double excess = (adapts() ? noise.of_worst() : noise.of_most()) / settings_.noise_threshold;
   std::lock_guard lock(mutex_);
   progress_.noise = noise.of_most();
-  const auto enough = static_cast<uint32_t>(std::clamp<double>(frames * excess * excess, frames, most));
+  const double fewest = std::max<double>(frames, kSamplesPerThreshold / settings_.noise_threshold);
+  const auto enough = static_cast<uint32_t>(std::min<double>(std::max(frames * excess * excess, fewest), most));
   progress_.expected_frames = static_cast<int>(std::min(next_look(enough), most));
   return noise;
 }

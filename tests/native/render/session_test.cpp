@@ -198,6 +198,18 @@ TEST(Session, AdaptiveSamplingWaitsForATrialOfGuides) {
   EXPECT_EQ(std::ranges::min(session->read(Pass::SAMPLE_COUNT)), 192.0f);
 }
 
+TEST(Session, NothingEndsBeforeRareLightHasHadItsChance) {
+  Settings settings = adaptive_settings();
+  settings.display_exposure = 1e-9;  // nothing shows
+  for (const bool adaptive : {true, false}) {
+    settings.adaptive_sampling = adaptive;
+    for (const auto& [threshold, frames] : {std::pair{0.1, 16}, {0.02, 24}, {0.01, 48}, {0.005, 96}}) {
+      settings.noise_threshold = threshold;
+      EXPECT_EQ(rendered(settings)->wait(0.0).frames_done, frames) << threshold;
+    }
+  }
+}
+
 TEST(Session, PicturesWithReservoirsEndAsAWhole) {
   Settings settings = adaptive_settings();
   settings.direct = DirectAnswer::RIS;
