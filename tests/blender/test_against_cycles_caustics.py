@@ -59,6 +59,7 @@ CASES = {
     "very soft": (glossy, {"filter_glossy": 10.0}),
     "soft, without reflections": (GLASS, {"filter_glossy": 2.0, "caustics_reflective": False}),
 }
+PAPERS = ("CELL_RESERVOIRS", "RESTIR_GI", "WORLD_PATHS")
 QUICK = {"no reflections of paint", "no refractions of layers", "soft layers", "hardly soft"}
 
 
@@ -75,12 +76,21 @@ def limit(monkeypatch):
     return give
 
 
-@pytest.mark.parametrize("case", marked(CASES, QUICK))
+@pytest.mark.parametrize("case", marked(CASES, CASES.keys() - QUICK))
 def test_caustics(empty_scene: bpy.types.Scene, limit, case: str) -> None:
     material, values = CASES[case]
     build.stage(empty_scene, surface(material))
     limit(values)
     result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("preset", ["FINAL", *(pytest.param(p, marks=pytest.mark.slow) for p in PAPERS)])
+def test_beside_reuse(empty_scene: bpy.types.Scene, limit, preset: str) -> None:
+    material, values = CASES["soft layers"]
+    build.stage(empty_scene, surface(material))
+    limit(values)
+    result = compare_with_cycles(empty_scene, preset=preset)
     assert result.agrees, result
 
 
