@@ -59,8 +59,9 @@ CASES = {
     "very soft": (glossy, {"filter_glossy": 10.0}),
     "soft, without reflections": (GLASS, {"filter_glossy": 2.0, "caustics_reflective": False}),
 }
+PLANTED = ("no reflections of metal", "no refractions", "soft metal", "hardly soft")
 PAPERS = ("CELL_RESERVOIRS", "RESTIR_GI", "WORLD_PATHS")
-QUICK = {"no reflections of paint", "no refractions of layers", "soft layers", "hardly soft"}
+QUICK = {"no refractions of layers", "soft layers"}
 
 
 @pytest.fixture
@@ -94,7 +95,7 @@ def test_beside_reuse(empty_scene: bpy.types.Scene, limit, preset: str) -> None:
     assert result.agrees, result
 
 
-@pytest.mark.parametrize("case", ["no reflections of metal", "no refractions", "soft metal", "hardly soft"])
+@pytest.mark.parametrize("case", marked(PLANTED, {"no reflections of metal", "hardly soft"}))
 def test_planted_bugs(empty_scene: bpy.types.Scene, limit, case: str) -> None:
     material, values = CASES[case]
     build.stage(empty_scene, surface(material))

@@ -60,6 +60,7 @@ def test_principled_hair(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("filter_glossy", [10.0, 0.0])
 def test_softened_hair(empty_scene: bpy.types.Scene, monkeypatch, filter_glossy: float) -> None:
     """After the first bounce; planted: only in Cycles."""
