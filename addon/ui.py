@@ -88,7 +88,7 @@ class CISTERN_RENDER_PT_caustics(CisternPanel, Panel):
         layout = split_layout(self)
         settings = context.scene.cistern
         layout.prop(settings, "filter_glossy")
-        column = layout.column(heading="Caustics", align=True)
+        column = layout.column(align=True)
         column.prop(settings, "caustics_reflective")
         column.prop(settings, "caustics_refractive")
 
