@@ -74,6 +74,19 @@ void set_camera(SceneBuilder& builder, const std::string& name, const std::strin
   builder.set_camera(camera, name);
 }
 
+void set_sheet(SceneBuilder& builder, const std::string& name, int width, int height, int instance,
+               const Array<int32_t>& polygons, const Array<float>& points, const Array<float>& steps_x,
+               const Array<float>& steps_y, bool sees_from_eye) {
+  const SheetInput input{width,
+                         height,
+                         instance,
+                         flat_span(polygons, name, "polygons"),
+                         vec3_span(points, name, "points"),
+                         vec3_span(steps_x, name, "steps_x"),
+                         vec3_span(steps_y, name, "steps_y")};
+  builder.set_sheet(input, sees_from_eye, name);
+}
+
 }  // namespace
 
 void bind_camera(py::class_<SceneBuilder>& builder) {
@@ -82,6 +95,9 @@ void bind_camera(py::class_<SceneBuilder>& builder) {
               py::arg("clip_end"), py::arg("aperture_radius") = 0.0f, py::arg("focus_distance") = 1.0f,
               py::arg("blades") = 0, py::arg("blade_rotation") = 0.0f, py::arg("aperture_ratio") = 1.0f,
               py::arg("panorama") = py::dict());
+  builder.def("set_sheet", &set_sheet, py::arg("name"), py::arg("width"), py::arg("height"), py::arg("instance"),
+              py::arg("polygons").noconvert(), py::arg("points").noconvert(), py::arg("steps_x").noconvert(),
+              py::arg("steps_y").noconvert(), py::arg("sees_from_eye") = false);
 }
 
 }  // namespace cistern::binding

@@ -71,6 +71,10 @@ Setter set_mist_range() {
   };
 }
 
+Setter set_occlusion_distance() {
+  return [](Settings& s, const py::handle& value) { s.surface_passes.occlusion_distance = value.cast<float>(); };
+}
+
 Setter set_region() {
   return [](Settings& s, const py::handle& value) {
     const auto [x, y, width, height] = value.cast<std::tuple<int, int, int, int>>();
@@ -144,6 +148,7 @@ std::map<std::string, Setter> make_setters() {
       {"shutter_curve", member(&Settings::shutter_curve)},
       {"passes", set_passes()},
       {"mist_range", set_mist_range()},
+      {"occlusion_distance", set_occlusion_distance()},
       {"groups_behind_film", member(&Settings::groups_behind_film)},
   };
 }

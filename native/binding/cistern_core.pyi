@@ -223,6 +223,20 @@ class SceneBuilder:
         aperture_ratio: float = 1.0,
         panorama: dict[str, Any] = ...,  # members of native/scene/camera.h, for PANORAMIC
     ) -> None: ...
+    def set_sheet(
+        self,
+        name: str,
+        width: int,
+        height: int,
+        instance: int,
+        polygons: NDArray[np.int32],  # (width * height,), of the mesh as it was added; -1: the pixel shows nothing
+        points: NDArray[np.float32],  # (width * height, 3), object space: middles of pixels, rows from the bottom up
+        steps_x: NDArray[np.float32],  # (width * height, 3): to the middle of the next pixel
+        steps_y: NDArray[np.float32],
+        sees_from_eye: bool = False,
+    ) -> None:
+        """The camera looks at the surface of an instance, laid out flat, instead: see native/scene/surface_sheet.h"""
+
     def remove_mesh(self, handle: int) -> None: ...
     def remove_instance(self, handle: int) -> None: ...
     def remove_light(self, handle: int) -> None: ...
@@ -347,6 +361,7 @@ class Settings:
     # Reuse Count, Light Choice Entropy, Light Choice Samples, Guided; Sample Count, of each pixel.
     passes: Sequence[str]
     groups_behind_film: bool  # the environment behind a transparent film is in its light group
+    occlusion_distance: float  # metres, of Ambient Occlusion
     mist_range: tuple[float, float, float]  # metres to where Mist begins, its depth, power of the fraction in between
 
     @property

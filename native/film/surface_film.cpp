@@ -6,6 +6,7 @@
 #include "base/check.h"
 #include "shading/material.h"
 #include "shading/mesh_interpolation.h"
+#include "shading/nodes_rays.h"
 #include "transport/camera_ray.h"
 
 namespace cistern {
@@ -49,6 +50,8 @@ SurfaceFilm::SurfaceFilm(const SurfacePasses& passes, int width, int height, Vec
   const size_t pixels = static_cast<size_t>(width) * static_cast<size_t>(height);
   samples_.assign(pixels, 0);
   if (passes.mist) clear_view_.assign(pixels, 0.0f);
+  if (passes.occlusion) open_.assign(pixels, 0.0f);
+  if (passes.roughness) roughness_.assign(pixels, 0.0f);
   if (passes.uv) uv_.assign(kUvChannels * pixels, 0.0f);
   if (passes.motion) {
     motion_.assign(kMotionChannels * pixels, 0.0f);
@@ -82,12 +85,23 @@ void SurfaceFilm::add(uint32_t pixel, const Scene& scene, std::span<const SeenSu
     if (passes_.mist)
       sample.rounding.add((1.0f - mist_of(scene.camera, surface.point.position)) * surface.contribution,
                           clear_view_[pixel]);
+    if (passes_.occlusion) add_occlusion(sample, surface, accel);
     if (has_mattes_) add_mattes(sample, scene, surface);
     if (is_found || surface.alpha < kLeastAlpha) continue;
     is_found = true;
+    if (passes_.roughness) sample.rounding.add(surface.roughness, roughness_[pixel]);
     if (passes_.uv) add_uv(sample, scene, surface.point);
     if (passes_.motion) add_motion(sample, scene, surface.point);
   }
+}
+
+void SurfaceFilm::add_occlusion(const Sample& sample, const SeenSurface& seen, const Accel* accel) {
+  if (!(seen.contribution > 0.0f)) return;
+  const bool can_occlude = accel != nullptr && passes_.occlusion_distance > 0.0f;
+  const float open = can_occlude ? ambient_occlusion(*accel, seen.point, {static_cast<int>(kLanes)},
+                                                     passes_.occlusion_distance, seen.normal)
+                                 : 1.0f;
+  sample.rounding.add(open * seen.contribution, open_[sample.pixel]);
 }
 
 void SurfaceFilm::add_uv(const Sample& sample, const Scene& scene, const SurfacePoint& point) {
@@ -153,6 +167,17 @@ std::vector<float> SurfaceFilm::resolve(const SurfaceLayer& layer) const {
       for (size_t i = 0; i < mist.size(); ++i) mist[i] = samples_[i] > 0 ? clamp01(1.0f - mist[i]) : 0.0f;
       return mist;
     }
+    case SurfaceLayer::Kind::OCCLUSION: {
+      if (!passes_.occlusion) break;
+      const std::vector<float> open = means(open_, samples_);
+      std::vector<float> grey;
+      grey.reserve(static_cast<size_t>(layer.channels) * open.size());
+      for (const float value : open) grey.insert(grey.end(), static_cast<size_t>(layer.channels), value);
+      return grey;
+    }
+    case SurfaceLayer::Kind::ROUGHNESS:
+      if (!passes_.roughness) break;
+      return means(roughness_, samples_);
     case SurfaceLayer::Kind::UV:
       if (!passes_.uv) break;
       return means(uv_, samples_);
@@ -194,7 +219,9 @@ std::vector<float> SurfaceFilm::resolve_mattes(size_t kind, int level) const {
 }
 
 size_t SurfaceFilm::memory_bytes() const {
-  size_t bytes = (samples_.size() + clear_view_.size() + uv_.size() + motion_.size() + moving_.size()) * sizeof(float);
+  size_t bytes = (samples_.size() + clear_view_.size() + open_.size() + roughness_.size() + uv_.size() +
+                  motion_.size() + moving_.size()) *
+                 sizeof(float);
   for (const std::vector<float>& aov : aovs_) bytes += aov.size() * sizeof(float);
   for (const std::vector<MatteShare>& mattes : mattes_) bytes += mattes.size() * sizeof(MatteShare);
   return bytes;

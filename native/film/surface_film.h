@@ -9,11 +9,12 @@
 
 namespace cistern {
 
-/// Sums over a pixel's samples of what their camera rays saw, as Cycles has them (kernel/film/data_passes.h). Mist and
-/// mattes weigh each surface by what comes from it. UV is that of the first surface at least half opaque, a mean over
-/// all samples, of which those that have none count as 0; Vector a mean over those that have one. What materials write
-/// themselves is added up as it is, of that first surface and all before it, or of the environment. Different pixels
-/// may be added to from different threads at once; a pixel's sum is made in the order of the calls.
+/// Sums over a pixel's samples of what their camera rays saw, as Cycles has them (kernel/film/data_passes.h). Mist,
+/// Ambient Occlusion and mattes weigh each surface by what comes from it. UV and Roughness are those of the first
+/// surface at least half opaque, a mean over all samples, of which those that have none count as 0; Vector a mean over
+/// those that have one. What materials write themselves is added up as it is, of that first surface and all before it,
+/// or of the environment. Different pixels may be added to from different threads at once; a pixel's sum is made in the
+/// order of the calls.
 class SurfaceFilm {
  public:
   /// Bytes per pixel: 4 (count), 4 for each channel but that of mattes, 16 for each level of mattes, 4 for Vector.
@@ -36,6 +37,7 @@ class SurfaceFilm {
   };
 
   float mist_of(const Camera& camera, Vec3 position) const;
+  void add_occlusion(const Sample& sample, const SeenSurface& seen, const Accel* accel);
   void add_uv(const Sample& sample, const Scene& scene, const SurfacePoint& point);
   void add_motion(const Sample& sample, const Scene& scene, const SurfacePoint& point);
   void add_aovs(const Sample& sample, const Scene& scene, const SeenSurface& seen, const Accel* accel);
@@ -50,6 +52,8 @@ class SurfaceFilm {
   std::vector<uint32_t> samples_;
   std::vector<float> clear_view_;  // 1 - Mist
   std::vector<float> uv_;
+  std::vector<float> open_;  // Ambient Occlusion
+  std::vector<float> roughness_;
   std::vector<float> motion_;
   std::vector<uint32_t> moving_;          // samples of motion_: those that found a first surface
   std::vector<uint32_t> aov_hashes_;      // of their names

@@ -11,6 +11,8 @@ using Kind = SurfaceLayer::Kind;
 SurfaceLayer mist_layer() { return {Kind::MIST, 1}; }
 SurfaceLayer uv_layer() { return {Kind::UV, 3}; }
 SurfaceLayer vector_layer() { return {Kind::VECTOR, 4}; }
+SurfaceLayer occlusion_layer() { return {Kind::OCCLUSION, 3}; }
+SurfaceLayer roughness_layer() { return {Kind::ROUGHNESS, 1}; }
 
 constexpr int kMatteChannels = 4;
 constexpr std::array<const char*, kMatteKinds> kMatteNames{"CryptoObject", "CryptoMaterial", "CryptoAsset"};
@@ -32,13 +34,15 @@ std::string matte_name(size_t kind, int level) {
 
 bool SurfacePasses::any() const {
   const bool has_mattes = std::ranges::any_of(matte_levels, [](int levels) { return levels > 0; });
-  return mist || uv || motion || !aovs.empty() || has_mattes;
+  return mist || uv || motion || occlusion || roughness || !aovs.empty() || has_mattes;
 }
 
 std::optional<SurfaceLayer> find_surface_layer(const std::string& name) {
   if (name == "Mist") return mist_layer();
   if (name == "UV") return uv_layer();
   if (name == "Vector") return vector_layer();
+  if (name == "Ambient Occlusion") return occlusion_layer();
+  if (name == "Roughness") return roughness_layer();
   if (name.starts_with(kColorPrefix)) return aov_layer({name.substr(kColorPrefix.size()), true});
   if (name.starts_with(kValuePrefix)) return aov_layer({name.substr(kValuePrefix.size()), false});
   for (size_t kind = 0; kind < kMatteNames.size(); ++kind)
@@ -55,6 +59,10 @@ std::string name_of(const SurfaceLayer& layer) {
       return "UV";
     case Kind::VECTOR:
       return "Vector";
+    case Kind::OCCLUSION:
+      return "Ambient Occlusion";
+    case Kind::ROUGHNESS:
+      return "Roughness";
     case Kind::AOV:
       return std::string(layer.aov.is_color ? kColorPrefix : kValuePrefix) += layer.aov.name;
     case Kind::MATTE:
@@ -68,6 +76,8 @@ std::vector<SurfaceLayer> layers_of(const SurfacePasses& passes) {
   if (passes.mist) layers.push_back(mist_layer());
   if (passes.uv) layers.push_back(uv_layer());
   if (passes.motion) layers.push_back(vector_layer());
+  if (passes.occlusion) layers.push_back(occlusion_layer());
+  if (passes.roughness) layers.push_back(roughness_layer());
   for (const AovPass& aov : passes.aovs) layers.push_back(aov_layer(aov));
   for (size_t kind = 0; kind < passes.matte_levels.size(); ++kind)
     for (int level = 0; level < passes.matte_levels[kind]; ++level) layers.push_back(matte_layer(kind, level));
@@ -84,6 +94,12 @@ void keep(const SurfaceLayer& layer, SurfacePasses& passes) {
       break;
     case Kind::VECTOR:
       passes.motion = true;
+      break;
+    case Kind::OCCLUSION:
+      passes.occlusion = true;
+      break;
+    case Kind::ROUGHNESS:
+      passes.roughness = true;
       break;
     case Kind::AOV:
       if (std::ranges::find(passes.aovs, layer.aov) == passes.aovs.end()) passes.aovs.push_back(layer.aov);

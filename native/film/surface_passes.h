@@ -26,8 +26,9 @@ struct AovPass {
 
 /// What is to be kept of the surfaces that camera rays meet, besides the passes of Film.
 struct SurfacePasses {
-  bool mist = false, uv = false, motion = false;
+  bool mist = false, uv = false, motion = false, occlusion = false, roughness = false;
   MistRange mist_range;
+  float occlusion_distance = 10.0f;  // metres, beyond which nothing occludes
   std::vector<AovPass> aovs;
   std::array<int, kMatteKinds> matte_levels{};  // by MatteKind: pictures of two shares each
 
@@ -37,7 +38,7 @@ struct SurfacePasses {
 
 /// One picture of a SurfaceFilm.
 struct SurfaceLayer {
-  enum class Kind : uint8_t { MIST, UV, VECTOR, AOV, MATTE };
+  enum class Kind : uint8_t { MIST, UV, VECTOR, OCCLUSION, ROUGHNESS, AOV, MATTE };
   Kind kind;
   int channels;
   AovPass aov{};
@@ -48,8 +49,9 @@ struct SurfaceLayer {
 
 inline constexpr int kMaxMatteLevels = 8;
 
-/// The layer called `name`; empty if no SurfacePasses can have it. Mist, UV, Vector, "AOV COLOR ..." and "AOV VALUE
-/// ..." with the name that materials know, CryptoObject00 to CryptoObject07, and CryptoMaterial and CryptoAsset alike.
+/// The layer called `name`; empty if no SurfacePasses can have it. Mist, UV, Vector, Ambient Occlusion,
+/// Roughness, "AOV COLOR ..." and "AOV VALUE ..." with the name that materials know, CryptoObject00 to CryptoObject07,
+/// and CryptoMaterial and CryptoAsset alike.
 std::optional<SurfaceLayer> find_surface_layer(const std::string& name);
 std::string name_of(const SurfaceLayer& layer);
 /// All layers of these passes.

@@ -2,6 +2,7 @@
 
 #include "render/training_paths.h"
 #include "transport/camera_ray.h"
+#include "transport/sheet_ray.h"
 
 namespace cistern {
 
@@ -10,13 +11,20 @@ uint32_t full_frame_pixel(const Settings& s, int x, int y) {
   return row + static_cast<uint32_t>(s.region.x + x);
 }
 
-Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sampler) {
-  return sample_camera_ray(context, context.paths.scene.camera, x, y, sampler);
+Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sampler, PathScratch& scratch) {
+  return sample_camera_ray(context, context.paths.scene.camera, x, y, sampler, scratch);
 }
 
-Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, int y, PathSampler& sampler) {
+Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, int y, PathSampler& sampler,
+                      PathScratch& scratch) {
   const Settings& s = context.settings;
   const Vec2 offset = context.filter.sample(sampler.filter());
+  if (camera.type == CameraType::SHEET) {
+    const std::optional<SheetRay> onto = sheet_ray(context.paths.scene, full_frame_pixel(s, x, y), offset);
+    if (!onto) return kSeesNothing;
+    scratch.known_hit = onto->hit;
+    return onto->ray;
+  }
   const Vec2 film_position{(static_cast<float>(s.region.x + x) + 0.5f + offset.x) / static_cast<float>(s.width),
                            (static_cast<float>(s.region.y + y) + 0.5f + offset.y) / static_cast<float>(s.height)};
   const Vec2 u_lens = camera.aperture_radius > 0.0f ? sampler.lens() : Vec2{};
@@ -46,7 +54,7 @@ PathRecord trace_pixel(const FrameContext& context, int x, int y, uint32_t frame
   const SequencePoint point =
       context.sequences.point(static_cast<uint32_t>(s.region.x + x), static_cast<uint32_t>(s.region.y + y), frame);
   PathSampler sampler(s.seed, pixel, frame, s.sequence, point);
-  const Ray ray = sample_camera_ray(context, x, y, sampler);
+  const Ray ray = sample_camera_ray(context, x, y, sampler, scratch);
   scratch.trains_lights = context.learning && context.learning->trains(pixel, frame);
   scratch.trains_guide = context.guiding && context.guiding->trains(pixel, frame);
   return trace_path(context.paths, ray, sampler, scratch, capture);

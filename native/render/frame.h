@@ -22,10 +22,12 @@ struct FrameContext {
 /// A pixel of the region by its number in the full frame: pictures of a part equal that part of the whole.
 uint32_t full_frame_pixel(const Settings& settings, int x, int y);
 
-/// The camera ray of a pixel's sample in a frame; takes the filter and lens dimensions of its sampler.
-Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sampler);
+/// The camera ray of a pixel's sample in a frame; takes the filter and lens dimensions of its sampler. What it meets is
+/// left in the scratch where that is known.
+Ray sample_camera_ray(const FrameContext& context, int x, int y, PathSampler& sampler, PathScratch& scratch);
 /// The same of another camera.
-Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, int y, PathSampler& sampler);
+Ray sample_camera_ray(const FrameContext& context, const Camera& camera, int x, int y, PathSampler& sampler,
+                      PathScratch& scratch);
 
 /// Before frames that are alike: tells what their random numbers depend on. `frame` is the first one's place in the
 /// render, `number` its own.

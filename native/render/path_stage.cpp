@@ -177,7 +177,7 @@ class ScreenPathStage final : public PathStage {
     const int x = static_cast<int>(origin.pixel % width) - s.region.x;
     const int y = static_cast<int>(origin.pixel / width) - s.region.y;
     PathSampler sampler(s.seed, origin.pixel, origin.frame, s.sequence);
-    const Ray ray = sample_camera_ray(context_, cameras_[origin.frame], x, y, sampler);
+    const Ray ray = sample_camera_ray(context_, cameras_[origin.frame], x, y, sampler, replay.scratch);
     ask_for_light(replay.capture, s);
     ask(replay.capture, origin.pixel, origin.frame);
     trace_path(context_.paths, ray, sampler, replay.scratch, &replay.capture);

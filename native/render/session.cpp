@@ -15,6 +15,7 @@
 #include "render/learning_views.h"
 #include "render/sharing_trial.h"
 #include "scene/scene_memory.h"
+#include "scene/surface_sheet.h"
 #include "transport/camera_ray.h"
 #include "transport/media.h"
 
@@ -45,6 +46,14 @@ uint32_t next_look(uint32_t frames) {
   return frames < power + power / 2 ? power + power / 2 : 2 * power;
 }
 
+void check_sheet(const Scene& scene, const Settings& settings) {
+  if (scene.camera.type != CameraType::SHEET) return;
+  const SurfaceSheet& sheet = *scene.camera.sheet;
+  if (sheet.width == settings.width && sheet.height == settings.height) return;
+  throw Error("camera", "looks at a sheet of " + std::to_string(sheet.width) + " x " + std::to_string(sheet.height) +
+                            " pixels: the picture has to have that size");
+}
+
 double seconds_since(std::chrono::steady_clock::time_point t) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
 }
@@ -67,6 +76,7 @@ void Session::start(std::shared_ptr<const Scene> scene, std::shared_ptr<RenderCa
   std::lock_guard lock(mutex_);
   if (was_started_) throw Error("session", "was started already; make a new one for another render");
   was_started_ = true;
+  check_sheet(*scene, settings_);
   if (!Media::find_name(*scene).empty()) settings_ = settings_.by_path_tracing();
   if (settings_.noise_threshold > 0.0 && !settings_.tells_noise())
     throw Error("noise_threshold", "needs frames that are independent of each other, without temporal reuse");

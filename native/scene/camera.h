@@ -2,12 +2,16 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 
 #include "base/transform.h"
 
 namespace cistern {
 
-enum class CameraType : uint8_t { PERSPECTIVE, ORTHOGRAPHIC, PANORAMIC };
+struct SurfaceSheet;
+
+/// SHEET: looks at each point of a surface from right above it, for baking.
+enum class CameraType : uint8_t { PERSPECTIVE, ORTHOGRAPHIC, PANORAMIC, SHEET };
 
 enum class PanoramaType : uint8_t {
   EQUIRECTANGULAR,
@@ -47,6 +51,10 @@ struct Camera {
   float blade_rotation = 0.0f;                // radians
   float aperture_ratio = 1.0f;                // > 1: anamorphic, narrower in x
   Panorama panorama;                          // of PANORAMIC ones, which have no window
+  // Of SHEET ones. What they see has the size of the sheet; the rest of a camera says where materials take it to be.
+  std::shared_ptr<const SurfaceSheet> sheet;
+  bool sees_sheet_from_eye = false;  // from camera_to_world's translation
+  bool is_parallel = false;          // then along its view axis instead
   friend bool operator==(const Camera&, const Camera&) = default;
 };
 

@@ -217,6 +217,15 @@ void SceneBuilder::set_camera(const Camera& camera, const std::string& name) {
   scene_.camera = camera;
 }
 
+void SceneBuilder::set_sheet(const SheetInput& input, bool sees_from_eye, const std::string& name) {
+  auto sheet = std::make_shared<const SurfaceSheet>(make_surface_sheet(scene_, input, name));
+  Camera& camera = scene_.camera;
+  camera.is_parallel = camera.type == CameraType::ORTHOGRAPHIC;
+  camera.type = CameraType::SHEET;
+  camera.sheet = std::move(sheet);
+  camera.sees_sheet_from_eye = sees_from_eye;
+}
+
 void SceneBuilder::remove_mesh(int handle) {
   check_handle("scene", "mesh", handle, scene_.meshes.size());
   scene_.meshes[static_cast<size_t>(handle)].reset();

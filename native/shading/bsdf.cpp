@@ -314,6 +314,19 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
   return sample;
 }
 
+float mean_roughness(const Bsdf& bsdf) {
+  float sum = 0.0f, weights = 0.0f;
+  for (int i = 0; i < bsdf.count; ++i) {
+    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
+    const MicrofacetLobe* microfacet = as_microfacet(lobe);
+    if (!microfacet) continue;
+    const float weight = std::abs(average(lobe.weight));
+    sum += weight * std::sqrt(std::sqrt(microfacet->alpha_x * microfacet->alpha_y));
+    weights += weight;
+  }
+  return weights > 0.0f ? sum / weights : 1.0f;
+}
+
 bool is_smooth(const Lobe& lobe) {
   // roughness^4 = alpha_x alpha_y
   constexpr float kAlphaProduct = kReconnectRoughness * kReconnectRoughness * kReconnectRoughness * kReconnectRoughness;

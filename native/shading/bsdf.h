@@ -276,6 +276,9 @@ uint8_t scattered_kinds(const Bsdf& bsdf);
 /// Kind of the lobe that is sampled most; of those that transmit, transmission. The Bsdf must scatter.
 ScatterKind strongest_kind(const Bsdf& bsdf);
 
+/// What users set, mean over the lobes that reflect or refract by their weights; 1 without any. Hair counts as rough.
+float mean_roughness(const Bsdf& bsdf);
+
 /// Directional albedo estimate for denoising, [0, 1] for conserving materials; and the mean shading normal.
 Rgb bsdf_albedo(const Bsdf& bsdf);
 Vec3 bsdf_normal(const Bsdf& bsdf);

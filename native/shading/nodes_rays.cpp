@@ -106,10 +106,8 @@ class BevelProbes {
 
 }  // namespace
 
-float ambient_occlusion_node(const NodeContext& context, const OcclusionSettings& settings, float distance,
-                             Vec3 normal) {
-  if (!(distance > 0.0f) || !can_trace(context, settings.is_local)) return 1.0f;
-  const SurfacePoint& point = context.point;
+float ambient_occlusion(const Accel& accel, const SurfacePoint& point, const OcclusionSettings& settings,
+                        float distance, Vec3 normal) {
   const Vec3 n = normalize_or(normal, point.ns);
   const Frame frame(settings.is_inside ? -n : n);
   const uint32_t seed = seed_of(point);
@@ -123,13 +121,19 @@ float ambient_occlusion_node(const NodeContext& context, const OcclusionSettings
       const Vec3 direction = normalize(frame.to_world(square_to_cosine_hemisphere(u)));
       const Vec3 origin = offset_origin(point.position, point.clearance, point.ng, direction);
       if (settings.is_local)
-        blocked += context.accel->obstructed_by_instance({origin, direction, 0.0f, distance}, point.instance) ? 1 : 0;
+        blocked += accel.obstructed_by_instance({origin, direction, 0.0f, distance}, point.instance) ? 1 : 0;
       else
         rays.set(static_cast<size_t>(i), {origin, direction, 0.0f, distance});
     }
-    if (!settings.is_local) blocked += popcount(context.accel->obstructed(rays, kVisibleToShadow));
+    if (!settings.is_local) blocked += popcount(accel.obstructed(rays, kVisibleToShadow));
   }
   return 1.0f - static_cast<float>(blocked) / static_cast<float>(settings.rays);
+}
+
+float ambient_occlusion_node(const NodeContext& context, const OcclusionSettings& settings, float distance,
+                             Vec3 normal) {
+  if (!(distance > 0.0f) || !can_trace(context, settings.is_local)) return 1.0f;
+  return ambient_occlusion(*context.accel, context.point, settings, distance, normal);
 }
 
 Vec3 bevel_node(const NodeContext& context, int probes, float radius, Vec3 normal) {

@@ -23,7 +23,12 @@ struct OcclusionSettings {
 };
 
 /// Part of the cosine-weighted hemisphere around `normal`, or opposite to it, that meets nothing up to `distance`, in
-/// metres. Whatever shadow rays see blocks, opaque or not. 1 where the distance is not above 0.
+/// metres. Whatever shadow rays see blocks, opaque or not. The point is on a mesh of the accel, and the distance above
+/// 0.
+float ambient_occlusion(const Accel& accel, const SurfacePoint& point, const OcclusionSettings& settings,
+                        float distance, Vec3 normal);
+
+/// The same of a node; 1 where the distance is not above 0.
 float ambient_occlusion_node(const NodeContext& context, const OcclusionSettings& settings, float distance,
                              Vec3 normal);
 

@@ -1,6 +1,7 @@
 #include "transport/camera_ray.h"
 
 #include "base/warp.h"
+#include "scene/surface_sheet.h"
 #include "transport/panorama.h"
 
 namespace cistern {
@@ -26,7 +27,7 @@ namespace {
 /// [Cycles] A lens across each direction, in focus on a sphere.
 Ray panoramic_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
   const std::optional<Vec3> seen = panorama_direction(camera.panorama, film_position);
-  if (!seen) return {camera.camera_to_world.translation, {0.0f, 0.0f, 1.0f}, 0.0f, -1.0f};
+  if (!seen) return kSeesNothing;
   Vec3 origin, direction = *seen;
   if (camera.aperture_radius > 0.0f) {
     const Vec3 side = normalize_or(Vec3{1.0f, 0.0f, 0.0f} - direction.x * direction, {0.0f, 1.0f, 0.0f});
@@ -41,6 +42,7 @@ Ray panoramic_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
 }  // namespace
 
 Ray camera_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
+  if (camera.type == CameraType::SHEET) return kSeesNothing;
   if (camera.type == CameraType::PANORAMIC) return panoramic_ray(camera, film_position, u_lens);
   const float x = lerp(camera.left, camera.right, film_position.x);
   const float y = lerp(camera.bottom, camera.top, film_position.y);
@@ -63,6 +65,7 @@ Ray camera_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
 }
 
 std::optional<Vec2> project(const Camera& camera, Vec3 position) {
+  if (camera.type == CameraType::SHEET) return std::nullopt;
   const Vec3 offset = position - camera.camera_to_world.translation;
   if (camera.type == CameraType::PANORAMIC) {
     const Transform& axes = camera.camera_to_world;
@@ -85,6 +88,7 @@ float camera_depth(const Camera& camera, Vec3 position) {
 
 PixelFootprint pixel_footprint(const Camera& camera, int width, int height) {
   if (camera.type == CameraType::PANORAMIC) return {0.0f, panorama_pixel_angle(camera.panorama, width, height)};
+  if (camera.type == CameraType::SHEET) return {camera.sheet->pixel_size, 0.0f};
   const float pixel = 0.5f * ((camera.right - camera.left) / static_cast<float>(width) +
                               (camera.top - camera.bottom) / static_cast<float>(height));
   if (camera.type == CameraType::ORTHOGRAPHIC) return {pixel, 0.0f};

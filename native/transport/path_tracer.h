@@ -44,6 +44,7 @@ struct TaughtVertex {
 
 /// Reusable memory of one thread, so that nothing is allocated per sample.
 struct PathScratch {
+  std::optional<Hit> known_hit;  // of the camera ray to come: it is not traced
   std::vector<LampHit> lamp_hits;
   bool trains_lights = false;              // whether paths leave records where lights are chosen by what was learned
   std::vector<LightRecord> light_records;  // of all paths so far

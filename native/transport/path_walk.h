@@ -152,11 +152,18 @@ class Walk {
 
   void see(const SurfacePoint& point, const Bsdf& bsdf) {
     const Rgb throughput = throughput_.total(), alpha = max(Rgb(0.0f), Rgb(1.0f) - bsdf.transparency);
-    scratch_.seen_surfaces.push_back(
-        {point, state_, false, bsdf.holdout >= 1.0f, average(throughput), average(alpha), average(throughput * alpha)});
+    scratch_.seen_surfaces.push_back({point, state_, false, bsdf.holdout >= 1.0f, average(throughput), average(alpha),
+                                      average(throughput * alpha), bsdf.scatters() ? bsdf_normal(bsdf) : point.ns,
+                                      mean_roughness(bsdf)});
   }
 
-  void see_held_out(const SurfacePoint& point) { scratch_.seen_surfaces.push_back({point, state_, false, true}); }
+  void see_held_out(const SurfacePoint& point) {
+    SeenSurface seen;
+    seen.point = point;
+    seen.path = state_;
+    seen.is_held_out = true;
+    scratch_.seen_surfaces.push_back(seen);
+  }
 
   void see_environment() {
     SeenSurface seen;

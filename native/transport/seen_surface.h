@@ -14,6 +14,8 @@ struct SeenSurface {
   float throughput = 1.0f;    // mean over channels, before the surface
   float alpha = 1.0f;         // mean of what does not pass it straight
   float contribution = 1.0f;  // mean of the product of the two
+  Vec3 normal;                // with bump and normal maps
+  float roughness = 1.0f;     // see mean_roughness
 };
 
 }  // namespace cistern

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "base/check.h"
+#include "base/rng.h"
 #include "render/render_scenes.h"
 
 namespace cistern::test {
@@ -59,6 +60,51 @@ TEST(SurfaceFilm, LateSamplesCountAsMuchAsEarlyOnes) {
   const SeenSurface seen = seen_at(*scene, 4.6f, 1.0f, 1.0f);  // Mist 0.9
   for (uint32_t k = 0; k < 1 << 20; ++k) film.add(0, *scene, {&seen, 1});
   EXPECT_NEAR(film.resolve(kMist)[0], 0.9f, 0.1f * 2.8e-4f);
+}
+
+// Of a ceiling at height h, rays of length d meet what is within an angle whose cosine is h / d: open is its square.
+TEST(SurfaceFilm, OcclusionIsWhatIsNearOfTheHemisphere) {
+  PathScene room;
+  room.floor(0.0f, 1.0f, room.diffuse(0.5f));
+  room.floor(1.0f, 1000.0f, room.diffuse(0.5f));
+  const auto scene = room.builder.snapshot();
+  const auto accel = Accel::build(scene);
+  const int samples = 4096;
+  for (const float distance : {0.5f, 1.25f, 2.0f}) {
+    SurfacePasses passes;
+    passes.occlusion = true;
+    passes.occlusion_distance = distance;
+    SurfaceFilm film(passes, 2, 1, {});
+    Rng rng(1, 0, 0, 0);
+    for (int i = 0; i < samples; ++i) {
+      const Vec2 u = rng.next_vec2();
+      const Ray down{{0.9f * (u.x - 0.5f), 0.9f * (u.y - 0.5f), 0.5f}, {0, 0, -1}};
+      SeenSurface seen;
+      seen.point = make_surface_point(*scene, down, *accel->intersect(down, kVisibleToCamera));
+      seen.normal = seen.point.ng;
+      film.add(0, *scene, {&seen, 1}, accel.get());
+      seen.contribution = 0.5f;
+      film.add(1, *scene, {&seen, 1}, accel.get());
+    }
+    const float open = std::min(1.0f / sqr(distance), 1.0f);
+    const float tolerance = 5.0f * std::sqrt(open * (1.0f - open) / samples) + 1e-5f;  // 5 sigma of single rays
+    const std::vector<float> pixels = film.resolve({SurfaceLayer::Kind::OCCLUSION, 3});
+    EXPECT_NEAR(pixels[0], open, tolerance);
+    EXPECT_EQ(pixels[0], pixels[2]);
+    EXPECT_NEAR(pixels[3], 0.5f * open, tolerance);
+    EXPECT_GT(std::abs(pixels[0] - (1.0f - 1.0f / distance)), tolerance) << "of the evenly covered hemisphere";
+  }
+}
+
+TEST(SurfaceFilm, RoughnessIsThatOfTheFirstSurface) {
+  const std::shared_ptr<const Scene> scene = small_room();
+  SurfacePasses passes;
+  passes.roughness = true;
+  SurfaceFilm film(passes, 1, 1, {});
+  SeenSurface seen[] = {seen_at(*scene, 1.0f, 1.0f, 0.25f), seen_at(*scene, 2.0f, 0.75f, 1.0f)};
+  seen[0].roughness = 0.1f, seen[1].roughness = 0.7f;
+  film.add(0, *scene, seen);
+  EXPECT_FLOAT_EQ(film.resolve({SurfaceLayer::Kind::ROUGHNESS, 1})[0], 0.7f);
 }
 
 TEST(SurfaceFilm, VectorIsTheWayInPixelsFromTheFrameBeforeAndToTheNext) {
