@@ -1,4 +1,4 @@
-"""The render engine as Blender sees it: final renders of view layers, 3D viewports, and icons.
+"""The render engine as Blender sees it: final renders of view layers, bakes, 3D viewports, and icons.
 
 Departures from Blender's template, each forced by a crash or a leak seen in a supported version:
 no `__init__` (5.2 runs it twice) and no `__del__` (there is none to call upward): everything native is local to
@@ -10,13 +10,16 @@ import contextlib
 import time
 import traceback
 import weakref
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import bpy
 
 from . import core as core_loader
 from . import passes, report
-from .layer_render import LayerRender, RenderFailedError
+from .bake import BakeRender
+from .layer_render import LayerRender
+from .session_render import RenderFailedError
 from .viewport import Viewport
 from .viewport_render import stop_all
 
@@ -36,6 +39,7 @@ class CisternEngine(bpy.types.RenderEngine):
     bl_use_eevee_viewport = True
 
     kept_export = None  # the exporter of the previous frame, under Persistent Data
+    baked_images = 0  # so far
     viewport: Viewport | None = None  # of a 3D viewport; each has an engine of its own
 
     def update_render_passes(
@@ -46,12 +50,30 @@ class CisternEngine(bpy.types.RenderEngine):
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         figures = report.RenderReport(depsgraph.scene_eval.frame_current, depsgraph.view_layer_eval.name)
+        self.run_reported(figures, lambda: LayerRender(self, depsgraph, core_loader.load(), figures).run())
+
+    def bake(
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        obj: bpy.types.Object,
+        pass_type: str,
+        pass_filter: int,
+        width: int,
+        height: int,
+    ) -> None:
+        figures = report.RenderReport(depsgraph.scene_eval.frame_current, f"Bake of {obj.name}")
+        wanted = (obj, pass_type, pass_filter, (width, height))
+        self.run_reported(figures, lambda: BakeRender(self, depsgraph, core_loader.load(), figures).run(*wanted))
+
+    def run_reported(self, figures: report.RenderReport, run: Callable[[], None]) -> None:
+        """Announce the figures of what runs. An error that reached Blender would be lost, and crash it while it writes
+        an EXR file."""
         start, cpu_start = time.perf_counter(), time.process_time()
         try:
             if is_disabled():
                 raise RenderFailedError("Cistern has been disabled")
-            LayerRender(self, depsgraph, core_loader.load(), figures).run()
-        except Exception as error:  # one that reached Blender would be lost, and crash it while it writes an EXR file
+            run()
+        except Exception as error:
             figures.error = error_sentence(error)
             self.kept_export = None
         figures.seconds = time.perf_counter() - start

@@ -8,13 +8,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import bpy
 
 from . import cryptomatte, denoise, passes, report, settings, shadow_catchers, view_modes, volumes
-from .progress import Span, stage_share, status_text
+from .progress import Span
+from .session_render import Look, Moments, SessionRender
 from .shadow_catchers import ShadowPlan
 from .view_modes import with_passes
 from .views import place_view_camera, view_names
@@ -27,47 +28,18 @@ if TYPE_CHECKING:
     from .sync.scene import SceneSync
     from .sync.shutter import MotionBlur
 
-# How often Esc is looked for, and the display of the progress renewed.
-POLL_SECONDS = 0.1
-
 # Unfinished pictures are shown no more often than this, and in at most a tenth of the time.
 DISPLAY_SECONDS = 1.0
 DISPLAY_SHARE = 0.1
 
-BYTES_PER_MB = 1e6
 
-
-class RenderFailedError(RuntimeError):
-    """The core stopped a render; the text is the core's sentence."""
-
-
-@dataclass(frozen=True)
-class Moments:
-    """Snapshots of a scene: as the frame shows it and, with motion blur, as the shutter opens and closes."""
-
-    scene: Any
-    ends: tuple[Any, ...]
-    cache: Any = None
-    """A core's RenderCache: what sessions with variants of the scene take over from each other."""
-
-    def shadow_catchers_alone(self) -> Moments:
-        alone, *ends = (scene.shadow_catchers_alone() for scene in (self.scene, *self.ends))
-        return Moments(alone, tuple(ends), self.cache)
-
-    def backdrop(self) -> Moments:
-        return Moments(self.scene.backdrop(), ())
-
-
-class LayerRender:
+class LayerRender(SessionRender):
     """The render of one view layer of one frame: export, sessions (one for each view), pixels, figures."""
 
     def __init__(
         self, engine: CisternEngine, depsgraph: bpy.types.Depsgraph, core: ModuleType, figures: report.RenderReport
     ) -> None:
-        self.engine = engine
-        self.depsgraph = depsgraph
-        self.core = core
-        self.figures = figures
+        super().__init__(engine, depsgraph, core, figures)
         self.layer_name = depsgraph.view_layer_eval.name
         self.passes = passes.enabled_passes(depsgraph.view_layer_eval)
         self.view_mode = settings.view_mode(depsgraph.scene_eval, engine.is_preview)
@@ -80,7 +52,6 @@ class LayerRender:
         self.warn_of_passes()
         self.blur = self.motion_blur()
         self.keeps_export = depsgraph.scene_eval.render.use_persistent_data
-        self.is_cancelled = False
 
     def run(self) -> None:
         from .sync import SyncStoppedError
@@ -162,7 +133,7 @@ class LayerRender:
         try:
             plan = self.shadow_plan(moments)
             if plan is None:
-                read = self.finished_reader(self.rendered(self.arguments, moments, span, result, view))
+                read = self.finished_reader(self.rendered(self.arguments, moments, span, self.display(result, view)))
                 self.warn_of_black_picture(read)
             else:
                 moments = replace(moments, cache=self.core.RenderCache())
@@ -182,7 +153,7 @@ class LayerRender:
     ) -> view_modes.Reader:
         """Reads the passes of a finished picture with shadows on its catchers."""
         of_scene, of_shadows = span.split(shadow_catchers.SCENE_SHARE)
-        read = self.rendered(plan.scene_arguments(), moments, of_scene, result, view)
+        read = self.rendered(plan.scene_arguments(), moments, of_scene, self.display(result, view))
         samples, mean_samples = self.figures.samples, self.figures.mean_samples
         if self.is_cancelled or samples == 0:
             return read
@@ -200,72 +171,23 @@ class LayerRender:
         self.figures.samples, self.figures.mean_samples = samples, mean_samples
         return with_passes(read, pictures | {"Combined": matte})
 
-    def rendered(
-        self,
-        arguments: dict[str, Any],
-        moments: Moments,
-        span: Span,
-        result: bpy.types.RenderResult | None = None,
-        view: str = "",
-    ) -> view_modes.Reader:
-        """Reads the passes of a session that was watched to its end; with a result, that shows unfinished pictures.
-        Raises RenderFailedError."""
-        session = self.core.Session(self.core.Settings(**arguments))
-        session.start(moments.scene, cache=moments.cache, shutter=moments.ends or None)
-        try:
-            self.watch(session, span, result, view)
-        except BaseException:
-            session.cancel()
-            raise
-        return shadow_catchers.unshadowed(session.read)
-
-    def watch(self, session: Any, span: Span, result: bpy.types.RenderResult | None, view: str) -> None:  # noqa: ANN401
-        """Poll until the session stops. Raises RenderFailedError."""
-        display = DisplayClock()
+    def display(self, result: bpy.types.RenderResult, view: str) -> Look:
+        """Shows unfinished pictures."""
+        clock = DisplayClock()
         seen = 0
-        while True:
-            progress = session.wait(POLL_SECONDS)
-            self.show(progress, span)
-            if progress.status is not self.core.Status.RUNNING:
-                break
-            if self.engine.is_stop_wanted():
-                self.is_cancelled = True
-                session.cancel()
-            elif result is not None and progress.version != seen and display.is_due():
-                seen = progress.version
-                self.write(shadow_catchers.unshadowed(session.read), result, view)
-                self.engine.update_result(result)
-                display.restart()
-        self.account(progress)
 
-    def show(self, progress: Any, span: Span) -> None:  # noqa: ANN401
-        engine = self.engine
-        megabytes = progress.memory_bytes / BYTES_PER_MB
-        self.figures.peak_memory_mb = max(self.figures.peak_memory_mb, megabytes)
-        engine.update_progress(span.start + span.length * stage_share(progress))
-        engine.update_memory_stats(memory_used=megabytes, memory_peak=self.figures.peak_memory_mb)
-        engine.update_stats("", status_text(progress))
+        def look(session: Any, progress: Any) -> None:  # noqa: ANN401
+            nonlocal seen
+            if progress.version == seen or not clock.is_due():
+                return
+            seen = progress.version
+            self.write(shadow_catchers.unshadowed(session.read), result, view)
+            self.engine.update_result(result)
+            clock.restart()
 
-    def account(self, progress: Any) -> None:  # noqa: ANN401
-        """Take over the final figures of a view. Raises RenderFailedError."""
-        if progress.status is self.core.Status.FAILED:
-            raise RenderFailedError(progress.error)
-        self.figures.samples, self.figures.mean_samples = progress.frames_done, progress.mean_samples
-        if progress.noise >= 0.0:
-            self.figures.noise = progress.noise
-        if progress.non_finite_samples > 0:
-            self.figures.warnings.append(
-                f"{progress.non_finite_samples} samples were not finite and count as black: please report the scene"
-            )
-        if progress.non_finite_weights > 0:
-            self.figures.warnings.append(
-                f"{progress.non_finite_weights} weights of reused light were not finite and count as zero: please "
-                "report the scene"
-            )
+        return look
 
     def warn_of_passes(self) -> None:
-        for name in passes.passes_left_out(self.depsgraph.view_layer_eval):
-            self.figures.warnings.append(f"View layer '{self.layer_name}': there is no pass {name}")
         for name in passes.aovs_left_out(self.depsgraph.view_layer_eval):
             self.figures.warnings.append(
                 f"View layer '{self.layer_name}': shader AOV '{name}' is left out, since another pass has this name"

@@ -39,6 +39,13 @@ PASSES = (
     RenderPass("Vector", "Vector", "XYZW", "VECTOR", lambda layer: layer.use_pass_vector),
     RenderPass("UV", "UV", "UVA", "VECTOR", lambda layer: layer.use_pass_uv),
     RenderPass(
+        "Ambient Occlusion" if HAS_LONG_NAMES else "AO",
+        "Ambient Occlusion",
+        "RGB",
+        "COLOR",
+        lambda layer: layer.use_pass_ambient_occlusion,
+    ),
+    RenderPass(
         "Object Index" if HAS_LONG_NAMES else "IndexOB",
         "Object Index",
         "X",
@@ -192,11 +199,6 @@ def aovs_left_out(view_layer: bpy.types.ViewLayer) -> list[str]:
     """Names of AOVs that other passes have."""
     kept = {render_pass.core_name for render_pass in enabled_passes(view_layer)}
     return [aov.name for aov in view_layer.aovs if aov_core_name(aov) not in kept]
-
-
-def passes_left_out(view_layer: bpy.types.ViewLayer) -> list[str]:
-    """Names of passes of Cycles that the view layer asks for and that do not exist here."""
-    return ["Ambient Occlusion"] if view_layer.use_pass_ambient_occlusion else []
 
 
 def cut_name(name: str) -> str:

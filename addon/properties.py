@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
 from . import view_modes
+from .bake_types import BAKE_ITEMS
 from .layer_properties import CisternViewLayerSettings
 from .reuse_properties import ReuseSettings
 from .techniques import (
@@ -126,6 +127,12 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         name="Viewport View",
         description="What 3D viewports show: the render, a part of its light, or what reuse works with",
         items=view_modes.VIEW_ITEMS,
+        default="COMBINED",
+    )
+    bake_type: EnumProperty(
+        name="Bake Type",
+        description="What is baked into the images, or colours, of the selected objects",
+        items=BAKE_ITEMS,
         default="COMBINED",
     )
     viewport_pause: BoolProperty(

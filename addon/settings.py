@@ -167,9 +167,38 @@ def core_settings(
         "adaptive_sampling": scene.cistern.use_adaptive_sampling,
         **scene_settings(core, scene, technique, core_passes),
         **(mist_settings(depsgraph) if "Mist" in core_passes else {}),
+        **(occlusion_settings(depsgraph) if "Ambient Occlusion" in core_passes else {}),
         # Cycles looks at the sky there for the pass Environment alone.
         "groups_behind_film": depsgraph.view_layer_eval.use_pass_environment,
     }
+
+
+def bake_settings(
+    core: ModuleType, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], core_passes: list[str]
+) -> dict[str, Any]:
+    """The keyword arguments of the core's `Settings` for an image of that size to be baked: those of the final render
+    but for what a camera has to do with, and without history, which knows pixels only by what a camera sees."""
+    scene = depsgraph.scene_eval
+    technique = technique_arguments(dict(settings_in_force(scene.cistern)), core)
+    if "temporal_reuse" in technique:
+        technique["temporal_reuse"] = False
+    return {
+        **scene_settings(core, scene, technique, core_passes),
+        "width": size[0],
+        "height": size[1],
+        "samples": sample_count(scene, depsgraph.view_layer_eval, is_preview=False),
+        "pixel_filter": core.PixelFilter["BOX"],
+        "filter_width": 1.0,
+        "film_transparent": False,
+        "film_transparent_glass": False,
+        **occlusion_settings(depsgraph),
+    }
+
+
+def occlusion_settings(depsgraph: bpy.types.Depsgraph) -> dict[str, float]:
+    """How far away is what occludes, of Ambient Occlusion."""
+    world = depsgraph.view_layer_eval.world_override or depsgraph.scene_eval.world
+    return {} if world is None else {"occlusion_distance": world.light_settings.distance}
 
 
 def noise_settings(scene: bpy.types.Scene, threshold: float) -> dict[str, Any]:

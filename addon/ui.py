@@ -5,7 +5,7 @@ import bpy
 from bl_ui import properties_view_layer
 from bpy.types import Context, Panel
 
-from . import ui_data, ui_sampling, ui_viewport
+from . import ui_bake, ui_data, ui_sampling, ui_viewport
 from .ui_base import ENGINE, CisternPanel, split_layout
 
 # Blender's general panels that would show settings of other engines, or of features that this engine does not have;
@@ -225,6 +225,7 @@ class CISTERN_VIEWLAYER_PT_passes_light(CisternPanel, Panel):
         column = layout.column(heading="Other", align=True)
         column.prop(view_layer, "use_pass_emit", text="Emission")
         column.prop(view_layer, "use_pass_environment")
+        column.prop(view_layer, "use_pass_ambient_occlusion", text="Ambient Occlusion")
         column.prop(view_layer.cistern, "use_pass_shadow_catcher")
 
 
@@ -275,6 +276,7 @@ CLASSES = (
     CISTERN_RENDER_PT_shutter_curve,
     CISTERN_RENDER_PT_simplify,
     CISTERN_RENDER_PT_performance,
+    *ui_bake.CLASSES,
     CISTERN_VIEWLAYER_PT_passes,
     CISTERN_VIEWLAYER_PT_passes_light,
     CISTERN_VIEWLAYER_PT_passes_cryptomatte,

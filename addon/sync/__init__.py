@@ -9,6 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 MATTE_KINDS = ("object", "material", "asset")
 
 
@@ -30,6 +33,9 @@ class SyncReport:
     """Wall time by stage."""
     matte_names: dict[str, set[str]] = field(default_factory=lambda: {kind: set() for kind in MATTE_KINDS})
     """Names of all objects, materials and assets (topmost parents) with surfaces that were looked at."""
+
+    surface_items: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
+    """By instance of the builder: the item of the dependency graph that it shows."""
 
     is_stopped: Callable[[], bool] = lambda: False
     _told: set[str] = field(default_factory=set)

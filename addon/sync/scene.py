@@ -42,6 +42,7 @@ class SceneSync:
         camera: bpy.types.Object | None = None,
         motion: Sequence[MotionStep] = (),
         is_stopped: Callable[[], bool] = lambda: False,
+        needs_camera: bool = True,
     ) -> SyncReport:
         """Fill `builder`. `camera` overrides the scene's. Raises SyncError, the core's Error, or SyncStoppedError once
         `is_stopped` says so."""
@@ -54,6 +55,7 @@ class SceneSync:
             images=self._images,
             motion=motion,
             is_stopped=is_stopped,
+            needs_camera=needs_camera,
         )
 
     def sync_moment(
@@ -82,15 +84,16 @@ def sync_scene(
     images: ImageCache | None = None,
     motion: Sequence[MotionStep] = (),
     is_stopped: Callable[[], bool] = lambda: False,
+    needs_camera: bool = True,
 ) -> SyncReport:
     """Add everything the dependency graph shows to an empty builder. `camera` overrides the scene's.
 
-    Raises SyncError without a camera, and lets the core's Error through: its text names the data-block. Raises
-    SyncStoppedError once `is_stopped` says so; the builder is then good for nothing."""
+    Raises SyncError without a camera that it needs, and lets the core's Error through: its text names the data-block.
+    Raises SyncStoppedError once `is_stopped` says so; the builder is then good for nothing."""
     report = SyncReport(is_stopped=is_stopped)
     cache = images if images is not None else ImageCache()
     try:
-        _sync(depsgraph, builder, core, camera, cache, report, motion)
+        _sync(depsgraph, builder, core, camera, cache, report, motion, needs_camera)
     finally:
         if images is None:
             cache.close()
@@ -105,14 +108,16 @@ def _sync(
     images: ImageCache,
     report: SyncReport,
     motion: Sequence[MotionStep],
+    needs_camera: bool,
 ) -> None:
     scene = depsgraph.scene_eval
     with timed(report, "camera"):
         camera_object = camera if camera is not None else scene.camera
         if camera_object is not None:
             camera_object = camera_object.evaluated_get(depsgraph)
-        camera_now = camera_arguments(scene, camera_object, report)
-        builder.set_camera(**camera_now)
+        if needs_camera or camera_object is not None:
+            camera_now = camera_arguments(scene, camera_object, report)
+            builder.set_camera(**camera_now)
     with timed(report, "trees"):
         uses = tree_uses(depsgraph)
         images.begin(scene.frame_current)
@@ -128,6 +133,7 @@ def _sync(
     with timed(report, "instances"):
         instances = InstanceSync(depsgraph, builder, materials, uses, report, light_groups=light_groups)
         instances.run()
+        report.surface_items = instances.surface_items
         if motion:
             place_steps(builder, motion, depsgraph, instances.surface_items)
             builder.set_camera(**camera_now)

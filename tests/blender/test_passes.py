@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
-from addon import passes, report
+from addon import passes
 from tests.blender.engine_fakes import CONSTANTS, fresh_scene, install, read_channels, render
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -155,13 +155,3 @@ def test_numbers_of_reuse_go_through_the_compositor(core, tmp_path, core_name):
 def test_wrong_number_of_channels_is_refused():
     with pytest.raises(ValueError, match="Combined"):
         passes.flat_pixels(passes.PASSES[0], np.zeros((2, 2, 3), np.float32))
-
-
-def test_passes_that_do_not_exist_are_named(core, tmp_path):
-    scene = fresh_scene()
-    layer = scene.view_layers[0]
-    assert passes.passes_left_out(layer) == []
-    layer.use_pass_ambient_occlusion = True
-    assert passes.passes_left_out(layer) == ["Ambient Occlusion"]
-    render(scene, tmp_path)
-    assert f"View layer '{layer.name}': there is no pass Ambient Occlusion" in report.last_report().warnings

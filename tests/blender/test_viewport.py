@@ -13,7 +13,7 @@ from mathutils import Matrix, Vector
 import addon.engine
 from addon import core as core_loader
 from addon import viewport as viewport_module
-from addon.layer_render import RenderFailedError
+from addon.session_render import RenderFailedError
 from addon.sync import changes, live
 from addon.viewport import Viewport
 from addon.viewport_camera import WHOLE, viewport_view

@@ -1,0 +1,97 @@
+"""The panels of baking. What they set is Blender's, but for the type, of which each engine has its own."""
+# ruff: noqa: N801  (Blender wants CATEGORY_PT_name)
+
+from bpy.types import Context, Panel
+
+from .ui_base import CisternPanel, split_layout
+
+LIGHT_TYPES = frozenset({"DIFFUSE", "GLOSSY", "TRANSMISSION"})
+
+
+class CISTERN_RENDER_PT_bake(CisternPanel, Panel):
+    bl_label = "Bake"
+    bl_context = "render"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        settings, bake = context.scene.cistern, context.scene.render.bake
+        layout.operator("object.bake", icon="RENDER_STILL").type = settings.bake_type
+        layout.prop(settings, "bake_type")
+        layout.prop(bake, "view_from")
+
+
+class CISTERN_RENDER_PT_bake_influence(CisternPanel, Panel):
+    bl_label = "Influence"
+    bl_context = "render"
+    bl_parent_id = "CISTERN_RENDER_PT_bake"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        has_choices = LIGHT_TYPES | {"COMBINED", "NORMAL"}
+        return super().poll(context) and context.scene.cistern.bake_type in has_choices
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        bake, bake_type = context.scene.render.bake, context.scene.cistern.bake_type
+        if bake_type == "NORMAL":
+            layout.prop(bake, "normal_space", text="Space")
+            column = layout.column(align=True)
+            for axis, title in (("r", "Swizzle R"), ("g", "G"), ("b", "B")):
+                column.prop(bake, f"normal_{axis}", text=title)
+            return
+        column = layout.column(heading="Light", align=True)
+        column.prop(bake, "use_pass_direct")
+        column.prop(bake, "use_pass_indirect")
+        if bake_type in LIGHT_TYPES:
+            column.prop(bake, "use_pass_color")
+            return
+        column = layout.column(heading="Contributions", align=True)
+        column.active = bake.use_pass_direct or bake.use_pass_indirect
+        for kind in ("diffuse", "glossy", "transmission"):
+            column.prop(bake, f"use_pass_{kind}")
+        layout.column().prop(bake, "use_pass_emit")
+
+
+class CISTERN_RENDER_PT_bake_selected(CisternPanel, Panel):
+    bl_label = "Selected to Active"
+    bl_context = "render"
+    bl_parent_id = "CISTERN_RENDER_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw_header(self, context: Context) -> None:
+        self.layout.prop(context.scene.render.bake, "use_selected_to_active", text="")
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        bake = context.scene.render.bake
+        layout.active = bake.use_selected_to_active
+        layout.prop(bake, "use_cage")
+        if bake.use_cage:
+            layout.prop(bake, "cage_object")
+        column = layout.column()
+        column.prop(bake, "cage_extrusion", text="Extrusion")
+        column.prop(bake, "max_ray_distance")
+
+
+class CISTERN_RENDER_PT_bake_output(CisternPanel, Panel):
+    bl_label = "Output"
+    bl_context = "render"
+    bl_parent_id = "CISTERN_RENDER_PT_bake"
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        bake = context.scene.render.bake
+        layout.prop(bake, "target")
+        if bake.target == "IMAGE_TEXTURES":
+            layout.prop(bake, "use_clear", text="Clear Image")
+            layout.prop(bake, "margin_type", text="Margin Type")
+            layout.prop(bake, "margin", text="Margin Size")
+
+
+CLASSES = (
+    CISTERN_RENDER_PT_bake,
+    CISTERN_RENDER_PT_bake_influence,
+    CISTERN_RENDER_PT_bake_selected,
+    CISTERN_RENDER_PT_bake_output,
+)

@@ -1,0 +1,128 @@
+"""Baking by itself: which pixels lie where, several images, colours of vertices, and what cannot be baked."""
+
+import bpy
+import numpy as np
+import pytest
+
+import addon
+from addon.bake_types import ALL_LIGHT, COLOR, DIFFUSE, DIRECT, EMIT, INDIRECT, find_type
+from addon.engine import CisternEngine
+from tests.support import bake_scenes
+from tests.support import blender_scenes as build
+from tests.support.bake_scenes import BakeScene
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+
+@pytest.fixture
+def scene(empty_scene):
+    return BakeScene(empty_scene)
+
+
+def test_polygons_of_any_size_lie_where_their_map_says(scene):
+    """A quad, a concave one and a pentagon, each of which is split into triangles in its own way."""
+    outlines = [
+        [(0, 0), (1, 0), (1, 1), (0, 1)],
+        [(2, 0), (3, 0.9), (3.1, 0), (3, 1.9)],
+        [(4, 0), (5, 0), (5.4, 0.8), (4.5, 1.6), (3.7, 0.9)],
+    ]
+    points = [point for outline in outlines for point in outline]
+    corners = iter(range(len(points)))
+    polygons = [[next(corners) for _ in outline] for outline in outlines]
+    sheet = build.add_mesh(
+        scene.scene, "sheet", [(x, y, 0.3 * x) for x, y in points], polygons, bpy.data.materials.new("sheet")
+    )
+    sheet.data.materials[0].use_nodes = True
+    image = bake_scenes.add_target(sheet.data.materials[0])
+    layer = sheet.data.uv_layers.new(name="UVMap")
+    layer.data.foreach_set("uv", (np.array(points, np.float32) / 6.0).ravel())
+    scene.head = sheet
+    baked = scene.bake("CISTERN", "POSITION", 16, image=image)
+    rows, columns = np.nonzero(baked[..., 3])
+    assert len(rows) > 250
+    x, y = 6.0 * (columns + 0.5) / bake_scenes.SIZE, 6.0 * (rows + 0.5) / bake_scenes.SIZE
+    difference = np.abs(baked[rows, columns, :3] - np.stack([x, y, 0.3 * x], axis=1)).max(axis=1)
+    pixel = 6.0 / bake_scenes.SIZE
+    assert np.quantile(difference, 0.7) < 0.05 * pixel
+    assert difference.max() < 1.5 * pixel  # at edges, samples beyond the triangle are brought onto it
+
+
+def test_each_material_has_an_image(scene):
+    second = build.principled("second", Emission_Color=(0.0, 1.0, 0.0, 1.0), Emission_Strength=2.0)
+    other = bake_scenes.add_target(second)
+    scene.head.data.materials.append(second)
+    polygons = scene.head.data.polygons
+    polygons.foreach_set("material_index", np.arange(len(polygons)) % 2)
+    first = scene.bake("CISTERN", "EMIT")
+    np.testing.assert_allclose(bake_scenes.pixels_of(other)[..., :3].max(axis=(0, 1)), (0.0, 2.0, 0.0))
+    np.testing.assert_allclose(first[..., :3].max(axis=(0, 1)), (0.06, 0.15, 0.3), rtol=1e-3)
+
+
+def test_colours_of_vertices(scene):
+    colors = scene.head.data.color_attributes.new("Baked", "FLOAT_COLOR", "CORNER")
+    scene.bake("CISTERN", "EMIT", target="VERTEX_COLORS")
+    values = np.empty((len(colors.data), 4), np.float32)
+    colors.data.foreach_get("color", values.ravel())
+    np.testing.assert_allclose(values[:, :3], np.tile((0.06, 0.15, 0.3), (len(values), 1)), rtol=1e-3)
+
+
+def test_no_camera_is_needed_from_above(scene):
+    bpy.data.objects.remove(scene.scene.camera)
+    assert scene.bake("CISTERN", "DIFFUSE")[..., :3].max() > 0.1
+    scene.scene.render.bake.view_from = "ACTIVE_CAMERA"
+    with pytest.raises(RuntimeError, match="Scene 'Scene' has no camera to bake from"):
+        scene.bake("CISTERN", "DIFFUSE")
+
+
+def test_what_cannot_be_baked_is_named_and_leaves_the_image(scene):
+    for bake_type in ("SHADOW", "ENVIRONMENT"):
+        with pytest.raises(RuntimeError, match=f"Object 'Suzanne': there is no bake of type {bake_type.title()}"):
+            scene.bake("CISTERN", bake_type)
+        assert not bake_scenes.pixels_of(scene.image).any()
+
+
+def test_bad_geometry_bakes_black(scene):
+    scene.head.data.vertices[0].co = (np.nan, 0.0, 0.0)
+    assert np.isfinite(scene.bake("CISTERN", "DIFFUSE")).all()
+    assert addon.report.last_report().error is None
+
+
+def test_stopped_bakes_leave_the_image(scene, monkeypatch):
+    monkeypatch.setattr(CisternEngine, "is_stop_wanted", lambda engine: True)
+    assert not scene.bake("CISTERN", "COMBINED", samples=100_000).any()
+
+
+def test_threads_do_not_matter(scene):
+    render = scene.scene.render
+    scene.scene.cistern.preset = "FINAL"
+    bakes = []
+    for render.threads_mode, render.threads in (("FIXED", 1), ("FIXED", 3)):
+        bakes.append(scene.bake("CISTERN", "COMBINED"))
+    np.testing.assert_array_equal(*bakes)
+
+
+def test_sum_of_parts():
+    pictures = {
+        "Diffuse Direct": 1.0,
+        "Diffuse Indirect": 2.0,
+        "Diffuse Color": 0.5,
+        "Unscattered Emission": 10.0,
+        "Combined": 7.0,
+    }
+
+    def read(name: str) -> np.ndarray:
+        return np.full((1, 1, 4 if name == "Combined" else 3), pictures[name], np.float32)
+
+    def baked(identifier: str, pass_filter: int) -> float:
+        bake_type = find_type(identifier, pass_filter)
+        assert set(bake_type.core_passes) <= pictures.keys()
+        return float(bake_type.color(read)[0, 0, 0])
+
+    assert baked("DIFFUSE", COLOR) == 0.5
+    assert baked("DIFFUSE", DIRECT) == 1.0
+    assert baked("DIFFUSE", DIRECT | INDIRECT | COLOR) == 1.5
+    assert baked("COMBINED", ALL_LIGHT) == 7.0
+    assert baked("COMBINED", EMIT) == 10.0
+    assert baked("COMBINED", EMIT | DIFFUSE | DIRECT) == 10.5
+    assert baked("COMBINED", EMIT | DIFFUSE) == 10.0
+    assert baked("EMIT", 0) == 10.0
