@@ -34,7 +34,7 @@ PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& s
     scratch.light_by_group.assign(context.light_groups, Rgb());
     return nothing;
   }
-  if (context.splits()) return trace_split_path(context, ray, sampler, scratch, capture);
+  if (context.splits() || scratch.known_hit) return trace_split_path(context, ray, sampler, scratch, capture);
   if (context.media && !capture) return trace_media_path(context, ray, sampler, scratch);
   if (learns(context, scratch)) return trace_learned_path(context, ray, sampler, scratch, capture);
   if (capture) return Walk<CapturingWalk>(context, ray, sampler, scratch, capture).run();

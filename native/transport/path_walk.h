@@ -27,7 +27,7 @@ PathRecord trace_learned_path(const PathContext& context, const Ray& ray, PathSa
 /// trace_path for a context with media.
 PathRecord trace_media_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch);
 
-/// trace_path for a context that splits.
+/// trace_path for a context that splits, or a camera ray whose hit is known: pictures pay for neither.
 PathRecord trace_split_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
                             PathCapture* capture);
 

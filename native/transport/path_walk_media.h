@@ -225,7 +225,9 @@ inline void Walk<Kind>::record_surface_behind() {
 
 template <class Kind>
 inline std::optional<Hit> Walk<Kind>::find_hit() const {
-  if (scratch_.known_hit) return std::exchange(scratch_.known_hit, std::nullopt);
+  if constexpr (Kind::splits) {
+    if (scratch_.known_hit) return std::exchange(scratch_.known_hit, std::nullopt);
+  }
   if constexpr (Kind::has_media) {
     return context_.accel.intersect_or_medium(ray_, state_.ray_kind, media_.trail.passed());
   } else {
