@@ -38,6 +38,7 @@ CONSTANTS = {
     "Normal": (0.0, 0.0, 1.0),
     "Position": (-1.0, -2.0, -3.0),
     "Mist": (0.375,),
+    "Ambient Occlusion": (0.625, 0.625, 0.625),
     "UV": (0.25, 0.75, 1.0),
     "Vector": (1.0, -2.0, 3.0, -4.0),
     "Object Index": (3.0,),

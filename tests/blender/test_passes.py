@@ -38,6 +38,7 @@ def enable_all(view_layer):
         "material_index",
         "emit",
         "environment",
+        "ambient_occlusion",
     ):
         setattr(view_layer, f"use_pass_{name}", True)
     for prop in view_layer.cistern.bl_rna.properties:

@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
+from tests.support import blender_scenes as build
 from tests.support import pass_scenes
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -12,6 +13,7 @@ SWITCHES = ("mist", "uv", "object_index", "material_index")
 MEANS = ["Mist.Z", "UV.U", "UV.V", "UV.A"]
 LONG = bpy.app.version >= (5, 0, 0)
 INDICES = ["Object Index.X", "Material Index.X"] if LONG else ["IndexOB.X", "IndexMA.X"]
+OCCLUSION = ["Ambient Occlusion.R" if LONG else "AO.R"]
 # The path tracer, sharing in bands, reservoirs at the visible point, at later ones, of paths, and history.
 PRESETS = ["PATH_TRACING", "FINAL", "INTERACTIVE", "RESTIR_DI", "CELL_RESERVOIRS", "RESTIR_GI", "WORLD_PATHS"]
 
@@ -72,6 +74,29 @@ def test_planted_differences_are_found(cards, plant):
     scene.render.film_transparent = True
     scene.cycles.film_transparent_glass = scene.cistern.film_transparent_glass = True
     result = compare(scene, plant)
+    assert not result.agrees, result
+
+
+def ball_with_occlusion(scene, preset):
+    """A ball on a floor, of which nothing further away than its own radius occludes."""
+    build.stage(scene, build.principled("matt"), segments=192)
+    scene.world.light_settings.distance = 0.7
+    scene.view_layers[0].use_pass_ambient_occlusion = True
+    pass_scenes.prepare_layers(scene, preset)
+    return scene
+
+
+@pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL", "RESTIR_GI"])
+def test_occlusion_is_that_of_cycles(empty_scene, preset):
+    result = pass_scenes.compare_layers(ball_with_occlusion(empty_scene, preset), OCCLUSION)
+    assert result.agrees, result
+
+
+def test_occlusion_of_another_distance_is_seen(empty_scene):
+    def plant(scene):
+        scene.world.light_settings.distance *= 1.1
+
+    result = pass_scenes.compare_layers(ball_with_occlusion(empty_scene, "PATH_TRACING"), OCCLUSION, plant)
     assert not result.agrees, result
 
 
