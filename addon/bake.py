@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import settings
+from . import settings, volumes
 from .bake_types import BakeType, find_type
 from .progress import Span
 from .session_render import Moments, RenderFailedError, SessionRender
@@ -108,6 +108,8 @@ class BakeRender(SessionRender):
         bake_type = find_type(identifier, pass_filter)
         if bake_type is None:
             raise RenderFailedError(f"Object '{obj.name}': there is no bake of type {identifier.title()}")
+        if not isinstance(obj.data, bpy.types.Mesh):
+            raise RenderFailedError(f"Object '{obj.name}': only meshes can be baked")
         # Blender finds the image that a result belongs to by the name of its layer.
         self.engine.baked_images += 1
         result = self.engine.begin_result(0, 0, *size, layer=f"Bake {self.engine.baked_images}")
@@ -134,9 +136,11 @@ class BakeRender(SessionRender):
         name = f"Object '{obj.name}'"
         exported.builder.set_sheet(name, *size, instance, **vars(pixels), sees_from_eye=self.sees_from_camera)
         scene = exported.builder.snapshot()
-        for warning in scene.warnings:
+        arguments = settings.bake_settings(self.core, self.depsgraph, size, list(bake_type.core_passes))
+        of_volume = volumes.warning(scene.volume_name, arguments)
+        for warning in [*scene.warnings, *([of_volume] if of_volume else [])]:
             self.figures.warn_once(warning)
-        read = self.rendered(self.arguments(bake_type, size), Moments(scene), Span(0.0, 1.0))
+        read = self.rendered(arguments, Moments(scene), Span(0.0, 1.0))
         color = bake_type.color(read)
         return np.concatenate([color, np.ones_like(color[..., :1])], axis=2)
 
@@ -155,10 +159,6 @@ class BakeRender(SessionRender):
         if len(instances) == 0:
             raise RenderFailedError(f"Object '{obj.name}' has no surface in this render")
         return int(instances[0])  # its mesh; what follows is hair
-
-    def arguments(self, bake_type: BakeType, size: tuple[int, int]) -> dict[str, Any]:
-        """The keyword arguments of the core's `Settings`."""
-        return settings.bake_settings(self.core, self.depsgraph, size, list(bake_type.core_passes))
 
 
 def shows_itself(item: bpy.types.DepsgraphObjectInstance, obj: bpy.types.Object) -> bool:

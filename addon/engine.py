@@ -51,6 +51,12 @@ class CisternEngine(bpy.types.RenderEngine):
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         figures = report.RenderReport(depsgraph.scene_eval.frame_current, depsgraph.view_layer_eval.name)
         self.run_reported(figures, lambda: LayerRender(self, depsgraph, core_loader.load(), figures).run())
+        if self.is_preview:
+            return
+        if figures.error is not None:
+            self.error_set(figures.error)
+        else:
+            self.stamp(figures)
 
     def bake(
         self,
@@ -130,9 +136,6 @@ class CisternEngine(bpy.types.RenderEngine):
             self.report({"WARNING"}, warning)
         if figures.error is not None:
             self.report({"ERROR"}, figures.error)
-            self.error_set(figures.error)
-        else:
-            self.stamp(figures)
         report.publish(figures)
 
     def stamp(self, figures: report.RenderReport) -> None:
