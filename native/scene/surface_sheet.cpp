@@ -73,7 +73,9 @@ void check_input(const Scene& scene, const SheetInput& input, const std::string&
     throw Error(name, "instance " + std::to_string(input.instance) + " of the sheet is not in the scene");
 }
 
-bool is_finite_all(std::initializer_list<Vec3> values) { return std::ranges::all_of(values, [](Vec3 v) { return is_finite(v); }); }
+bool is_finite_all(std::initializer_list<Vec3> values) {
+  return std::ranges::all_of(values, [](Vec3 v) { return is_finite(v); });
+}
 
 }  // namespace
 
