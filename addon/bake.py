@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
@@ -92,6 +92,16 @@ def _blender_triangles(mesh: bpy.types.Mesh) -> tuple[NDArray[np.float32], NDArr
     return positions[vertices], polygons
 
 
+@dataclass(frozen=True)
+class ExportedObject:
+    """What all images of an object's bake have in common."""
+
+    scene: SceneSync
+    instance: int
+    cache: Any
+    """A core's RenderCache."""
+
+
 class BakeRender(SessionRender):
     """Renders one image of a bake."""
 
@@ -102,67 +112,76 @@ class BakeRender(SessionRender):
         self.sees_from_camera = depsgraph.scene_eval.render.bake.view_from == "ACTIVE_CAMERA"
 
     def run(self, obj: bpy.types.Object, identifier: str, pass_filter: int, size: tuple[int, int]) -> None:
-        """Raises RenderFailedError, SyncError or the core's Error; then the image stays as it was."""
+        """Raises RenderFailedError, SyncError or the core's Error. Blender then makes the pixels black; those of a bake
+        that is stopped are what there is."""
         from .sync import SyncStoppedError
 
         bake_type = find_type(identifier, pass_filter)
         if bake_type is None:
             raise RenderFailedError(f"Object '{obj.name}': there is no bake of type {identifier.title()}")
-        if not isinstance(obj.data, bpy.types.Mesh):
-            raise RenderFailedError(f"Object '{obj.name}': only meshes can be baked")
         # Blender finds the image that a result belongs to by the name of its layer.
         self.engine.baked_images += 1
         result = self.engine.begin_result(0, 0, *size, layer=f"Bake {self.engine.baked_images}")
-        is_complete = False
+        is_written = False
         try:
             layer = result.layers[0]
-            pixels = read_pixels(layer, obj.data)
+            item, mesh = self.shown_item(obj)
+            pixels = read_pixels(layer, mesh)
             if pixels.shows_anything:
-                picture = self.picture(obj, bake_type, pixels, size)
-                if not self.is_cancelled:
+                picture = self.picture(obj, item, bake_type, pixels, size)
+                if self.figures.samples > 0:
                     write_combined(layer, picture)
-                    is_complete = True
+                    is_written = True
         except SyncStoppedError:
             self.is_cancelled = True
         finally:
-            self.engine.end_result(result, cancel=not is_complete)
+            self.engine.end_result(result, cancel=not is_written)
+
+    def shown_item(self, obj: bpy.types.Object) -> tuple[int, bpy.types.Mesh]:
+        """The item of the dependency graph that is the object itself, and its evaluated mesh. Of curves, texts and the
+        like it is one that they instance."""
+        for index, item in enumerate(self.depsgraph.object_instances):
+            owner, shown = (item.parent, item.instance_object) if item.is_instance else (item.object, item.object)
+            is_itself = owner.original == obj.original == shown.original
+            if is_itself and isinstance(item.object.data, bpy.types.Mesh):
+                return index, item.object.data
+        raise RenderFailedError(f"Object '{obj.name}' has no surface in this render")
 
     def picture(
-        self, obj: bpy.types.Object, bake_type: BakeType, pixels: BakedPixels, size: tuple[int, int]
+        self, obj: bpy.types.Object, item: int, bake_type: BakeType, pixels: BakedPixels, size: tuple[int, int]
     ) -> NDArray[np.float32]:
         """(height, width, 4)."""
-        exported = self.engine.open_export(is_kept=True)  # images stay decoded for the next image of this bake
-        instance = self.export(exported, obj)
-        name = f"Object '{obj.name}'"
-        exported.builder.set_sheet(name, *size, instance, **vars(pixels), sees_from_eye=self.sees_from_camera)
-        scene = exported.builder.snapshot()
+        if self.engine.kept_bake is None:
+            self.engine.kept_bake = self.export(obj, item)
+        kept = self.engine.kept_bake
+        kept.scene.builder.set_sheet(
+            f"Object '{obj.name}'", *size, kept.instance, **vars(pixels), sees_from_eye=self.sees_from_camera
+        )
+        scene = kept.scene.builder.snapshot()
         arguments = settings.bake_settings(self.core, self.depsgraph, size, list(bake_type.core_passes))
         of_volume = volumes.warning(scene.volume_name, arguments)
         for warning in [*scene.warnings, *([of_volume] if of_volume else [])]:
             self.figures.warn_once(warning)
-        read = self.rendered(arguments, Moments(scene), Span(0.0, 1.0))
-        color = bake_type.color(read)
-        return np.concatenate([color, np.ones_like(color[..., :1])], axis=2)
+        read = self.rendered(arguments, Moments(scene, cache=kept.cache), Span(0.0, 1.0))
+        return np.concatenate([bake_type.color(read), read("Combined")[..., 3:]], axis=2)
 
-    def export(self, exported: SceneSync, obj: bpy.types.Object) -> int:
-        """Bring the exported scene up to date; returns the instance that shows the object itself."""
+    def export(self, obj: bpy.types.Object, item: int) -> ExportedObject:
+        """The scene, in which the object is this item of the dependency graph."""
+        from .sync.scene import SceneSync
+
         self.engine.update_stats("", "Exporting the scene")
         start = time.perf_counter()
         if self.sees_from_camera and self.depsgraph.scene_eval.camera is None:
             raise RenderFailedError(f"Scene '{self.depsgraph.scene_eval.name}' has no camera to bake from")
+        exported = SceneSync()
         synced = exported.sync(self.depsgraph, is_stopped=self.engine.is_stop_wanted, needs_camera=False)
         for warning in synced.warnings:
             self.figures.warn_once(warning)
         self.figures.sync_seconds = time.perf_counter() - start
-        shown = (i for i, item in enumerate(self.depsgraph.object_instances) if shows_itself(item, obj))
-        instances = np.flatnonzero(synced.surface_items == next(shown, -1))
+        instances = np.flatnonzero(synced.surface_items == item)
         if len(instances) == 0:
             raise RenderFailedError(f"Object '{obj.name}' has no surface in this render")
-        return int(instances[0])  # its mesh; what follows is hair
-
-
-def shows_itself(item: bpy.types.DepsgraphObjectInstance, obj: bpy.types.Object) -> bool:
-    return not item.is_instance and item.object.original == obj.original
+        return ExportedObject(exported, int(instances[0]), self.core.RenderCache())  # its mesh; what follows is hair
 
 
 def write_combined(layer: bpy.types.RenderLayer, picture: NDArray[np.float32]) -> None:

@@ -24,6 +24,7 @@ from .viewport import Viewport
 from .viewport_render import stop_all
 
 if TYPE_CHECKING:
+    from .bake import ExportedObject
     from .sync.scene import SceneSync
 
 # How often it is looked whether a final render has ended that keeps the engine's class.
@@ -40,6 +41,7 @@ class CisternEngine(bpy.types.RenderEngine):
 
     kept_export = None  # the exporter of the previous frame, under Persistent Data
     baked_images = 0  # so far
+    kept_bake: "ExportedObject | None" = None  # of the object that is baked to them
     viewport: Viewport | None = None  # of a 3D viewport; each has an engine of its own
 
     def update_render_passes(
@@ -81,7 +83,7 @@ class CisternEngine(bpy.types.RenderEngine):
             run()
         except Exception as error:
             figures.error = error_sentence(error)
-            self.kept_export = None
+            self.kept_export = self.kept_bake = None
         figures.seconds = time.perf_counter() - start
         figures.cpu_seconds = time.process_time() - cpu_start
         if not self.is_preview:

@@ -92,6 +92,8 @@ class Accel {
   virtual LaneMask occluded(const RayLanes& rays, uint8_t visibility) const = 0;
   /// Whether any surface does, opaque or not, for rays that start near each other.
   virtual LaneMask obstructed(const RayLanes& rays, uint8_t visibility) const = 0;
+  /// The same, but of what is only where media begin and end.
+  virtual LaneMask obstructed_by_surfaces(const RayLanes& rays, uint8_t visibility) const = 0;
   /// Closest surface whose materials may let light through (MaterialProgram::may_be_transparent).
   virtual std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility = kVisibleToShadow,
                                                    uint64_t blockers = kAllSets) const = 0;

@@ -109,6 +109,9 @@ class EmbreeAccel final : public Accel {
   LaneMask obstructed(const RayLanes& rays, uint8_t visibility) const override {
     return in_packet(rays, any_surface_mask(visibility));
   }
+  LaneMask obstructed_by_surfaces(const RayLanes& rays, uint8_t visibility) const override {
+    return in_packet(rays, surface_mask(visibility));
+  }
   std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
     return closest_hit(ray, transparent_mask(visibility), sets);
   }

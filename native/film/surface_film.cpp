@@ -87,7 +87,7 @@ void SurfaceFilm::add(uint32_t pixel, const Scene& scene, std::span<const SeenSu
                           clear_view_[pixel]);
     if (passes_.occlusion) add_occlusion(sample, surface, accel);
     if (has_mattes_) add_mattes(sample, scene, surface);
-    if (is_found || surface.alpha < kLeastAlpha) continue;
+    if (is_found || (surface.alpha < kLeastAlpha && scene.camera.type != CameraType::SHEET)) continue;
     is_found = true;
     if (passes_.roughness) sample.rounding.add(surface.roughness, roughness_[pixel]);
     if (passes_.uv) add_uv(sample, scene, surface.point);
@@ -98,9 +98,10 @@ void SurfaceFilm::add(uint32_t pixel, const Scene& scene, std::span<const SeenSu
 void SurfaceFilm::add_occlusion(const Sample& sample, const SeenSurface& seen, const Accel* accel) {
   if (!(seen.contribution > 0.0f)) return;
   const bool can_occlude = accel != nullptr && passes_.occlusion_distance > 0.0f;
-  const float open = can_occlude ? ambient_occlusion(*accel, seen.point, {static_cast<int>(kLanes)},
-                                                     passes_.occlusion_distance, seen.normal)
-                                 : 1.0f;
+  const float open = can_occlude
+                         ? ambient_occlusion(*accel, seen.point, {static_cast<int>(kLanes), false, false, false},
+                                             passes_.occlusion_distance, seen.normal)
+                         : 1.0f;
   sample.rounding.add(open * seen.contribution, open_[sample.pixel]);
 }
 

@@ -53,8 +53,8 @@ struct Camera {
   Panorama panorama;                          // of PANORAMIC ones, which have no window
   // Of SHEET ones. What they see has the size of the sheet; the rest of a camera says where materials take it to be.
   std::shared_ptr<const SurfaceSheet> sheet;
-  bool sees_sheet_from_eye = false;  // from camera_to_world's translation
-  bool is_parallel = false;          // then along its view axis instead
+  bool sees_sheet_from_eye = false;               // from there, instead of right above
+  CameraType eye_type = CameraType::PERSPECTIVE;  // what it was
   friend bool operator==(const Camera&, const Camera&) = default;
 };
 

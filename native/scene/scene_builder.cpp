@@ -220,7 +220,7 @@ void SceneBuilder::set_camera(const Camera& camera, const std::string& name) {
 void SceneBuilder::set_sheet(const SheetInput& input, bool sees_from_eye, const std::string& name) {
   auto sheet = std::make_shared<const SurfaceSheet>(make_surface_sheet(scene_, input, name));
   Camera& camera = scene_.camera;
-  camera.is_parallel = camera.type == CameraType::ORTHOGRAPHIC;
+  if (camera.type != CameraType::SHEET) camera.eye_type = camera.type;
   camera.type = CameraType::SHEET;
   camera.sheet = std::move(sheet);
   camera.sees_sheet_from_eye = sees_from_eye;

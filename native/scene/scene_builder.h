@@ -86,7 +86,7 @@ class SceneBuilder {
   void set_environment(const Environment& environment);
   void set_camera(const Camera& camera, const std::string& name);
   /// Makes the camera that is set look at a sheet instead, for pictures of its size: from right above, or from where it
-  /// is. Instances and meshes of the sheet must not change any more.
+  /// is; another one takes its place. Instances and meshes of the sheet must not change any more.
   void set_sheet(const SheetInput& input, bool sees_from_eye, const std::string& name);
   /// Of the frame before (0) or after (1): the camera as it is set now, and matrices by instance; throws Error for
   /// another number of them.

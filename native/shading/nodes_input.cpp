@@ -95,7 +95,8 @@ Vec3 camera_node(const NodeContext& c, BumpShift shift) {
 Vec3 window_node(const NodeContext& c, BumpShift shift) {
   const Camera& camera = c.scene.camera;
   const Vec3 p = camera_node(c, shift);
-  const float depth = camera.type == CameraType::PERSPECTIVE ? p.z : 1.0f;
+  const CameraType type = camera.type == CameraType::SHEET ? camera.eye_type : camera.type;
+  const float depth = type == CameraType::PERSPECTIVE ? p.z : 1.0f;
   if (depth == 0.0f) return {};
   return {(p.x / depth - camera.left) / (camera.right - camera.left),
           (p.y / depth - camera.bottom) / (camera.top - camera.bottom), 0.0f};

@@ -125,7 +125,9 @@ float ambient_occlusion(const Accel& accel, const SurfacePoint& point, const Occ
       else
         rays.set(static_cast<size_t>(i), {origin, direction, 0.0f, distance});
     }
-    if (!settings.is_local) blocked += popcount(accel.obstructed(rays, kVisibleToShadow));
+    if (settings.is_local) continue;
+    blocked += popcount(settings.meets_boundaries ? accel.obstructed(rays, kVisibleToShadow)
+                                                  : accel.obstructed_by_surfaces(rays, kVisibleToShadow));
   }
   return 1.0f - static_cast<float>(blocked) / static_cast<float>(settings.rays);
 }

@@ -20,6 +20,7 @@ namespace cistern {
 struct OcclusionSettings {
   int rays = 16;
   bool is_inside = false, is_local = false;
+  bool meets_boundaries = true;  // of media; not where it is local
 };
 
 /// Part of the cosine-weighted hemisphere around `normal`, or opposite to it, that meets nothing up to `distance`, in

@@ -79,7 +79,10 @@ class Walk {
     state_.ray_length = travelled_ + hit->t;
     SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
     if constexpr (Kind::has_media) {
-      if (context_.media->is_boundary(point, state_.ray_kind)) return cross_boundary(point, hit->t);
+      if (context_.media->is_boundary(point, state_.ray_kind)) {
+        if (is_on_sheet()) record_.alpha = 0.0f;
+        return !is_on_sheet() && cross_boundary(point, hit->t);
+      }
     }
     set_footprint(point, context_.pixel.size + context_.pixel.angle * path_length_, context_.scene, state_);
     NestedCellKey cell = kNoNestedCell;
@@ -95,6 +98,7 @@ class Walk {
     }
     if (context_.record_surfaces) record_surface(point, bsdf);
     if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
+    if (is_on_sheet()) record_.alpha -= average(bsdf.transparency);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
     record_features(bsdf);
     if constexpr (Kind::splits) add_color(bsdf);
@@ -127,6 +131,14 @@ class Walk {
     return continue_path(point, bsdf, p_scatter);
   }
 
+  /// At the point that a pixel of a sheet shows: what is transparent there shows nothing, and no path goes on behind
+  /// it.
+  bool is_on_sheet() const {
+    if constexpr (Kind::splits)
+      return context_.scene.camera.type == CameraType::SHEET && state_.depth == 0 && state_.transparent_depth == 0;
+    return false;
+  }
+
   void hold_out(float fraction) {
     if (sees_film_) record_.alpha -= fraction * average(throughput_.total());
   }
@@ -145,7 +157,7 @@ class Walk {
   }
 
   void record_surface(const SurfacePoint& point, const Bsdf& bsdf) {
-    const bool is_seen = average(bsdf.transparency) <= kMostTransparency;
+    const bool is_seen = is_on_sheet() || average(bsdf.transparency) <= kMostTransparency;
     if (!record_.hit && state_.depth == 0 && is_seen) record_first_hit(point, bsdf);
     if (context_.record_seen && sees_film_ && !last_segment_) see(point, bsdf);
   }

@@ -29,6 +29,7 @@ inline void Walk<Kind>::scale_by_chance(Rgb weight, float probability) {
 
 template <class Kind>
 inline bool Walk<Kind>::pass_through(const SurfacePoint& point, const Bsdf& bsdf, float probability) {
+  if (is_on_sheet()) return false;
   const int most_surfaces = context_.limits.max_transparent_bounces;
   if (state_.transparent_depth >= most_surfaces) return false;
   last_segment_ |= ++state_.transparent_depth == most_surfaces;
