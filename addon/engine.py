@@ -24,7 +24,6 @@ from .viewport import Viewport
 from .viewport_render import stop_all
 
 if TYPE_CHECKING:
-    from .bake import ExportedObject
     from .sync.scene import SceneSync
 
 # How often it is looked whether a final render has ended that keeps the engine's class.
@@ -41,7 +40,7 @@ class CisternEngine(bpy.types.RenderEngine):
 
     kept_export = None  # the exporter of the previous frame, under Persistent Data
     baked_images = 0  # so far
-    kept_bake: "ExportedObject | None" = None  # of the object that is baked to them
+    kept_bake = None  # what is exported of the object that is baked to them: of type bake.ExportedObject
     viewport: Viewport | None = None  # of a 3D viewport; each has an engine of its own
 
     def update_render_passes(
