@@ -39,7 +39,7 @@ def begin(samples: int) -> Iterator[float]:
 
 
 def brightest(image: bpy.types.Image) -> float:
-    return max(image.pixels[0::4])
+    return max(image.pixels[:][0::4])
 
 
 def stopped(image: bpy.types.Image) -> Iterator[float]:
