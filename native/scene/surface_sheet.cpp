@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "scene/scene.h"
+#include "scene/triangle_weights.h"
 
 namespace cistern {
 namespace {
@@ -18,14 +19,6 @@ struct Edges {
 Edges edges_of(const Mesh& mesh, size_t triangle) {
   const auto [p0, p1, p2] = mesh.triangle_positions(triangle);
   return {p0, p1 - p0, p2 - p0};
-}
-
-/// Of a step along the plane of a triangle.
-Vec2 weight_step(const Edges& t, Vec3 step) {
-  const Vec3 n = cross(t.edge_1, t.edge_2);
-  const float n2 = dot(n, n);
-  if (!(n2 > 0.0f)) return {};
-  return {dot(cross(step, t.edge_2), n) / n2, dot(cross(t.edge_1, step), n) / n2};
 }
 
 /// How far inside of a triangle the point is that has these weights; negative outside.
@@ -49,10 +42,11 @@ SheetPixel make_pixel(const Mesh& mesh, int32_t polygon, Vec3 point, Vec3 step_x
   float deepest = -INFINITY;
   for (size_t triangle = first; triangle < end; ++triangle) {
     const Edges t = edges_of(mesh, triangle);
-    const Vec2 weights = weight_step(t, point - t.corner);
+    const Vec2 weights = weight_step(t.edge_1, t.edge_2, point - t.corner);
     if (!(depth_inside(weights) > deepest)) continue;
     deepest = depth_inside(weights);
-    pixel = {static_cast<int32_t>(triangle), inside_triangle(weights), weight_step(t, step_x), weight_step(t, step_y)};
+    pixel = {static_cast<int32_t>(triangle), inside_triangle(weights), weight_step(t.edge_1, t.edge_2, step_x),
+             weight_step(t.edge_1, t.edge_2, step_y)};
   }
   return pixel;
 }

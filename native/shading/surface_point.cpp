@@ -1,5 +1,6 @@
 #include "shading/surface_point.h"
 
+#include "scene/triangle_weights.h"
 #include "shading/mesh_interpolation.h"
 #include "shading/strand_point.h"
 
@@ -14,14 +15,6 @@ WorldTriangle world_triangle(const Mesh& mesh, const Instance& instance, uint32_
   const std::array<Vec3, 3> vertices = mesh.triangle_positions(triangle);
   const Vec3 p0 = instance.object_to_world.point(vertices[0]);
   return {p0, instance.object_to_world.point(vertices[1]) - p0, instance.object_to_world.point(vertices[2]) - p0};
-}
-
-/// Change of the weights of vertices 1 and 2 for a step inside the triangle's plane.
-Vec2 barycentric_step(const WorldTriangle& t, Vec3 step) {
-  const Vec3 n = cross(t.edge_1, t.edge_2);
-  const float n2 = dot(n, n);
-  if (!(n2 > 0.0f)) return {};
-  return {dot(cross(step, t.edge_2), n) / n2, dot(cross(t.edge_1, step), n) / n2};
 }
 
 }  // namespace
@@ -61,7 +54,7 @@ Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, BumpShif
   const Instance& instance = scene.instances[point.instance];
   const WorldTriangle t = world_triangle(*scene.meshes[static_cast<size_t>(instance.mesh)], instance, point.triangle);
   const Vec3 step = footprint_step(point, shift);
-  return point.barycentric + barycentric_step(t, point.is_backface ? -step : step);
+  return point.barycentric + weight_step(t.edge_1, t.edge_2, point.is_backface ? -step : step);
 }
 
 Frame bump_axes(const SurfacePoint& point) {

@@ -37,11 +37,6 @@ Vec2 off_edges(Vec2 weights, const std::array<Vec3, 3>& world_corners) {
   return {lerp(weights.x, 1.0f / 3.0f, t), lerp(weights.y, 1.0f / 3.0f, t)};
 }
 
-Vec3 shading_normal(const Mesh& mesh, const Instance& instance, uint32_t triangle, Vec2 weights, Vec3 ng) {
-  if (mesh.normals_domain == Domain::FACE || mesh.normals.empty()) return ng;
-  return normalize_or(transform_normal(instance.object_to_world, blend_normals(mesh, triangle, weights)), ng);
-}
-
 }  // namespace
 
 std::optional<SheetRay> sheet_ray(const Scene& scene, size_t pixel, Vec2 offset) {
@@ -60,14 +55,13 @@ std::optional<SheetRay> sheet_ray(const Scene& scene, size_t pixel, Vec2 offset)
   out.hit.normal = transform_normal(to_world, cross(corners[1] - corners[0], corners[2] - corners[0]));
   out.hit.u = weights.x, out.hit.v = weights.y;
   out.hit.instance = sheet.instance, out.hit.triangle = triangle;
-  const Vec3 position = to_world.point(interpolate_position(mesh, triangle, weights));
-  const Vec3 ng = normalize_or(out.hit.normal, {0.0f, 0.0f, 1.0f});
-  const Vec3 ns = shading_normal(mesh, instance, triangle, weights, ng);
-  out.ray.direction = scene.camera.sees_sheet_from_eye ? direction_from_eye(scene.camera, position, ng, ns) : -ns;
-  const float clearance = surface_clearance(coordinate_reach(to_world, corners), ng);
-  out.ray.origin = offset_origin(position, clearance, ng, -out.ray.direction);
-  out.ray.t_min = 0.0f, out.ray.t_max = INFINITY;
-  out.hit.t = length(position - out.ray.origin);
+  out.ray.direction = -normalize_or(out.hit.normal, {0.0f, 0.0f, 1.0f});
+  const SurfacePoint point = make_surface_point(scene, out.ray, out.hit);
+  out.ray.direction = scene.camera.sees_sheet_from_eye
+                          ? direction_from_eye(scene.camera, point.position, point.ng, point.ns)
+                          : -point.ns;
+  out.ray.origin = offset_origin(point.position, point.clearance, point.ng, -out.ray.direction);
+  out.hit.t = length(point.position - out.ray.origin);
   return out;
 }
 
