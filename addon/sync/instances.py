@@ -47,6 +47,9 @@ _NAMES_SHOWN = 5
 _ITEMS_BETWEEN_LOOKS = 1 << 14  # 60 ms
 _ROUND = bpy.types.Curves | bpy.types.PointCloud  # what consists of strands or points
 
+Traits = tuple[object, ...]
+"""All that is read of an object itself and may change, by a driver or a script, together with its place."""
+
 
 @dataclass
 class KeptInstances:
@@ -59,11 +62,22 @@ class KeptInstances:
     """Names and pass indices of objects, and names of their topmost parents."""
     placements: Placements = field(default_factory=Placements)
     links: LightLinks = field(default_factory=LightLinks)
+    traits: dict[int, Traits] = field(default_factory=dict)
+    """Of objects, and of what instances them, by session id."""
     random_ids: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
     arrays: dict[str, NDArray] = field(default_factory=dict)
     """As last given to the builder, and with them the names and rows of values."""
     value_names: tuple[str, ...] = ()
     value_rows: NDArray[np.float32] = field(default_factory=lambda: np.empty((0, 0, 4), np.float32))
+
+    def with_new_traits(self, depsgraph: bpy.types.Depsgraph, changes: Changes) -> Changes:
+        """Count what moved among what was edited where more has changed: Blender does not tell of what drivers and new
+        names change at the same time."""
+        if not changes.moved:
+            return changes
+        listed = {original_uid(update.id): update.id for update in depsgraph.updates}
+        edited = {uid for uid in changes.moved & self.traits.keys() if traits(listed[uid]) != self.traits[uid]}
+        return replace(changes, moved=changes.moved - edited, objects=changes.objects | edited) if edited else changes
 
 
 class InstanceSync:
@@ -97,6 +111,7 @@ class InstanceSync:
         self._knows_values &= not (changes.moved and may_follow_moves(self._value_names))
         self._knows_materials = not materials.has_new_layer_values
         self._prototypes: dict[PrototypeKey, Surface | Lamp | None] = {}
+        self._traits: dict[int, Traits] = {}
         self._lights: dict[PrototypeKey, bpy.types.Light] = {}
         self._links = LightLinks()
         self.meshes = MeshTable(builder, wanted.attributes, report, self._kept.meshes)
@@ -112,7 +127,7 @@ class InstanceSync:
         self.lamps.place(placements, matrices, self._lights)
         kept.placements, kept.random_ids = placements, random_ids
         if edited is None:
-            kept.prototypes, kept.links = self._prototypes, self._links
+            kept.prototypes, kept.links, kept.traits = self._prototypes, self._links, self._traits
             self.meshes.finish()
 
     @property
@@ -148,6 +163,8 @@ class InstanceSync:
                 self._report.look_up()
             if slot is None:
                 obj = item.object
+                for one in (obj, parent):
+                    self._note_traits(one)
                 is_in_view = self._is_in_viewport(obj if parent is None else parent)
                 prototype = self._known_prototype(obj, parent) if show and is_in_view else None
                 slot = slots[key] = -1 if prototype is None else len(prototypes)
@@ -222,6 +239,7 @@ class InstanceSync:
             return None
         self._lights = {key: obj.data for key, obj in edited.items()}
         kept.prototypes |= lamps
+        kept.traits |= {key[0]: traits(obj) for key, obj in edited.items()}
         prototypes = [lamps.get(prototype.key, prototype) for prototype in kept.placements.prototypes]
         return replace(kept.placements, prototypes=prototypes)
 
@@ -246,6 +264,13 @@ class InstanceSync:
             known = self._prototype(obj, instancer, key)
         self._prototypes[key] = known
         return known
+
+    def _note_traits(self, obj: bpy.types.Object | None) -> None:
+        uid = original_uid(obj)
+        if obj is not None and uid not in self._traits:
+            is_known = not (self._changes.has_unlisted or uid in self._changes.objects)
+            known = self._kept.traits.get(uid) if is_known else None
+            self._traits[uid] = traits(obj) if known is None else known
 
     def _is_untouched(self, key: PrototypeKey) -> bool:
         is_known = self._knows_values and self._knows_materials
@@ -405,6 +430,11 @@ def follow_moves(depsgraph: bpy.types.Depsgraph, builder: SceneBuilder, kept: Ke
         return False
     replace_instances(builder, kept, kept.placements, instance_arrays(kept.placements, matrices, random_ids))
     return True
+
+
+def traits(obj: bpy.types.Object) -> Traits:
+    flags = (obj.is_holdout, obj.is_shadow_catcher, obj.show_instancer_for_viewport)
+    return obj.name, obj.pass_index, tuple(obj.color), ray_visibility(obj), *flags
 
 
 def ray_visibility(obj: bpy.types.Object) -> int:

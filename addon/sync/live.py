@@ -84,6 +84,7 @@ class LiveSync:
         self._kept = None
         animated = kept.materials.with_new_frames(depsgraph)
         changes = replace(changes, shading=changes.shading | animated) if animated else changes
+        changes = kept.instances.with_new_traits(depsgraph, changes)
         placed = kept.instances.arrays
         if not (changes.are_moves_only and follow_moves(depsgraph, kept.builder, kept.instances, changes.moved)):
             self._sync(depsgraph, kept, changes, space, report)

@@ -99,6 +99,23 @@ def test_flags_of_an_object_are_followed(watched, member) -> None:
     watched.expect_truth()
 
 
+@pytest.mark.parametrize("member", ["is_holdout", "visible_camera", "is_shadow_catcher"])
+def test_flags_that_are_driven_as_the_object_moves_are_followed(watched, member) -> None:
+    bpy.data.objects["Object 1"].parent = bpy.data.objects["Empty 3"]
+    variable = (driver := bpy.data.objects["Object 1"].driver_add(member).driver).variables.new()
+    driver.type, variable.type, variable.targets[0].id = "SUM", "TRANSFORMS", bpy.data.objects["Empty 3"]
+    watched.after(lambda: setattr(bpy.data.objects["Empty 3"], "location", (0, 1, 0)))
+    for x in (1.0, 0.0):
+        watched.after(lambda x=x: setattr(bpy.data.objects["Empty 3"].location, "x", x))
+        watched.expect_truth()
+
+
+def test_an_object_that_is_moved_and_renamed_in_one_go_has_its_new_name(watched) -> None:
+    obj = bpy.data.objects["Object 1"]
+    watched.after(lambda: (setattr(obj, "location", (7, 8, 9)), setattr(obj, "name", "Other")))
+    watched.expect_truth()
+
+
 def test_a_frame_change_moves_what_is_animated(watched) -> None:
     obj = bpy.data.objects["Object 1"]
     for frame in (1, 10):
