@@ -207,7 +207,9 @@ class InstanceSync:
             settings = modifier.particle_system.settings
             if settings.type != "HAIR" or settings.render_type != "PATH":
                 continue
-            key = (original_uid(obj), original_uid(instancer), -1 - number)
+            # What geometry nodes of an object instance goes by its name and has its hair, with materials of their own.
+            of_data = ~identity_of(number, obj.data.session_uid)
+            key = (original_uid(obj), original_uid(instancer), of_data)
             known = self._kept.prototypes.get(key) if self._is_untouched(key) and self.meshes.knows_attributes else None
             if known is None:
                 owner = identity_of(original_uid(shown), number)

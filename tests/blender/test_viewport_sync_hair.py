@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from small_objects import link
+from small_objects import grid_with_cubes, link
 
 from addon.sync.live import Exported
 from tests.support.hair_scenes import CAN_MAKE_CURVES, add_particle_hair, hair_curves, scale_radii
@@ -75,3 +75,26 @@ def test_hair_that_is_hidden_and_shown_again(hairy) -> None:
         )
         assert len(stored_radii(hairy)) == 1 + is_shown
         hairy.expect_truth()
+
+
+def test_hair_beside_what_geometry_nodes_instance_keeps_its_material(hairy) -> None:
+    """Blender gives what they instance the object's name and hair, but slots of its own."""
+    tree = grid_with_cubes(2, None).modifiers[0].node_group
+    source = tree.nodes.new("GeometryNodeObjectInfo")
+    source.inputs["Object"].default_value = bpy.data.objects["Object 2"]
+    bpy.data.meshes["Own"].materials.append(None)
+    bpy.data.meshes["Own"].materials[0] = bpy.data.materials.new("Instanced")
+    bpy.data.objects["Object 2"].material_slots[0].link = "DATA"
+    place = next(node for node in tree.nodes if node.bl_idname == "GeometryNodeInstanceOnPoints")
+    tree.links.new(source.outputs["Geometry"], place.inputs["Instance"])
+    join = tree.nodes.new("GeometryNodeJoinGeometry")
+    output = next(node for node in tree.nodes if node.bl_idname == "NodeGroupOutput")
+    start = next(node for node in tree.nodes if node.bl_idname == "NodeGroupInput")
+    for socket in (start.outputs[0], place.outputs[0]):
+        tree.links.new(socket, join.inputs[0])
+    tree.links.new(join.outputs[0], output.inputs[0])
+    bpy.data.objects["Object 1"].modifiers.new("Cubes", "NODES").node_group = tree
+    hairy.after(lambda: bpy.data.collections["Set"].objects.link(bpy.data.objects["Object 1"]))
+    hairy.expect_truth()
+    hairy.after(lambda: setattr(bpy.data.objects["Object 0"], "visible_camera", False))
+    hairy.expect_truth()
