@@ -68,6 +68,11 @@ class Viewport:
             self._screen.draw(engine, depsgraph.scene, picture, (context.region.width, context.region.height))
         engine.update_stats("Cistern", self.status(depsgraph.scene.cistern.viewport_pause))
 
+    @property
+    def has_scene(self) -> bool:
+        """Whether the last export succeeded."""
+        return self._sync.builder is not None
+
     def stop(self, waits: bool = False) -> None:
         """End the thread and drop the scene."""
         self._render.stop(waits)
@@ -87,7 +92,7 @@ class Viewport:
 
     def _export(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph, changes: Changes) -> None:
         self._hiding = hiding(context.space_data)
-        self.warnings = self._sync.sync(depsgraph, changes, context.space_data).warnings or self.warnings
+        self.warnings = self._sync.sync(depsgraph, changes, context.space_data).warnings
         if self._sync.exported.is_anything:
             self._view = None
 

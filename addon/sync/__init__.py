@@ -6,7 +6,8 @@ the user interface, and none keeps a reference to Blender's data after it return
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -38,9 +39,26 @@ class SyncReport:
     """By instance of the builder: the item of the dependency graph that it shows."""
 
     is_stopped: Callable[[], bool] = lambda: False
+    by_source: dict[Hashable, dict[str, None]] = field(default_factory=dict)
+    """The warnings again, in order, by what they tell of."""
+    earlier: dict[Hashable, dict[str, None]] = field(default_factory=dict)
+    """Those of syncs before, of what was not looked at again."""
+
     _told: set[str] = field(default_factory=set)
+    _source: Hashable = None
+
+    @contextmanager
+    def about(self, source: Hashable) -> Iterator[None]:
+        """What warns meanwhile is what there is to tell of `source`."""
+        before, self._source = self._source, source
+        self.earlier.pop(source, None)
+        try:
+            yield
+        finally:
+            self._source = before
 
     def warn(self, text: str) -> None:
+        self.by_source.setdefault(self._source, {})[text] = None
         if text not in self._told:
             self._told.add(text)
             self.warnings.append(text)

@@ -52,6 +52,8 @@ class ImageCache:
         self._handles: dict[tuple, int] = {}
         self._before: dict[tuple, int] = {}
         self._free_handles: list[int] = []
+        self._warnings: dict[tuple, list[str]] = {}
+        """What there is to tell of images, by the keys of their handles."""
         self._packed: dict[tuple[int, int | None, int], ImageSource] = {}
         """By image, tile and size: to look at all bytes takes 1.4 ms for each megabyte."""
         self._scene_frame: int | None = None
@@ -61,7 +63,7 @@ class ImageCache:
         sequences; None: as they were evaluated."""
         self._decoded = {source: pixels for source, pixels in self._decoded.items() if source in self._used}
         self._used, self._packed = set(), {}
-        self._handles, self._before, self._free_handles = {}, {}, []
+        self._handles, self._before, self._free_handles, self._warnings = {}, {}, [], {}
         self._scene_frame = scene_frame
 
     def begin_again(self, has_changes: bool, scene_frame: int | None = None) -> None:
@@ -80,6 +82,7 @@ class ImageCache:
             builder.add_image("unused", np.zeros((1, 1, 1), np.uint8), replace=handle)
         self._free_handles += gone
         self._handles = {key: handle for key, handle in both.items() if handle in used}
+        self._warnings = {key: texts for key, texts in self._warnings.items() if key in self._handles}
         self._before = {}
 
     def close(self) -> None:
@@ -99,10 +102,11 @@ class ImageCache:
         source = self._source(image, image_user)
         key = (original_uid(image), source)
         if key not in self._handles:
-            self._handles[key] = self._add(image, source, builder, report, self._before.pop(key, None))
-            if self._handles[key] == _MISSING:
-                path = image_path(image) if source is None else source.path
-                report.warn(f"Image '{image.name}': {path!r} cannot be read, shown magenta")
+            self._handles[key] = self._add(image, source, builder, report, key)
+        if self._handles[key] == _MISSING:
+            path = image_path(image) if source is None else source.path
+            report.warn(f"Image '{image.name}': {path!r} cannot be read, shown magenta")
+        self._warn_of(key, report)
         return self._handles[key]
 
     def tile_handles(self, image: bpy.types.Image, builder: SceneBuilder, report: SyncReport) -> list[int]:
@@ -114,9 +118,9 @@ class ImageCache:
             source = self._source(image, None, number)
             key = (original_uid(image), source or number)
             if key not in self._handles:
-                before = self._before.pop(key, None)
-                self._handles[key] = self._add(image, source, builder, report, before, number)
-                missing += [number] if self._handles[key] == _MISSING else []
+                self._handles[key] = self._add(image, source, builder, report, key, number)
+            missing += [number] if self._handles[key] == _MISSING else []
+            self._warn_of(key, report)
             handles[number - FIRST_TILE] = self._handles[key]
         if missing:
             tiles = ", ".join(map(str, missing))
@@ -161,23 +165,28 @@ class ImageCache:
         source: ImageSource | None,
         builder: SceneBuilder,
         report: SyncReport,
-        before: int | None,
+        key: tuple,
         tile: int | None = None,
     ) -> int:
         """The new handle, or -1 for what cannot be read."""
+        before = self._before.pop(key, None)
+        self._warnings.pop(key, None)
         colour = image_colour(image.colorspace_settings.name, versions.working_space())
         is_file = source is not None and not source.is_movie
         file = _awaited(self._decode(source, image, tile), report) if is_file else None
         content = _content(image, source, file, colour)
         if content is None:
             return _MISSING
+        texts = []
         if not colour.is_known:
-            report.warn(f"Image '{image.name}': colour space {image.colorspace_settings.name} is read as sRGB")
+            texts.append(f"Image '{image.name}': colour space {image.colorspace_settings.name} is read as sRGB")
         if content.repaired > 0:
-            report.warn(
+            texts.append(
                 f"Image '{image.name}': {content.repaired} pixels are not finite: infinite halves count as the "
                 "largest half, others as black"
             )
+        if texts:
+            self._warnings[key] = texts
         return builder.add_image(
             image.name,
             content.pixels,
@@ -186,6 +195,10 @@ class ImageCache:
             alpha=content.alpha,
             replace=self._handle_for(before),
         )
+
+    def _warn_of(self, key: tuple, report: SyncReport) -> None:
+        for text in self._warnings.get(key, ()):
+            report.warn(text)
 
     def _handle_for(self, before: int | None) -> int | None:
         if before is None or before == _MISSING:
@@ -274,6 +287,7 @@ def read_file(path: str, packed: bytes | None = None) -> FilePixels | None:
     with _file(path, packed) as name:
         reader = oiio.ImageInput.open(name, config)
         if reader is None:
+            oiio.geterror()  # else OpenImageIO prints it as the thread ends
             return None
         try:
             spec = reader.spec()

@@ -137,10 +137,8 @@ class InstanceSync:
         return placements.items_of(placements.entries_showing(Surface))
 
     def _place_surfaces(self, placements: Placements, arrays: dict[str, NDArray]) -> None:
-        if not replace_instances(self._builder, self._kept, placements, arrays):
-            return
-        if self._builder.singular_instances:
-            self._warn_of_flattened(arrays)
+        if replace_instances(self._builder, self._kept, placements, arrays):
+            warn_of_flattened(self._builder, self._kept, self._report)
 
     def _place(self) -> Placements:
         prototypes: list[Surface | Lamp] = []
@@ -180,11 +178,14 @@ class InstanceSync:
             slot_of.append(slot)
             if self._value_names:
                 instancer_of.append(instancers.setdefault(parent, len(instancers) - 1))
-        values = self._item_values(instancers, instancer_of)
+        with self._report.about("values"):
+            values = self._item_values(instancers, instancer_of)
         if values is not None and hair_items:
             values = np.concatenate((values, values[hair_items]))
+        with self._report.about("links"):
+            linked = self._links.link(prototypes, self._report)
         return Placements(
-            self._links.link(prototypes, self._report),
+            linked,
             np.array(slot_of + hair_slots, np.int32),
             self._value_names,
             values,
@@ -213,8 +214,9 @@ class InstanceSync:
             known = self._kept.prototypes.get(key) if self._is_untouched(key) and self.meshes.knows_attributes else None
             if known is None:
                 owner = identity_of(original_uid(shown), number)
-                mesh = self.meshes.placed_hair(shown, number, owner, is_render)
-                known = None if mesh is None else self._surface(obj, instancer, key, mesh)
+                with self._report.about(("object", key)):
+                    mesh = self.meshes.placed_hair(shown, number, owner, is_render)
+                    known = None if mesh is None else self._surface(obj, instancer, key, mesh)
             else:
                 self.meshes.keep(known.mesh)
             self._prototypes[key] = known
@@ -290,8 +292,14 @@ class InstanceSync:
         self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey
     ) -> Surface | Lamp | None:
         """None for what has no surface, or is hidden from every kind of ray."""
-        self._warn_of_what_is_ignored(obj)
         self._links.read(obj)
+        with self._report.about(("object", key)):
+            self._warn_of_what_is_ignored(obj)
+            return self._shown(obj, instancer, key)
+
+    def _shown(
+        self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey
+    ) -> Surface | Lamp | None:
         if obj.type == "LIGHT":
             return self._lamp(obj, instancer, key)
         if self._is_volume(obj):
@@ -338,6 +346,8 @@ class InstanceSync:
         mesh: PlacedMesh,
         material_set: int | None = None,
     ) -> Surface:
+        for text in mesh.warnings:
+            self._report.warn(text)
         visibility, holdout = self._visibility(obj, instancer)
         random = name_random(obj.name) if instancer is None else math.nan
         name = self._name_handle(obj)
@@ -368,13 +378,6 @@ class InstanceSync:
             return None
         visibility = self._visibility(obj, instancer)[0]
         return Lamp(obj.name, visibility, key, light_group=group_of_object(obj, instancer, self._light_groups))
-
-    def _warn_of_flattened(self, arrays: dict[str, NDArray]) -> None:
-        names = [name for name, *_ in self._kept.names]  # handles count up from 0
-        objects = np.unique(arrays["object"][is_flattened(arrays["object_to_world"].transpose(0, 2, 1))])
-        shown = ", ".join(f"'{names[handle]}'" for handle in objects[:_NAMES_SHOWN])
-        rest = f" and {len(objects) - _NAMES_SHOWN} more" if len(objects) > _NAMES_SHOWN else ""
-        self._report.warn(f"Objects scaled to a line or a point, or beyond all range, are left out: {shown}{rest}")
 
     def _name_handle(self, obj: bpy.types.Object) -> int:
         label = (obj.name, obj.pass_index, _topmost(obj).name)
@@ -422,7 +425,22 @@ def replace_instances(
     return True
 
 
-def follow_moves(depsgraph: bpy.types.Depsgraph, builder: SceneBuilder, kept: KeptInstances, moved: Set[int]) -> bool:
+def warn_of_flattened(builder: SceneBuilder, kept: KeptInstances, report: SyncReport) -> None:
+    """Of the instances that the builder was just given."""
+    with report.about("flattened"):
+        if not builder.singular_instances:
+            return
+        names = [name for name, *_ in kept.names]  # handles count up from 0
+        matrices = kept.arrays["object_to_world"].transpose(0, 2, 1)
+        objects = np.unique(kept.arrays["object"][is_flattened(matrices)])
+        shown = ", ".join(f"'{names[handle]}'" for handle in objects[:_NAMES_SHOWN])
+        rest = f" and {len(objects) - _NAMES_SHOWN} more" if len(objects) > _NAMES_SHOWN else ""
+        report.warn(f"Objects scaled to a line or a point, or beyond all range, are left out: {shown}{rest}")
+
+
+def follow_moves(
+    depsgraph: bpy.types.Depsgraph, builder: SceneBuilder, kept: KeptInstances, moved: Set[int], report: SyncReport
+) -> bool:
     """Move surfaces. False, and nothing done, where the list is another one or a lamp moved: it takes more."""
     if kept.lamps.are_any(moved):
         return False
@@ -430,7 +448,8 @@ def follow_moves(depsgraph: bpy.types.Depsgraph, builder: SceneBuilder, kept: Ke
     may_change = may_follow_moves(kept.placements.value_names)
     if may_change or not np.array_equal(random_ids, kept.random_ids) or kept.lamps.have_moved(matrices):
         return False
-    replace_instances(builder, kept, kept.placements, instance_arrays(kept.placements, matrices, random_ids))
+    if replace_instances(builder, kept, kept.placements, instance_arrays(kept.placements, matrices, random_ids)):
+        warn_of_flattened(builder, kept, report)
     return True
 
 

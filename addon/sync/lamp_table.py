@@ -135,7 +135,8 @@ class LampTable:
         known = self._kept.placed.get(key)
         is_known = known is not None and (known.lamp, known.place) == (lamp, matrix.tobytes())
         if not is_known or self._is_touched(lamp):
-            self._kept.placed[key] = self._add(lamp, lights[lamp.key], matrix, known, identity_of(*key[0], key[1]))
+            with self._report.about(("lamp", key)):
+                self._kept.placed[key] = self._add(lamp, lights[lamp.key], matrix, known, identity_of(*key[0], key[1]))
 
     def _is_touched(self, lamp: Lamp) -> bool:
         return self._changes.is_everything or self._changes.lists_any(lamp.key)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -48,6 +49,23 @@ class KeptScene:
     instances: KeptInstances = field(default_factory=KeptInstances)
     uses: TreeUses = field(default_factory=TreeUses)
     environment: dict[str, Any] = field(default_factory=dict)
+    warnings: dict[Hashable, dict[str, None]] = field(default_factory=dict)
+    """By what they tell of, see SyncReport."""
+
+    def take_warnings(self, report: SyncReport) -> None:
+        """Let the report tell of all that is there, be it looked at in this sync or not."""
+        told = report.earlier | report.by_source
+        self.warnings = {source: texts for source, texts in told.items() if self._is_there(source)}
+        report.warnings = list(dict.fromkeys(text for texts in self.warnings.values() for text in texts))
+
+    def _is_there(self, source: Hashable) -> bool:
+        kind, key = source if isinstance(source, tuple) else (source, None)
+        kept = {
+            "material": self.materials.compiled,
+            "object": self.instances.prototypes,
+            "lamp": self.instances.lamps.placed,
+        }
+        return kind not in kept or key in kept[kind]
 
 
 class LiveSync:
@@ -73,21 +91,24 @@ class LiveSync:
     def sync(
         self, depsgraph: bpy.types.Depsgraph, changes: Changes, space: bpy.types.SpaceView3D | None = None
     ) -> SyncReport:
-        """Bring the builder up to date; `space` may hide objects. Lets the core's Error through, after which the next
-        sync starts anew."""
-        report = SyncReport()
+        """Bring the builder up to date; `space` may hide objects. The report's warnings are those of the whole scene.
+        Lets the core's Error through, after which the next sync starts anew."""
         self.exported = Exported()
         kept = self._kept
         scene, layer = original_uid(depsgraph.scene), depsgraph.view_layer.name
         if kept is None or (kept.scene, kept.layer) != (scene, layer):
             kept, changes = KeptScene(self._core.SceneBuilder(), scene, layer), EVERYTHING
         self._kept = None
+        report = SyncReport(earlier={source: texts for source, texts in kept.warnings.items() if source is not None})
         animated = kept.materials.with_new_frames(depsgraph)
         changes = replace(changes, shading=changes.shading | animated) if animated else changes
         changes = kept.instances.with_new_traits(depsgraph, changes)
         placed = kept.instances.arrays
-        if not (changes.are_moves_only and follow_moves(depsgraph, kept.builder, kept.instances, changes.moved)):
+        if not (
+            changes.are_moves_only and follow_moves(depsgraph, kept.builder, kept.instances, changes.moved, report)
+        ):
             self._sync(depsgraph, kept, changes, space, report)
+        kept.take_warnings(report)
         self.exported.instances = kept.instances.arrays is not placed
         self._kept = kept
         return report

@@ -203,7 +203,7 @@ class MaterialTable:
             self._checked.add(uid)
             before = self._kept.compiled.get(uid)
             if before is None or self._is_touched(uid, before):
-                self._kept.compiled[uid] = self._compile(data_block, compile_tree, before)
+                self._kept.compiled[uid] = self._compile(uid, data_block, compile_tree, before)
         return self._kept.compiled[uid].handle
 
     def _is_touched(self, uid: int, before: CompiledMaterial) -> bool:
@@ -215,13 +215,14 @@ class MaterialTable:
         return any(layer_value(self._context.depsgraph, name) != value for name, value in before.layer_values.items())
 
     def _compile(
-        self, data_block: bpy.types.ID | None, compile_tree: CompileTree, before: CompiledMaterial | None
+        self, uid: int, data_block: bpy.types.ID | None, compile_tree: CompileTree, before: CompiledMaterial | None
     ) -> CompiledMaterial:
         self._context.report.look_up()
         self._context.used_images.clear()
         self._context.used_layer_values.clear()
         self._context.used_grids.clear()
-        program = compile_tree(data_block, self._context)
+        with self._context.report.about(("material", uid)):
+            program = compile_tree(data_block, self._context)
         if compile_tree in (compile_material, compile_volume) and program is not None:
             self._context.report.matte_names["material"].add(program.name)
         handle = None if before is None else before.handle

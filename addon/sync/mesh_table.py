@@ -34,6 +34,7 @@ class PlacedMesh:
     version: int
     """Session id of the evaluated mesh: Blender gives a new one to the result of every evaluation. 0: unknown, as while
     the mesh is edited."""
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass
@@ -169,11 +170,12 @@ class MeshTable:
         handle = self._builder.add_mesh(name, **vars(arrays), replace=self._handle_for(key))
         # Triangles without area are dropped too, but nobody misses them.
         dropped = self._builder.mesh_statistics(handle)["dropped_triangles"]
+        warnings = ()
         if dropped and not np.isfinite(arrays.positions).all():
-            self._report.warn(f"Mesh '{name}': coordinates are not finite, {dropped} triangles are left out")
+            warnings = (f"Mesh '{name}': coordinates are not finite, {dropped} triangles are left out",)
         elif np.abs(arrays.positions).max(initial=0.0) > _LARGEST_COORDINATE:
-            self._report.warn(f"Mesh '{name}': triangles beyond {_LARGEST_COORDINATE:.1e} m are left out")
-        return PlacedMesh(handle, flat_axis, 0 if obj.data.is_editmode else obj.data.session_uid)
+            warnings = (f"Mesh '{name}': triangles beyond {_LARGEST_COORDINATE:.1e} m are left out",)
+        return PlacedMesh(handle, flat_axis, 0 if obj.data.is_editmode else obj.data.session_uid, warnings)
 
     def _place_strands(self, arrays: StrandArrays | None, label: str, name: str, owner: int) -> PlacedMesh | None:
         """`label`: as a warning calls them. Blender does not tell one evaluation of strands from another."""
@@ -184,12 +186,13 @@ class MeshTable:
         self.exported += 1
         handle = self._builder.add_strands(name, **vars(arrays), replace=self._handle_for(key))
         statistics = self._builder.mesh_statistics(handle)
+        warnings = []
         if statistics["dropped_triangles"]:
-            self._report.warn(f"{label}: what has positions or radii that are not finite is left out")
+            warnings.append(f"{label}: what has positions or radii that are not finite is left out")
         counts = np.diff(arrays.strand_offsets)
         if arrays.shape != "BALLS" and (counts < 2).any():
-            self._report.warn(f"{label}: strands with fewer than two keys are left out")
-        mesh = PlacedMesh(handle, -1, 0)
+            warnings.append(f"{label}: strands with fewer than two keys are left out")
+        mesh = PlacedMesh(handle, -1, 0, tuple(warnings))
         self._used.add(handle)
         self._by_owner[key] = mesh
         return mesh

@@ -5,6 +5,8 @@ from typing import Any
 import fake_core
 import numpy as np
 
+from addon.sync.placements import is_flattened
+
 KINDS = {
     "add_mesh": "mesh",
     "add_strands": "mesh",
@@ -26,6 +28,11 @@ class ReplayBuilder(fake_core.SceneBuilder):
         self.value_names: list[str] = []
         self.value_rows: np.ndarray = np.empty((0, 0, 4))
         self.environment: dict[str, Any] = {}
+
+    @property
+    def singular_instances(self) -> int:
+        matrices = [instance["object_to_world"].T for instance in self.instances]
+        return int(is_flattened(np.array(matrices).reshape(-1, 4, 4)).sum())
 
     def _record(self, method: str, positional: tuple, named: dict[str, Any]) -> int:
         super()._record(method, positional, named)

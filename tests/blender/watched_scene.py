@@ -23,9 +23,10 @@ class Watched:
     def __init__(self) -> None:
         self.live = LiveSync(CORE)
         self.exported: list[Exported] = []
+        self.warnings: list[str] = []
 
     def sync(self, depsgraph: bpy.types.Depsgraph) -> None:
-        self.live.sync(depsgraph, read_changes(depsgraph))
+        self.warnings = self.live.sync(depsgraph, read_changes(depsgraph)).warnings
         self.exported.append(self.live.exported)
 
     def after(self, edit: Callable[[], Any]) -> Exported:
@@ -43,10 +44,11 @@ class Watched:
         return total
 
     def expect_truth(self) -> None:
-        """What the builder holds is what an export from nothing gives."""
+        """What the builder holds, and what is warned of, is what an export from nothing gives."""
         fresh = LiveSync(CORE)
         try:
-            fresh.sync(bpy.context.evaluated_depsgraph_get(), EVERYTHING)
+            report = fresh.sync(bpy.context.evaluated_depsgraph_get(), EVERYTHING)
+            assert sorted(self.warnings) == sorted(report.warnings)
             assert self.live.builder.described() == fresh.builder.described()
         finally:
             fresh.close()
