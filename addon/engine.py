@@ -95,7 +95,8 @@ class CisternEngine(bpy.types.RenderEngine):
         self.call_viewport("draw", context, depsgraph)
 
     def call_viewport(self, method: str, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Call the viewport; an error becomes the line in its corner, until a call succeeds."""
+        """Call the viewport; an error becomes the line in its corner, until a call succeeds that shows the scene as it
+        is. A redraw after a failed export shows the picture before it."""
         if is_disabled():
             self.viewport = None
             return
@@ -103,7 +104,8 @@ class CisternEngine(bpy.types.RenderEngine):
             if self.viewport is None:
                 self.viewport = open_viewport(self)
             getattr(self.viewport, method)(self, context, depsgraph)
-            self.viewport.error = None
+            if self.viewport.has_scene:
+                self.viewport.error = None
         except Exception as error:
             sentence = error_sentence(error)
             self.update_stats("Cistern", f"Error: {sentence}")

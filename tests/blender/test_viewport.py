@@ -38,6 +38,7 @@ class StillSync:
 
     def sync(self, depsgraph, changes, space):
         self.changes.append(changes)
+        self.builder = None if self.failure is not None else self
         if self.failure is not None:
             raise self.failure
         return live.SyncReport()
@@ -238,6 +239,9 @@ def test_errors_become_the_line_in_the_corner_and_go_away(core, drawn, scene, mo
     sync.failure = RenderFailedError("Light 'Lamp': energy is nan")
     engine.view_update(context, depsgraph())
     assert engine.stats == "Error: Light 'Lamp': energy is nan"
+    for _ in range(2):
+        engine.view_draw(context, depsgraph())
+        assert engine.stats == "Error: Light 'Lamp': energy is nan", "the picture is still the one before"
     sync.failure = None
     engine.view_update(context, depsgraph())
     engine.view_draw(context, depsgraph())
