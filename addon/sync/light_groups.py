@@ -19,8 +19,13 @@ def group_of_object(obj: bpy.types.Object, instancer: bpy.types.Object | None, n
     no group."""
     if not numbers:
         return NO_GROUP
-    return numbers.get(obj.lightgroup or getattr(instancer, "lightgroup", ""), NO_GROUP)
+    return numbers.get(_name(obj) or _name(instancer), NO_GROUP)
 
 
 def group_of_world(world: bpy.types.World, numbers: Mapping[str, int]) -> int:
-    return numbers.get(world.lightgroup, NO_GROUP)
+    return numbers.get(_name(world), NO_GROUP)
+
+
+def _name(data_block: bpy.types.Object | bpy.types.World | None) -> str:
+    """As the user set it: with Persistent Data, what Blender evaluated is not told of a change of it alone."""
+    return "" if data_block is None else (data_block.original or data_block).lightgroup

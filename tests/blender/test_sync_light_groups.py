@@ -6,6 +6,7 @@ import pytest
 from recorded_calls import instances
 from small_objects import link, triangle
 
+from addon.sync.light_groups import group_of_object, group_of_world
 from tests.support.group_scenes import add_groups
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
@@ -49,6 +50,14 @@ def test_numbers_are_those_of_the_list(scene, recorded_sync):
     assert of_objects(builder) == {"pane": 2, "floor": -1}
     assert instances(builder)["light_group"].dtype == np.int16
     assert builder.of("set_environment")[0]["light_group"] == 0
+
+
+def test_a_change_alone_is_followed(scene):
+    """Blender does not evaluate it, so with Persistent Data a render would have the group before."""
+    graph = bpy.context.evaluated_depsgraph_get()
+    key, world = bpy.data.objects["key"].evaluated_get(graph), scene.world.evaluated_get(graph)
+    bpy.data.objects["key"].lightgroup = scene.world.lightgroup = "new"
+    assert group_of_object(key, None, {"new": 7}) == group_of_world(world, {"new": 7}) == 7
 
 
 def test_nothing_is_told_without_groups(scene, recorded_sync):
