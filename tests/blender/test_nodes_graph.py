@@ -76,6 +76,7 @@ def test_nested_groups_reroutes_and_group_defaults(empty_scene):
 
 
 def test_group_socket_converts_what_passes(empty_scene):
+    """Only before Blender 5.0, which joins the links: what they carry then keeps its colour."""
     group = bpy.data.node_groups.new("Grey", "ShaderNodeTree")
     group.interface.new_socket("Amount", in_out="INPUT", socket_type="NodeSocketFloat")
     group.interface.new_socket("Result", in_out="OUTPUT", socket_type="NodeSocketColor")
@@ -85,7 +86,8 @@ def test_group_socket_converts_what_passes(empty_scene):
     rgb.outputs[0].default_value = (0.0, 1.0, 0.0, 1.0)
     tree.tree.links.new(use.inputs[0], rgb.outputs[0])
     tree.tree.links.new(tree.shown(rgb, "Color").inputs["Color"], use.outputs[0])
-    assert emission_color(tree) == pytest.approx((0.7152,) * 3)
+    joins = hasattr(bpy.types.Material, "inline_shader_nodes")
+    assert emission_color(tree) == pytest.approx((0.0, 1.0, 0.0) if joins else (0.7152,) * 3)
 
 
 def test_muted_nodes_and_links(empty_scene):
@@ -137,7 +139,8 @@ def test_a_muted_node_converts_nothing(empty_scene):
     muted.mute = True
     tree.tree.links.new(muted.inputs[0], rgb.outputs[0])
     shown_as_colour(tree, muted)
-    assert emission_color(tree) == pytest.approx((0.125, 0.25, 0.5))
+    joins = hasattr(bpy.types.Material, "inline_shader_nodes")
+    assert emission_color(tree) == pytest.approx((0.125, 0.25, 0.5) if joins else (0.241475,) * 3)
 
 
 def test_group_inside_itself_is_found_at_any_depth(empty_scene):

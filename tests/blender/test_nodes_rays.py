@@ -53,8 +53,9 @@ def test_a_distance_of_0_is_the_worlds(shown, asked):
 
 def test_a_linked_distance_of_0_is_one():
     tree = Tree()
-    node, zero = occlusion(tree), tree.node("ShaderNodeValue")
-    zero.outputs[0].default_value = 0.0
+    node, zero = occlusion(tree), tree.node("ShaderNodeMath", operation="MULTIPLY")
+    tree.link(tree.node("ShaderNodeCameraData"), "View Distance", zero, "Value")  # no constant to Blender, but to us
+    tree.set(zero, Value_001=0.0)
     tree.link(zero, "Value", node, "Distance")
     tree.shown(node, "AO")
     (closure,) = tree.compile().closures

@@ -53,6 +53,8 @@ def test_value_node_compiles_in_every_mode(empty_scene, idname):
             context = Context()
             program = tree.compile(context)
             assert [closure.op for closure in program.closures] in (["CLOSURE_EMISSION"], [])
+            if (output.identifier, value) == ("W", "1D"):
+                continue  # Blender resolves this link to none from 5.0 on
             replaced = any("replaced by their defaults" in warning for warning in context.warnings)
             assert replaced == ((idname, output.identifier) in PARTLY_SUPPORTED), (member, value, context.warnings)
 

@@ -21,6 +21,7 @@ from .graph import (
     Socket,
     entry_of,
     is_group,
+    is_lost,
     is_pass_through,
     socket_named,
     source_of,
@@ -208,10 +209,13 @@ class Compiler:
             entry = entry_of(port)
             if entry is None:
                 return self._dead_end(port)
-            if port.node.mute:  # as if its links were joined: without one, the socket behind keeps its own value
+            if port.node.mute:  # without a link, the socket behind keeps its own value
                 source = source_of(entry)
-                return self.output(source) if source else None
-            value = self.input(entry) if port.node.bl_idname == "NodeReroute" else self.input_or_default(entry)
+                value = self.output(source) if source else None
+            elif port.node.bl_idname == "NodeReroute":
+                value = self.input(entry)
+            else:
+                value = self.input_or_default(entry)
         elif port.node.bl_idname in EEVEE_ALONE:
             return self.warn_of_eevee(port.node)
         else:
@@ -264,8 +268,9 @@ class NodeView:
         return Port(self.scope, self.node, socket) if socket else None
 
     def linked(self, identifier: str) -> Value | None:
+        """The linked value of a socket that has a default of its own."""
         port = self.port(identifier)
-        return self.compiler.input(port) if port else None
+        return None if port is None or is_lost(port) else self.compiler.input(port)
 
     def value(self, identifier: str, missing: Value | float = 0.0) -> Value:
         """The socket's value; `missing` where this version of Blender has no such socket."""
@@ -279,11 +284,14 @@ class NodeView:
         return [self.value(identifier.strip()) for identifier in identifiers.split(",")]
 
     def normal(self, identifier: str = "Normal") -> Value:
-        """The linked normal, else the shading normal; a zero vector from a group's default counts as no link."""
+        """The linked normal, else the shading normal. To shaders a zero vector, as from a group's input, is no link."""
+        value = self.given_normal(identifier)
+        return self.shading_normal() if value.constant == (0.0, 0.0, 0.0) else value
+
+    def given_normal(self, identifier: str = "Normal") -> Value:
+        """The linked normal, a zero vector too, else the shading normal."""
         value = self.linked(identifier)
-        if value is None or value.constant == (0.0, 0.0, 0.0):
-            return self.shading_normal()
-        return value
+        return self.shading_normal() if value is None else value
 
     def shading_normal(self) -> Value:
         return self.compiler.shading_normal()

@@ -13,6 +13,7 @@ from .instructions import COLOR, TABLE_SIZE, VECTOR, Value, constant
 from .vector import separate
 
 SMOOTH_RANGES = ("SMOOTHSTEP", "SMOOTHERSTEP")
+ZERO = constant(0.0)
 
 
 @value_node("ShaderNodeMath")
@@ -60,13 +61,31 @@ def clamp_node(node: NodeView, output: str) -> Value:
 
 @value_node("ShaderNodeMapRange")
 def map_range(node: NodeView, output: str) -> Value:
-    kind = node.node.interpolation_type
-    flags = (MAP_RANGE_TYPES.index(kind), int(node.node.clamp and kind not in SMOOTH_RANGES))
+    kind = MAP_RANGE_TYPES.index(node.node.interpolation_type)
     if node.node.data_type == "FLOAT":
-        return node.emit("MAP_RANGE", node.values("Value, From Min, From Max, To Min, To Max, Steps"), flags)
+        inputs = node.values("Value, From Min, From Max, To Min, To Max, Steps")
+        value = node.emit("MAP_RANGE", inputs, (kind, int(node.node.clamp)))
+        if not node.node.clamp or _is_extended(*inputs[1:3]):
+            return value
+        return node.emit("CLAMP", (value, *inputs[3:5]), (CLAMP_TYPES.index("RANGE"),))  # the 0 of an empty range, too
     vectors = node.values("Vector, From_Min_FLOAT3, From_Max_FLOAT3, To_Min_FLOAT3, To_Max_FLOAT3, Steps_FLOAT3")
+    flags = (kind, int(node.node.clamp and node.node.interpolation_type not in SMOOTH_RANGES))
     channels = [[separate(node, vector, axis) for vector in vectors] for axis in range(3)]
-    return node.emit("COMBINE_XYZ", [node.emit("MAP_RANGE", inputs, flags) for inputs in channels])
+    return node.emit("COMBINE_XYZ", [_map_channel(node, inputs, flags) for inputs in channels])
+
+
+def _is_extended(low: Value, high: Value) -> bool:
+    """Whether a range is known not to be empty."""
+    return None not in (low.constant, high.constant) and low.constant != high.constant
+
+
+def _map_channel(node: NodeView, inputs: list[Value], flags: tuple[int, int]) -> Value:
+    """Of a vector, an empty range maps to the lower end."""
+    value, from_min, from_max, to_min, to_max, steps = inputs
+    if _is_extended(from_min, from_max):
+        return node.emit("MAP_RANGE", inputs, flags)
+    span = node.math("SUBTRACT", to_max, to_min)
+    return node.math("ADD", to_min, node.emit("MAP_RANGE", (value, from_min, from_max, ZERO, span, steps), flags))
 
 
 @value_node("ShaderNodeValToRGB")

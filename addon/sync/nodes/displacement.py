@@ -18,7 +18,7 @@ def displacement(node: NodeView, output: str) -> Value:
     """World-space vector along the normal; in object space the distance grows with the object's scale."""
     height = node.math("SUBTRACT", node.value("Height"), node.value("Midlevel"))
     distance = node.math("MULTIPLY", height, node.value("Scale"))
-    return _along(node, node.normal(), distance, node.node.space == "OBJECT")
+    return _along(node, node.given_normal(), distance, node.node.space == "OBJECT")
 
 
 @value_node("ShaderNodeVectorDisplacement")

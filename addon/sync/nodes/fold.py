@@ -5,7 +5,6 @@ What folds here never reaches the core, so that most materials end as one closur
 
 from __future__ import annotations
 
-import colorsys
 import math
 from collections.abc import Callable, Sequence
 
@@ -224,12 +223,19 @@ def hsv_to_rgb(c: Triple) -> Triple:
 
 
 def _rgb_to_hsl(c: Triple) -> Triple:
-    hue, lightness, saturation = colorsys.rgb_to_hls(*c)
-    return (hue, min(saturation, 1.0), lightness)
+    high, low = max(c), min(c)
+    lightness, extent = min(0.5 * (high + low), 1.0), high - low
+    if extent == 0.0:
+        return (0.0, 0.0, lightness)
+    saturation = extent / (2.0 - high - low if lightness > 0.5 else high + low)
+    return (rgb_to_hsv(c)[0], saturation, lightness)
 
 
 def _hsl_to_rgb(c: Triple) -> Triple:
-    return colorsys.hls_to_rgb(c[0], c[2], c[1])
+    """A hue outside of [0, 1] does not come around again."""
+    sixth, chroma = 6.0 * c[0], (1.0 - abs(2.0 * c[2] - 1.0)) * c[1]
+    pure = (abs(sixth - 3.0) - 1.0, 2.0 - abs(sixth - 2.0), 2.0 - abs(sixth - 4.0))
+    return tuple((saturate(x) - 0.5) * chroma + c[2] for x in pure)
 
 
 def _hue_saturation(inputs: Sequence[Triple], parameters: Sequence[int]) -> Triple:

@@ -1,7 +1,9 @@
 """Walking a shader node tree: links, groups, reroutes and muted nodes.
 
-Nothing is copied: a node inside a group is told apart from its twin in another use of the group by its `Scope`. Only
-trees with zones, closures, bundles or menus are taken as Blender resolves them for Cycles, without any.
+From Blender 5.0 on, trees are taken as Blender resolves them for Cycles: without groups, reroutes, muted nodes, zones,
+closures, bundles and menus, and without what nothing reads. What this module knows of groups, reroutes and muted nodes
+is for earlier versions, of which nothing is copied: a node inside a group is told apart from its twin in another use of
+the group by its `Scope`.
 Sockets are named by identifier, since positions and labels change between Blender versions.
 """
 
@@ -9,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import bpy
 
@@ -19,14 +22,6 @@ Link = bpy.types.NodeLink
 
 SHADER = "SHADER"
 EEVEE_ALONE = {"ShaderNodeShaderToRGB", "ShaderNodeEeveeSpecular", "ShaderNodeUVAlongStroke", "ShaderNodeSqueeze"}
-RESOLVED_BY_BLENDER = {
-    "GeometryNodeMenuSwitch",
-    "GeometryNodeRepeatOutput",
-    "NodeClosureOutput",
-    "NodeEvaluateClosure",
-    "NodeCombineBundle",
-    "NodeSeparateBundle",
-}
 
 
 class Scope:
@@ -39,10 +34,12 @@ class Scope:
         self.owner = owner  # with which the tree would go
         self.parent = parent
         self.group_node = group_node
-        self._links = {
-            (link.to_node.name, link.to_socket.identifier): link for link in tree.links if _carries_values(link)
-        }
         self._children: dict[str, Scope | None] = {}
+
+    @cached_property
+    def _links(self) -> dict[tuple[str, str], Link]:
+        links = (link for link in self.tree.links if _carries_values(link))
+        return {(link.to_node.name, link.to_socket.identifier): link for link in links}
 
     def link_into(self, node: Node, socket: Socket) -> Link | None:
         return self._links.get((node.name, socket.identifier))
@@ -60,14 +57,22 @@ class Scope:
 
 
 def scope_of(block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> Scope:
-    """The tree of a data-block that has one; resolved by Blender where it has to be, which it does from 5.0 on.
+    """The tree of a data-block that has one; resolved by Blender from 5.0 on, unless a group of it is broken.
 
-    Resolved trees are no data-blocks: they live as long as what Blender hands out with them."""
+    Links through groups, reroutes and muted nodes are then joined: what they carry is converted once, from the first
+    socket to the last. Resolved trees are no data-blocks: they live as long as what Blender hands out with them."""
+    scope = Scope(block.node_tree)
     resolve = getattr(block, "inline_shader_nodes", None)
-    if resolve is None or not any(node.bl_idname in RESOLVED_BY_BLENDER for node in all_nodes([block.node_tree])):
-        return Scope(block.node_tree)
+    if resolve is None or not _is_whole(scope):
+        return scope
     resolved = resolve()
     return Scope(resolved.node_tree, owner=resolved)
+
+
+def _is_whole(scope: Scope) -> bool:
+    """Whether each group has a tree, and none contains itself."""
+    children = (scope.child(node) for node in scope.tree.nodes if is_group(node))
+    return all(child is not None and _is_whole(child) for child in children)
 
 
 def all_nodes(trees: Iterable[Tree]) -> Iterator[Node]:
@@ -137,6 +142,20 @@ def entry_of(output: Port) -> Port | None:
         node = group_output(scope.tree) if scope else None
         socket = socket_named(node.inputs, output.socket.identifier) if node else None
     return Port(scope, node, socket) if socket else None
+
+
+def is_lost(port: Port) -> bool:
+    """Whether what is linked to an input comes from an unlinked socket of a group: sockets that have a default of
+    their own, such as coordinates and normals, then take that, as in Cycles before Blender 5.0."""
+    source = source_of(port)
+    while source is not None and is_pass_through(source.node):
+        entry = entry_of(source)
+        if entry is None:
+            return False
+        source = source_of(entry)
+        if source is None:
+            return True
+    return False
 
 
 def _bypass(node: Node, socket: Socket) -> Socket | None:

@@ -127,7 +127,10 @@ def point_info(node: NodeView, output: str) -> Value:
     kind = "POINT" if is_vector else "VECTOR"
     spaces = (SPACES.index("OBJECT"), SPACES.index("WORLD"))
     moved = node.emit("VECTOR_TRANSFORM", (vector,), (TRANSFORM_KINDS.index(kind), *spaces))
-    return moved if is_vector else _length(node, moved)
+    if not is_vector:
+        return _length(node, moved)
+    is_point = mesh_attribute(node, value_names.POINT_OUTPUTS[output], "Alpha", missing_alpha=0)
+    return node.vector_math("MULTIPLY", moved, node.emit("BROADCAST", (is_point,)).retyped(VECTOR))
 
 
 @value_node("ShaderNodeParticleInfo")
@@ -237,13 +240,13 @@ def camera_data(node: NodeView, output: str) -> Value | None:
 
 @value_node("ShaderNodeFresnel")
 def fresnel(node: NodeView, output: str) -> Value:
-    return node.emit("FRESNEL", (node.value("IOR"), node.normal()))
+    return node.emit("FRESNEL", (node.value("IOR"), node.given_normal()))
 
 
 @value_node("ShaderNodeLayerWeight")
 def layer_weight(node: NodeView, output: str) -> Value:
     op = "LAYER_WEIGHT_FRESNEL" if output == "Fresnel" else "LAYER_WEIGHT_FACING"
-    return node.emit(op, (node.value("Blend"), node.normal()))
+    return node.emit(op, (node.value("Blend"), node.given_normal()))
 
 
 @value_node("ShaderNodeWireframe")

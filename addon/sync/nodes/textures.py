@@ -13,6 +13,7 @@ from .instructions import COLOR, VECTOR, Value, constant
 from .vector import separate, vector_constant
 
 MISSING_IMAGE = (1.0, 0.0, 1.0)  # magenta, as everywhere in Blender
+UNCHANGED = [(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)]  # translation, rotation, scale
 AXES = {"X": 0, "Y": 1, "Z": 2}
 COLOR_STAYS_MULTIPLIED = 1 << 16  # by alpha, as in Cycles where nothing reads the alpha; see native/scene/op_table.cpp
 
@@ -30,16 +31,15 @@ def texture_vector(node: NodeView, unlinked: Callable[[NodeView], Value] = _gene
 
 
 def _texture_mapping(node: NodeView, vector: Value, mapping: bpy.types.TexMapping) -> Value:
+    """Minimum and maximum are not read, and normals are only of unit length where something changes, as in Cycles."""
     axes = (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z)
     if axes != ("X", "Y", "Z"):
         vector = node.emit("COMBINE_XYZ", [_axis(node, vector, axis) for axis in axes])
-    parts = [vector_constant(*xyz) for xyz in (mapping.translation, mapping.rotation, mapping.scale)]
-    vector = node.emit("MAPPING", (vector, *parts), (enums.MAPPING_TYPES.index(mapping.vector_type),))
-    if mapping.use_min:
-        vector = node.vector_math("MAXIMUM", vector, vector_constant(*mapping.min))
-    if mapping.use_max:
-        vector = node.vector_math("MINIMUM", vector, vector_constant(*mapping.max))
-    return vector
+    placement = [tuple(xyz) for xyz in (mapping.translation, mapping.rotation, mapping.scale)]
+    if axes == ("X", "Y", "Z") and placement == UNCHANGED:
+        return vector
+    parts = [vector_constant(*xyz) for xyz in placement]
+    return node.emit("MAPPING", (vector, *parts), (enums.MAPPING_TYPES.index(mapping.vector_type),))
 
 
 def _axis(node: NodeView, vector: Value, axis: str) -> Value:

@@ -1,0 +1,153 @@
+"""What node graphs make of links and of values at the edge of their range, against Cycles: one graph to a card.
+
+Cards shine evenly enough that what is compared are numbers. Graphs that Blender could evaluate by itself, as it does
+from 5.0 on with those of constants alone, are kept from it by adding `zero`, which it does not know to be 0."""
+
+from collections.abc import Callable
+
+import bpy
+import pytest
+from test_against_cycles_values import add_cards, expect_equal, look_down
+
+from tests.support import blender_scenes as build
+
+pytestmark = pytest.mark.usefixtures("registered_addon")
+
+Tree, Socket = bpy.types.NodeTree, bpy.types.NodeSocket
+HAS_INTEGERS = bpy.app.version >= (5, 0, 0)
+COLOR = (0.1, 0.6, 0.3)
+
+
+def zero(tree: Tree) -> Socket:
+    return tree.nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"]
+
+
+def math(tree: Tree, operation: str, a: Socket | float, b: Socket | float) -> Socket:
+    node = tree.nodes.new("ShaderNodeMath")
+    node.operation = operation
+    for socket, value in zip(node.inputs, (a, b), strict=False):
+        if isinstance(value, Socket):
+            tree.links.new(value, socket)
+        else:
+            socket.default_value = value
+    return node.outputs[0]
+
+
+def number(tree: Tree, value: float) -> Socket:
+    return math(tree, "ADD", zero(tree), value)
+
+
+def vector(tree: Tree, *xyz: float) -> Socket:
+    channels = dict(zip("XYZ", (number(tree, value) for value in xyz), strict=True))
+    return build.shader(tree, "ShaderNodeCombineXYZ", **channels).outputs[0]
+
+
+def color(tree: Tree) -> Socket:
+    channels = dict(zip(("Red", "Green", "Blue"), (number(tree, value) for value in COLOR), strict=True))
+    return build.shader(tree, "ShaderNodeCombineColor", **channels).outputs[0]
+
+
+def through_group(kind: str, source: Callable[[Tree], Socket]) -> Callable[[Tree], Socket]:
+    """A value that goes in and out of a group by sockets of a type."""
+
+    def read(tree: Tree) -> Socket:
+        group = bpy.data.node_groups.new("group", "ShaderNodeTree")
+        for direction in ("INPUT", "OUTPUT"):
+            group.interface.new_socket("Value", in_out=direction, socket_type=f"NodeSocket{kind}")
+        begin, end = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+        group.links.new(begin.outputs[0], end.inputs[0])
+        use = tree.nodes.new("ShaderNodeGroup")
+        use.node_tree = group
+        tree.links.new(source(tree), use.inputs[0])
+        return use.outputs[0]
+
+    return read
+
+
+def muted(kind: str, name: str, source: Callable[[Tree], Socket]) -> Callable[[Tree], Socket]:
+    def read(tree: Tree) -> Socket:
+        node = build.shader(tree, kind, **{name: source(tree)})
+        node.mute = True
+        return node.outputs[0]
+
+    return read
+
+
+def group_default(kind: str, name: str) -> Callable[[Tree], Socket]:
+    """Of a node in a group, one of whose inputs is that of the group, to which nothing is linked."""
+
+    def read(tree: Tree) -> Socket:
+        group = bpy.data.node_groups.new("default", "ShaderNodeTree")
+        group.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketVector")
+        group.interface.new_socket("Value", in_out="OUTPUT", socket_type="NodeSocketFloat")
+        begin, end, node = map(group.nodes.new, ("NodeGroupInput", "NodeGroupOutput", kind))
+        group.links.new(begin.outputs[0], node.inputs[name])
+        group.links.new(node.outputs[0], end.inputs[0])
+        use = tree.nodes.new("ShaderNodeGroup")
+        use.node_tree = group
+        return use.outputs[0]
+
+    return read
+
+
+def hue(tree: Tree) -> Socket:
+    """More than once around."""
+    node = build.shader(tree, "ShaderNodeCombineColor", Red=2.07, Green=0.5, Blue=0.3)
+    node.mode = "HSL"
+    return node.outputs[0]
+
+
+def empty_range(data_type: str) -> Callable[[Tree], Socket]:
+    def read(tree: Tree) -> Socket:
+        node = tree.nodes.new("ShaderNodeMapRange")
+        node.data_type = data_type
+        values = {"Value": number(tree, 0.3)} if data_type == "FLOAT" else {"Vector": vector(tree, 0.3, 0.5, 0.7)}
+        ends = {"From Min": 0.5, "From Max": 0.5, "To Min": 0.8, "To Max": 0.4}
+        for socket in (socket for socket in node.inputs if socket.enabled and socket.name in ends):
+            end = ends[socket.name]
+            socket.default_value = end if data_type == "FLOAT" else (end, end, 0.7 * end)
+        (name, source), *_ = values.items()
+        tree.links.new(source, next(socket for socket in node.inputs if socket.enabled and socket.name == name))
+        return next(socket for socket in node.outputs if socket.enabled)
+
+    return read
+
+
+def limited(tree: Tree) -> Socket:
+    """By the texture mapping panel, whose limits do nothing."""
+    node = tree.nodes.new("ShaderNodeTexGradient")
+    node.texture_mapping.use_max, node.texture_mapping.max = True, (0.1, 0.1, 0.1)
+    return node.outputs[0]
+
+
+GRAPHS: list[Callable[[Tree], Socket]] = [
+    *(through_group(kind, color) for kind in ("Float", "Vector")),
+    *(through_group(kind, lambda tree: vector(tree, *COLOR)) for kind in ("Float", "Vector", "Color")),
+    *([through_group("Int", lambda tree: tree.nodes.new("ShaderNodeValue").outputs[0])] if HAS_INTEGERS else []),  # 0.5
+    muted("ShaderNodeMath", "Value", color),
+    muted("ShaderNodeRGBToBW", "Color", lambda tree: vector(tree, *COLOR)),
+    group_default("ShaderNodeFresnel", "Normal"),
+    group_default("ShaderNodeLayerWeight", "Normal"),
+    group_default("ShaderNodeTexGradient", "Vector"),
+    lambda tree: tree.nodes.new("ShaderNodePointInfo").outputs["Position"],
+    hue,
+    empty_range("FLOAT"),
+    empty_range("FLOAT_VECTOR"),
+    limited,
+]
+
+
+def test_graphs(empty_scene) -> None:
+    """Planted bug: ranges that are not empty."""
+    add_cards(empty_scene, empty_scene.collection, GRAPHS)
+    look_down(empty_scene)
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        for card in bpy.data.materials:
+            for node in card.node_tree.nodes:
+                if node.bl_idname == "ShaderNodeMapRange":
+                    next(s for s in node.inputs if s.enabled and s.name == "From Max").default_value = (
+                        0.7 if node.data_type == "FLOAT" else (0.7, 0.7, 0.7)
+                    )
+
+    expect_equal(empty_scene, plant)
