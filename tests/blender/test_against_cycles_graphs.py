@@ -151,3 +151,30 @@ def test_graphs(empty_scene) -> None:
                     )
 
     expect_equal(empty_scene, plant)
+
+
+def test_world(empty_scene) -> None:
+    """To a Camera Data node its direction is a place; it is no object. Planted bug: another output."""
+    world = build.set_world(empty_scene)
+    world.cycles.sampling_method, tree = "NONE", world.node_tree
+    tree.nodes.clear()
+    camera = tree.nodes.new("ShaderNodeCameraData")
+    kinds = ("ShaderNodeObjectInfo", "ShaderNodeVectorMath", "ShaderNodeBackground", "ShaderNodeOutputWorld")
+    info, total, background, output = map(tree.nodes.new, kinds)
+    total.operation = "MULTIPLY_ADD"
+    attribute = tree.nodes.new("ShaderNodeAttribute")
+    attribute.attribute_name = "missing"
+    for source, target in (
+        (camera.outputs["View Vector"], total.inputs[0]),
+        (attribute.outputs["Alpha"], total.inputs[1]),
+        (info.outputs["Color"], total.inputs[2]),
+        (total.outputs[0], background.inputs["Color"]),
+        (background.outputs[0], output.inputs["Surface"]),
+    ):
+        tree.links.new(source, target)
+    build.add_camera(empty_scene, (3, 2, 5), (0, 0, 0))
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        tree.links.new(camera.outputs["View Distance"], total.inputs[0])
+
+    expect_equal(empty_scene, plant)

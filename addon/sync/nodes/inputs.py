@@ -152,6 +152,8 @@ def object_info(node: NodeView, output: str) -> Value | None:
         return constant(node.compiler.pass_index)
     if node.compiler.is_surface:
         return _instance_value(node, value_names.INFO_OUTPUTS[output], output)
+    if node.compiler.is_world:
+        return constant(0.0)
     defaults = {"Color": constant(1.0, 1.0, 1.0, COLOR), "Alpha": constant(1.0)}  # of a new object; indices are 0
     node.compiler.unsupported(node.node, output)
     return defaults.get(output, constant(0.0))
@@ -172,7 +174,7 @@ def attribute(node: NodeView, output: str) -> Value:
     if not node.compiler.is_surface:
         if kind != "GEOMETRY":
             node.warn(f"attribute '{name}' of type {kind} is not supported: it reads 0")
-        return constant(0.0)
+        return constant(1.0 if output == "Alpha" else 0.0)
     if kind == value_names.INSTANCER and not hasattr(bpy.types.Object, "evaluated_geometry"):
         node.warn(f"attribute '{name}': what geometry nodes give to instances is read from Blender 5.0 on")
     if kind in (value_names.OBJECT, value_names.INSTANCER):
@@ -230,12 +232,18 @@ def mesh_attribute(node: NodeView, name: str, output: str, missing_alpha: int) -
 
 @value_node("ShaderNodeCameraData")
 def camera_data(node: NodeView, output: str) -> Value | None:
-    at = node.at_shift("CAMERA_COORDINATE")
+    at = _direction_in_camera(node) if node.compiler.is_world else node.at_shift("CAMERA_COORDINATE")
     if output == "View Vector":
         return node.vector_math("NORMALIZE", at)
     if output == "View Z Depth":
         return separate(node, at, 2)
     return _length(node, at)
+
+
+def _direction_in_camera(node: NodeView) -> Value:
+    """Worlds take the direction for a place, as Cycles does."""
+    spaces = (SPACES.index("WORLD"), SPACES.index("CAMERA"))
+    return node.emit("VECTOR_TRANSFORM", (position(node),), (TRANSFORM_KINDS.index("POINT"), *spaces))
 
 
 @value_node("ShaderNodeFresnel")
