@@ -163,6 +163,8 @@ def test_missing_image_is_magenta_and_opaque(empty_scene):
         tree = Tree()
         node = tree.node("ShaderNodeTexImage", image=image)
         tree.shown(node, "Color")
-        assert tree.compile(Context(handle)).closures[0].inputs[1] == (1.0, 0.0, 1.0)
+        context = Context(handle)
+        assert tree.compile(context).closures[0].inputs[1] == (1.0, 0.0, 1.0)
+        assert image or "node 'Image Texture' has no image: it is magenta" in context.warnings[0]
         tree.shown(node, "Alpha")
         assert tree.compile(Context(handle)).closures[0].inputs[2] == (1.0, 0.0, 0.0)

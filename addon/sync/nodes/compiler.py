@@ -263,6 +263,12 @@ class NodeView:
         self.node = node
         self.emit = compiler.code.emit
 
+    @property
+    def name(self) -> str:
+        """As the user sees it: Blender puts a number before the names of nodes of the trees that it has resolved."""
+        number, _, name = self.node.name.partition("_")
+        return name if self.scope.owner is not None and number.isdigit() else self.node.name
+
     def port(self, identifier: str) -> Port | None:
         socket = socket_named(self.node.inputs, identifier)
         return Port(self.scope, self.node, socket) if socket else None

@@ -26,7 +26,7 @@ def ies_texture(node: NodeView, output: str) -> Value:
         text = _text(node.node)
         luminaire = photometry.parse(text)
     except (OSError, ValueError) as error:
-        node.warn(f"the light profile of node '{node.node.name}' cannot be read, it is {BROKEN:g} everywhere: {error}")
+        node.warn(f"the light profile of node '{node.name}' cannot be read, it is {BROKEN:g} everywhere: {error}")
         return node.math("MULTIPLY", strength, constant(BROKEN))
     key = ("ies", hashlib.sha256(text.encode()).digest())
     handle = node.compiler.context.table_handle(key, "light profile", lambda: _grey(luminaire.table()))

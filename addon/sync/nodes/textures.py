@@ -50,7 +50,7 @@ def _image_index(node: NodeView) -> int:
     """Index for the instruction's parameter, -1 when there is no image to read."""
     image = node.node.image
     if image is None:
-        node.warn(f"node '{node.node.name}' has no image: it is magenta")
+        node.warn(f"node '{node.name}' has no image: it is magenta")
         return -1
     handle = node.compiler.context.image_handle(image, node.node.image_user)
     return -1 if handle < 0 else node.compiler.code.program.image(handle)
