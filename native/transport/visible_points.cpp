@@ -7,13 +7,17 @@
 namespace cistern {
 namespace {
 
+constexpr float kLeastTransmission = 0.1f;  // albedo of what lets light through at all
+
 void add_normal(Receiver& receiver, const Lobe& lobe, Rgb albedo) {
   receiver.n += std::visit([](const auto& model) { return model.n; }, lobe.model) * luminance(albedo);
 }
 
 /// Adds a microfacet lobe; returns its albedo.
 float add_microfacet(Receiver& receiver, const Lobe& lobe, const MicrofacetLobe& model) {
-  const Rgb albedo = lobe.weight * microfacet_albedo(model, receiver.wo);
+  // Facets that lean let light through where the mean one reflects all of it.
+  const Rgb of_facets = microfacet_albedo(model, receiver.wo);
+  const Rgb albedo = lobe.weight * (model.transmits ? max(of_facets, Rgb(kLeastTransmission)) : of_facets);
   // How glass divides light between its sides depends on the direction; half is near enough for a guess.
   const float reflected = !model.reflects ? 0.0f : (model.transmits ? 0.5f : 1.0f);
   receiver.glossy += albedo * reflected;
