@@ -111,7 +111,7 @@ class LayerRender(SessionRender):
         return MotionBlur(times, scene, self.engine.go_to_frame)
 
     def render_views(self, exported: SceneSync) -> None:
-        builders = [exported.builder, *(self.blur.ends if self.blur else ())]
+        builders = [exported.builder, *(self.blur.moments if self.blur else ())]
         views = view_names(self.engine, self.layer_name)
         for index, view in enumerate(views):
             if self.is_cancelled:
@@ -120,11 +120,11 @@ class LayerRender(SessionRender):
             if len(views) > 1:
                 for builder in builders:
                     place_view_camera(self.engine, self.depsgraph, builder)
-            scene, *ends = (builder.snapshot() for builder in builders)
+            scene, *others = (builder.snapshot() for builder in builders)
             self.warn_of_volume(scene.volume_name)
             for warning in scene.warnings:
                 self.figures.warn_once(warning)
-            self.render_view(Moments(scene, tuple(ends)), view, Span(index / len(views), 1 / len(views)))
+            self.render_view(Moments(scene, tuple(others)), view, Span(index / len(views), 1 / len(views)))
 
     def render_view(self, moments: Moments, view: str, span: Span) -> None:
         """Render a view and hand over its pixels."""

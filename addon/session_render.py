@@ -31,16 +31,16 @@ class RenderFailedError(RuntimeError):
 
 @dataclass(frozen=True)
 class Moments:
-    """Snapshots of a scene: as the frame shows it and, with motion blur, as the shutter opens and closes."""
+    """Snapshots of a scene: as the frame shows it and, with motion blur, at the other moments of its shutter."""
 
     scene: Any
-    ends: tuple[Any, ...] = ()
+    others: tuple[Any, ...] = ()
     cache: Any = None
     """A core's RenderCache: what sessions with variants of the scene take over from each other."""
 
     def shadow_catchers_alone(self) -> Moments:
-        alone, *ends = (scene.shadow_catchers_alone() for scene in (self.scene, *self.ends))
-        return Moments(alone, tuple(ends), self.cache)
+        alone, *others = (scene.shadow_catchers_alone() for scene in (self.scene, *self.others))
+        return Moments(alone, tuple(others), self.cache)
 
     def backdrop(self) -> Moments:
         return Moments(self.scene.backdrop())
@@ -63,7 +63,7 @@ class SessionRender:
     ) -> view_modes.Reader:
         """Reads the passes of a session that was watched to its end, `look` meanwhile. Raises RenderFailedError."""
         session = self.core.Session(self.core.Settings(**arguments))
-        session.start(moments.scene, cache=moments.cache, shutter=moments.ends or None)
+        session.start(moments.scene, cache=moments.cache, shutter=moments.others or None)
         try:
             self.watch(session, span, look)
         except BaseException:

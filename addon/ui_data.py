@@ -10,6 +10,7 @@ from .ui_base import ENGINE, CisternPanel, split_layout
 GEOMETRY_TYPES = frozenset({"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"})
 HAS_SHADING_PANEL = bpy.app.version >= (4, 3, 0)  # of objects, for all engines
 EMITTER_TYPES = frozenset({"LIGHT", "VOLUME", "EMPTY"})  # and what instances emitters
+BLURRED_TYPES = GEOMETRY_TYPES | {"VOLUME", "EMPTY", "CAMERA"}
 
 
 class CISTERN_MATERIAL_PT_surface(CisternPanel, Panel):
@@ -147,6 +148,31 @@ class CISTERN_OBJECT_PT_ray_visibility(CisternPanel, Panel):
             column.prop(obj, "visible_shadow", text="Shadow")
 
 
+class CISTERN_OBJECT_PT_motion_blur(CisternPanel, Panel):
+    """The settings of Cycles' add-on, which files have them from."""
+
+    bl_label = "Motion Blur"
+    bl_context = "object"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        obj = context.object
+        return context.engine == ENGINE and getattr(obj, "type", None) in BLURRED_TYPES and hasattr(obj, "cycles")
+
+    def draw_header(self, context: Context) -> None:
+        self.layout.active = context.scene.render.use_motion_blur
+        self.layout.prop(context.object.cycles, "use_motion_blur", text="")
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        obj = context.object
+        layout.active = context.scene.render.use_motion_blur and obj.cycles.use_motion_blur
+        layout.prop(obj.cycles, "motion_steps", text="Steps")
+        if obj.type != "CAMERA":
+            layout.prop(obj.cycles, "use_deform_motion", text="Deformation")
+
+
 class CISTERN_OBJECT_PT_light_group(CisternPanel, Panel):
     bl_label = "Light Group"
     bl_context = "object"
@@ -280,6 +306,7 @@ CLASSES = (
     CISTERN_LIGHT_PT_nodes,
     CISTERN_OBJECT_PT_visibility,
     CISTERN_OBJECT_PT_ray_visibility,
+    CISTERN_OBJECT_PT_motion_blur,
     CISTERN_OBJECT_PT_light_group,
     *(() if HAS_LINKING_PANELS else LINKING_PANELS),
 )

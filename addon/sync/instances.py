@@ -37,6 +37,8 @@ from .placements import (
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
 
+    from .shutter import Moment
+
 # Bits of native/scene/instance.h by the names Blender gives an object's `visible_*` flags.
 RAY_BITS = {"camera": 1, "diffuse": 2, "glossy": 4, "transmission": 8, "shadow": 16, "volume_scatter": 32}
 # Nothing is missing when these are left out: the former have no surface, and the surface of the latter is an item of
@@ -83,7 +85,8 @@ class KeptInstances:
 class InstanceSync:
     """One pass over the instances of a dependency graph; every geometry, material set and name is added once.
 
-    Everything is where `kept` has it unless `changes` touched it. `space`: a 3D viewport that may hide objects."""
+    Everything is where `kept` has it unless `changes` touched it. `space`: a 3D viewport that may hide objects.
+    `moment`: of an open shutter, at which only what is blurred is looked at."""
 
     def __init__(
         self,
@@ -96,6 +99,7 @@ class InstanceSync:
         changes: Changes = EVERYTHING,
         space: bpy.types.SpaceView3D | None = None,
         light_groups: Mapping[str, int] | None = None,
+        moment: Moment | None = None,
     ) -> None:
         self._depsgraph = depsgraph
         self._builder = builder
@@ -105,6 +109,7 @@ class InstanceSync:
         self._changes = changes
         self._space = space
         self._light_groups = light_groups or {}
+        self._moment = moment
         self._value_names = tuple(sorted(wanted.instance_values))
         # Whether the values of objects that were not edited may be those of the last sync.
         self._knows_values = self._value_names == self._kept.placements.value_names
@@ -264,7 +269,7 @@ class InstanceSync:
             self._links.read(obj)
         if is_round and known is not None and self.meshes.knows_attributes:
             self.meshes.keep(known.mesh)
-        elif known is None or is_round or is_volume or (is_mesh and self._mesh(obj).handle != known.mesh):
+        elif known is None or is_round or is_volume or (is_mesh and self._mesh(obj, instancer).handle != known.mesh):
             known = self._prototype(obj, instancer, key)
         self._prototypes[key] = known
         return known
@@ -285,7 +290,9 @@ class InstanceSync:
         is_mesh = isinstance(obj.data, bpy.types.Mesh)
         return isinstance(obj.data, bpy.types.Volume) or (is_mesh and gas_domain(obj) is not None)
 
-    def _mesh(self, obj: bpy.types.Object) -> PlacedMesh | None:
+    def _mesh(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> PlacedMesh | None:
+        if not self._has_shape(obj, instancer) and isinstance(obj.data, bpy.types.Mesh) and len(obj.data.polygons):
+            return self.meshes.empty()
         return self.meshes.placed(obj, original_uid(obj))
 
     def _prototype(
@@ -311,7 +318,7 @@ class InstanceSync:
         view_layer = self._depsgraph.view_layer_eval
         is_in_layer = {bpy.types.Mesh: view_layer.use_solid, bpy.types.Curves: view_layer.use_strand}
         is_shown = self._visibility(obj, instancer)[0] and is_in_layer.get(type(obj.data), True)
-        mesh = self._mesh(obj) if is_shown else None
+        mesh = self._mesh(obj, instancer) if is_shown else None
         if mesh is None:
             return None
         return self._surface(obj, instancer, key, mesh)
@@ -338,6 +345,9 @@ class InstanceSync:
             visibility &= ~RAY_BITS["camera"]
         return visibility, holdout
 
+    def _has_shape(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> bool:
+        return self._moment is None or self._moment.has_shape_of(obj, instancer)
+
     def _surface(
         self,
         obj: bpy.types.Object,
@@ -355,7 +365,7 @@ class InstanceSync:
             material_set = self._materials.set_handle(obj)
         values = object_values(self._value_names, obj, instancer)
         return Surface(
-            mesh.handle,
+            mesh.handle if self._has_shape(obj, instancer) else self.meshes.empty().handle,
             material_set,
             name,
             visibility,
@@ -366,6 +376,7 @@ class InstanceSync:
             key,
             values,
             light_group=group_of_object(obj, instancer, self._light_groups),
+            is_looked_at=self._moment is None or self._moment.has(obj, instancer),
         )
 
     def _warn_of_what_is_ignored(self, obj: bpy.types.Object) -> None:

@@ -64,6 +64,7 @@ class MeshTable:
         self._by_owner: dict[tuple[int, int], PlacedMesh] = {}
         self._used: set[int] = set()
         self._counts: Counter[int] = Counter()
+        self._empty: PlacedMesh | None = None
         self.seconds = 0.0
         self.exported = 0
 
@@ -122,6 +123,13 @@ class MeshTable:
         self._used.add(mesh.handle)
         self._by_owner[key] = mesh
         return mesh
+
+    def empty(self) -> PlacedMesh:
+        """A mesh without points: what is placed, but has no shape."""
+        if self._empty is None:
+            handle = self._builder.add_mesh("", np.empty((0, 3), np.float32), np.empty(0, np.int32))
+            self._empty = PlacedMesh(handle, -1, 0)
+        return self._empty
 
     def keep(self, handle: int) -> None:
         """Strands of the last sync that are shown again."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -18,6 +19,8 @@ ALL_SETS = _UINT64_MASK  # of emitters: every set of receivers, or of blockers (
 _ODD_64 = np.uint64(0x9E3779B97F4A7C15)  # multiplying by it scatters small numbers over 64 bits
 _COPLANAR = 1e-6  # kCoplanar of native/scene/scene_checks.cpp
 _CARD_THICKNESS = 1e-4  # of a flattened object, beside its narrower side
+
+_KEY_OF_NOTHING = np.uint64(1)  # what has it is known at no other moment
 
 _NO_LINKS = (0, 0, ALL_SETS, ALL_SETS)
 
@@ -47,14 +50,12 @@ class Surface:
     lit_sets: int = ALL_SETS
     blocker_sets: int = ALL_SETS
     light_group: int = NO_GROUP
+    is_looked_at: bool = True
+    """False at moments of a shutter that pass it by."""
 
     @property
     def links(self) -> tuple[int, int, int, int]:
         return self.light_set, self.shadow_set, self.lit_sets, self.blocker_sets
-
-    @property
-    def identity(self) -> int:
-        return identity_of(*self.key[:2], self.mesh)
 
 
 @dataclass(frozen=True)
@@ -136,6 +137,7 @@ def instance_arrays(
     if any(isinstance(p, Surface) and p.light_group != NO_GROUP for p in placements.prototypes):
         extras["light_group"] = column("light_group", np.int16)
     random = column("random", np.float32)
+    keys = instance_keys(np.array(identities(placements.prototypes), np.uint64)[prototype], random_ids[items])
     columns = np.ascontiguousarray(matrices[items])
     restore_normal_axis(columns, column("flat_axis", np.int32))
     thicken_flattened(columns)
@@ -148,9 +150,20 @@ def instance_arrays(
         "holdout": column("holdout", np.uint8),
         "random": np.where(np.isnan(random), random_fraction(random_ids[items]), random),
         "values": placements.value_row_of(entries),
-        "keys": instance_keys(column("identity", np.uint64), random_ids[items]),
+        "keys": np.where(column("is_looked_at", np.bool_), keys, _KEY_OF_NOTHING),
         **extras,
     }
+
+
+def identities(prototypes: Iterable[Surface | Lamp]) -> list[int]:
+    """A number for each, by its object, what instances it, and which of their geometries it is."""
+    geometries: dict[tuple[int, int], dict[int, int]] = {}
+    result = []
+    for prototype in prototypes:
+        *owners, data = prototype.key
+        known = geometries.setdefault(tuple(owners), {})
+        result.append(identity_of(*owners, known.setdefault(data, len(known))))
+    return result
 
 
 def instance_keys(identities: NDArray[np.uint64], random_ids: NDArray[np.int32]) -> NDArray[np.uint64]:

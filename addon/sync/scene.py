@@ -23,6 +23,8 @@ from .world import environment_arguments
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
 
+    from .shutter import Moment
+
 
 class SceneSync:
     """Syncs scene after scene for final renders, and keeps what stays valid between them: the decoded image files.
@@ -61,12 +63,21 @@ class SceneSync:
     def sync_moment(
         self,
         depsgraph: bpy.types.Depsgraph,
+        moment: Moment,
         camera: bpy.types.Object | None = None,
         is_stopped: Callable[[], bool] = lambda: False,
     ) -> SceneBuilder:
-        """A builder with the scene as the dependency graph shows it at another moment of the same frame."""
+        """A builder with what the dependency graph, at another moment of the same frame, shows of what is blurred."""
         builder = self._core.SceneBuilder()
-        sync_scene(depsgraph, builder, core=self._core, camera=camera, images=self._images, is_stopped=is_stopped)
+        sync_scene(
+            depsgraph,
+            builder,
+            core=self._core,
+            camera=camera,
+            images=self._images,
+            moment=moment,
+            is_stopped=is_stopped,
+        )
         return builder
 
     def close(self) -> None:
@@ -85,15 +96,17 @@ def sync_scene(
     motion: Sequence[MotionStep] = (),
     is_stopped: Callable[[], bool] = lambda: False,
     needs_camera: bool = True,
+    moment: Moment | None = None,
 ) -> SyncReport:
-    """Add everything the dependency graph shows to an empty builder. `camera` overrides the scene's.
+    """Add everything the dependency graph shows to an empty builder. `camera` overrides the scene's, `moment`
+    leaves out what is not looked at then.
 
     Raises SyncError without a camera that it needs, and lets the core's Error through: its text names the data-block.
     Raises SyncStoppedError once `is_stopped` says so; the builder is then good for nothing."""
     report = SyncReport(is_stopped=is_stopped)
     cache = images if images is not None else ImageCache()
     try:
-        _sync(depsgraph, builder, core, camera, cache, report, motion, needs_camera)
+        _sync(depsgraph, builder, core, camera, cache, report, motion, needs_camera, moment)
     finally:
         if images is None:
             cache.close()
@@ -109,6 +122,7 @@ def _sync(
     report: SyncReport,
     motion: Sequence[MotionStep],
     needs_camera: bool,
+    moment: Moment | None,
 ) -> None:
     scene = depsgraph.scene_eval
     with timed(report, "camera"):
@@ -131,7 +145,7 @@ def _sync(
     with timed(report, "world"):
         builder.set_environment(**environment_arguments(depsgraph, materials, light_groups))
     with timed(report, "instances"):
-        instances = InstanceSync(depsgraph, builder, materials, uses, report, light_groups=light_groups)
+        instances = InstanceSync(depsgraph, builder, materials, uses, report, light_groups=light_groups, moment=moment)
         instances.run()
         report.surface_items = instances.surface_items
         if motion:

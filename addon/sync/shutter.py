@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from . import versions
+from . import SyncReport, versions
+from .camera import camera_arguments
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
 
-    from . import SyncReport
     from .motion import MotionStep
     from .scene import SceneSync
 
 _CURVE_STEPS = 256
 _FLAT = 1e-3
+_UNBLURRED = {"LIGHT", "CAMERA", "LIGHT_PROBE", "SPEAKER"}  # of cameras, the one that looks
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,10 @@ class ShutterTimes:
     @property
     def middle(self) -> float:
         return 0.5 * (self.opening + self.closing)
+
+    def at(self, moment: Moment) -> float:
+        share = moment.step / (1 << moment.doublings)
+        return (1.0 - share) * self.opening + share * self.closing
 
 
 def shutter_times(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> ShutterTimes | None:
@@ -60,25 +65,54 @@ def warn_of_rolling_shutter(scene: bpy.types.Scene, report: SyncReport) -> None:
         report.warn(f"Scene '{scene.name}': the rolling shutter is ignored, all rows are exposed at once")
 
 
-def warn_of_unblurred(scene: bpy.types.Scene, report: SyncReport) -> None:
-    """Cycles can leave objects out."""
+def _doublings(obj: bpy.types.Object, instancer: bpy.types.Object | None = None) -> int:
+    """How often the time that the shutter is open is halved to find the moments at which an object is looked at, as in
+    Cycles; 0 for one that is not to be blurred. What instances it has a say, too."""
+    shown = (obj,) if instancer is None else (obj, instancer)
+    if not all(versions.cycles_setting(one, "use_motion_blur", True) for one in shown):
+        return 0
+    return max(versions.cycles_setting(one, "motion_steps", 1) for one in shown)
 
-    def is_left_out(obj: bpy.types.Object) -> bool:
-        settings = getattr(obj, "cycles", None)  # where its add-on is there
-        return not (getattr(settings, "use_motion_blur", True) and getattr(settings, "use_deform_motion", True))
 
-    names = [obj.name for obj in scene.objects if is_left_out(obj)]
-    if names:
-        rest = f" and {len(names) - 1} more" if len(names) > 1 else ""
-        report.warn(f"Object '{names[0]}'{rest}: motion blur cannot be turned off for single objects")
+def _bends(obj: bpy.types.Object, instancer: bpy.types.Object | None) -> bool:
+    """Whether blur follows changes of its shape, too."""
+    return all(versions.cycles_setting(one, "use_deform_motion", True) for one in (obj, instancer) if one is not None)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One of even steps of the time that a shutter is open: `step` of 2 to the power of `doublings`."""
+
+    step: int
+    doublings: int
+
+    @property
+    def is_middle(self) -> bool:
+        return 2 * self.step == 1 << self.doublings
+
+    def has(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> bool:
+        """Whether it is one at which the place of this object is looked at."""
+        own = min(_doublings(obj, instancer), self.doublings)
+        return own > 0 and self.step % (1 << (self.doublings - own)) == 0
+
+    def has_shape_of(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> bool:
+        return self.has(obj, instancer) and _bends(obj, instancer)
+
+
+def moments_of(depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None) -> list[Moment]:
+    """As many as the object that is looked at most often asks for; without the middle."""
+    blurred = [item for item in depsgraph.ids if isinstance(item, bpy.types.Object) and item.type not in _UNBLURRED]
+    most = max(map(_doublings, [*blurred, *([] if camera is None else [camera])]), default=1)
+    moments = (Moment(step, max(most, 1)) for step in range((1 << max(most, 1)) + 1))
+    return [moment for moment in moments if not moment.is_middle]
 
 
 class MotionBlur:
-    """Exports the scene in the middle of the exposure and at its ends."""
+    """Exports the scene in the middle of the exposure and at other moments of it, with all that is to be blurred."""
 
     def __init__(self, times: ShutterTimes, scene: bpy.types.Scene, go_to_frame: Callable[[int, float], None]) -> None:
         self.times = times
-        self.ends: list[SceneBuilder] = []
+        self.moments: list[SceneBuilder] = []
         self._frame, self._subframe = scene.frame_current, scene.frame_subframe
         self._go_to_frame = go_to_frame
         self._offset = 0.0
@@ -92,18 +126,22 @@ class MotionBlur:
         is_stopped: Callable[[], bool] = lambda: False,
         **motion: Sequence[MotionStep],
     ) -> SyncReport:
-        """Fill the builder of `exported` with the middle, and `ends`. The scene is then where it was."""
+        """Fill the builder of `exported` with the middle, and `moments`. The scene is then where it was."""
+        seen_by = camera if camera is not None else depsgraph.scene_eval.camera
         try:
-            for time in (self.times.opening, self.times.closing):
-                self._go_to(time)
-                self.ends.append(exported.sync_moment(depsgraph, camera, is_stopped=is_stopped))
+            for moment in moments_of(depsgraph, seen_by):
+                self._go_to(self.times.at(moment))
+                self.moments.append(exported.sync_moment(depsgraph, moment, camera, is_stopped=is_stopped))
             self._go_to(self.times.middle)
             report = exported.sync(depsgraph, camera, is_stopped=is_stopped, **motion)
+            if seen_by is not None and not _doublings(seen_by):
+                resting = camera_arguments(depsgraph.scene_eval, seen_by.evaluated_get(depsgraph), SyncReport())
+                for builder in self.moments:
+                    builder.set_camera(**resting)
         finally:
             if self._offset != 0.0:
                 self._go_to(0.0)
         warn_of_rolling_shutter(depsgraph.scene_eval, report)
-        warn_of_unblurred(depsgraph.scene, report)
         return report
 
     def _go_to(self, offset: float) -> None:

@@ -335,10 +335,11 @@ void bind_session(py::module_& m) {
       .def(
           "start",
           [](Session& session, const SceneHandle& handle, const std::shared_ptr<RenderCache>& cache,
-             const std::optional<std::pair<SceneHandle, SceneHandle>>& shutter) {
+             const std::optional<std::vector<SceneHandle>>& shutter) {
             if (shutter) {
-              const auto& [opening, closing] = *shutter;
-              session.start(std::make_shared<const Shutter>(handle.scene, *opening.scene, *closing.scene), cache);
+              std::vector<std::shared_ptr<const Scene>> moments;
+              for (const SceneHandle& moment : *shutter) moments.push_back(moment.scene);
+              session.start(std::make_shared<const Shutter>(handle.scene, moments), cache);
             } else {
               session.start(handle.scene, cache);
             }

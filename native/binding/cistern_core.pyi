@@ -403,10 +403,10 @@ class Session:
     while waiting."""
 
     def __init__(self, settings: Settings) -> None: ...
-    def start(self, scene: Scene, cache: RenderCache | None = None, shutter: tuple[Scene, Scene] | None = None) -> None:
-        """Starts rendering and returns at once; once per session. The cache is looked into and filled. `shutter`: the
-        scene when the shutter opens and when it closes, `scene` being in the middle, for motion blur. Error then for
-        settings that keep samples."""
+    def start(self, scene: Scene, cache: RenderCache | None = None, shutter: Sequence[Scene] | None = None) -> None:
+        """Starts rendering and returns at once; once per session. The cache is looked into and filled. `shutter`, for
+        motion blur: the scene at even steps from when the shutter opens to when it closes, without the one in the
+        middle, which is `scene`. Error for an odd number of them, and for settings that keep samples."""
     @staticmethod
     def can_blur_motion(settings: Settings) -> bool:
         """Whether frames of these settings keep no samples: then `start` takes a shutter."""

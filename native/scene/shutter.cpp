@@ -1,7 +1,11 @@
 #include "scene/shutter.h"
 
+#include <algorithm>
+#include <optional>
+#include <string>
 #include <unordered_map>
 
+#include "base/check.h"
 #include "base/parallel.h"
 #include "scene/scene_checks.h"
 
@@ -10,49 +14,16 @@ namespace {
 
 constexpr size_t kBlockSize = 1 << 14;  // vertices or corners per task
 
-/// Finds the things of the middle in another scene.
-class Matches {
- public:
-  explicit Matches(const Scene& scene) : scene_(scene) {
-    for (const Instance& instance : scene.instances)
-      if (instance.key != 0) by_key_.try_emplace(instance.key, &instance);
-  }
-  /// `instance` itself where it is not there. What is shrunk to nothing has no mesh, and is.
-  const Instance& find(const Instance& instance, size_t handle) const {
-    if (instance.mesh < 0) return instance;
-    const Instance* found = nullptr;
-    if (instance.key != 0) {
-      const auto known = by_key_.find(instance.key);
-      if (known != by_key_.end()) found = known->second;
-    } else if (handle < scene_.instances.size() && scene_.instances[handle].key == 0) {
-      found = &scene_.instances[handle];
-    }
-    const bool is_there = found && (found->mesh >= 0 || is_singular(found->object_to_world));
-    return is_there ? *found : instance;
-  }
-
- private:
-  const Scene& scene_;
-  std::unordered_map<uint64_t, const Instance*> by_key_;
-};
-
 /// Triangles may differ: those of bent polygons are cut otherwise.
 bool has_same_structure(const Mesh& a, const Mesh& b) {
   return a.positions.size() == b.positions.size() && a.corner_count == b.corner_count &&
          a.normals_domain == b.normals_domain && a.normals.size() == b.normals.size();
 }
 
-/// What a mesh of the middle has become; the mesh itself where that cannot be told point by point.
-std::shared_ptr<const Mesh> counterpart(const std::shared_ptr<const Mesh>& middle, const Scene& scene, int handle) {
-  const bool is_there = handle >= 0 && static_cast<size_t>(handle) < scene.meshes.size();
-  const std::shared_ptr<const Mesh> other = is_there ? scene.meshes[static_cast<size_t>(handle)] : nullptr;
-  if (!other || other == middle || !has_same_structure(*middle, *other)) return middle;
-  return other->positions == middle->positions && other->normals == middle->normals ? middle : other;
-}
-
-/// A camera is never flat: one that is mirrored stands as in the middle.
-const Transform& unmirrored_end(const Transform& middle, const Transform& end) {
-  return (end.determinant() < 0.0f) == (middle.determinant() < 0.0f) ? end : middle;
+/// Whether `camera` is one that the middle's can turn into. A camera is never flat: one that is mirrored is another.
+bool is_like(const Camera& middle, const Camera& camera) {
+  return camera.type == middle.type && camera.panorama.type == middle.panorama.type &&
+         (camera.camera_to_world.determinant() < 0.0f) == (middle.camera_to_world.determinant() < 0.0f);
 }
 
 Panorama between(Panorama panorama, const Panorama& end, float t) {
@@ -65,74 +36,27 @@ Panorama between(Panorama panorama, const Panorama& end, float t) {
   return panorama;
 }
 
-/// `end`, or the middle where that is another sort of camera.
-const Camera& end_of_kind(const Camera& middle, const Camera& end) {
-  return end.type == middle.type && end.panorama.type == middle.panorama.type ? end : middle;
+/// Where a time lies: from `times[step]` on, by `t` of the way to the next. Before the first and after the last as
+/// there.
+struct Place {
+  size_t step;
+  float t;
+};
+
+Place place_of(float time, const std::vector<float>& times) {
+  const auto next = std::upper_bound(times.begin() + 1, times.end() - 1, time);
+  const auto step = static_cast<size_t>(next - times.begin()) - 1;
+  return {step, std::clamp((time - times[step]) / (times[step + 1] - times[step]), 0.0f, 1.0f)};
 }
 
-}  // namespace
-
-Shutter::Shutter(std::shared_ptr<const Scene> middle, const Scene& opening, const Scene& closing)
-    : middle_(std::move(middle)),
-      cameras_{end_of_kind(middle_->camera, opening.camera), end_of_kind(middle_->camera, closing.camera)},
-      eye_{{unmirrored_end(middle_->camera.camera_to_world, cameras_.before.camera_to_world),
-            middle_->camera.camera_to_world},
-           {middle_->camera.camera_to_world,
-            unmirrored_end(middle_->camera.camera_to_world, cameras_.after.camera_to_world)}},
-      moves_camera_(!(cameras_.before == middle_->camera && cameras_.after == middle_->camera)) {
-  const Matches in_opening(opening), in_closing(closing);
-  std::vector<bool> is_known(middle_->meshes.size());
-  for (size_t i = 0; i < middle_->instances.size(); ++i) {
-    const Instance& now = middle_->instances[i];
-    if (now.mesh < 0) continue;
-    const Instance &before = in_opening.find(now, i), &after = in_closing.find(now, i);
-    const Transform& transform = now.object_to_world;
-    const Transform &first = before.object_to_world, &last = after.object_to_world;
-    if (!(first == transform && last == transform)) instances_.push_back({i, {{first, transform}, {transform, last}}});
-    const auto mesh = static_cast<size_t>(now.mesh);
-    if (is_known[mesh]) continue;
-    is_known[mesh] = true;
-    const std::shared_ptr<const Mesh>& shape = middle_->meshes[mesh];
-    const std::shared_ptr<const Mesh> opened = &before == &now ? shape : counterpart(shape, opening, before.mesh);
-    const std::shared_ptr<const Mesh> closed = &after == &now ? shape : counterpart(shape, closing, after.mesh);
-    if (opened != shape || closed != shape) meshes_.push_back({mesh, {opened, closed}});
-  }
-}
-
-std::shared_ptr<const Scene> Shutter::at(float time) const {
-  auto scene = std::make_shared<Scene>(*middle_);
-  const bool is_before = time < 0.5f;
-  const float in_half = 2.0f * time - (is_before ? 0.0f : 1.0f);
-  const float from_middle = is_before ? 1.0f - in_half : in_half;
-  if (moves_camera_) {
-    const Camera& end = is_before ? cameras_.before : cameras_.after;
-    Camera& camera = scene->camera;
-    camera.camera_to_world = (is_before ? eye_.before : eye_.after).at(in_half);
-    for (float Camera::*member : {&Camera::left, &Camera::right, &Camera::bottom, &Camera::top, &Camera::focus_distance,
-                                  &Camera::aperture_radius, &Camera::clip_start, &Camera::clip_end})
-      camera.*member = lerp(camera.*member, end.*member, from_middle);
-    camera.panorama = cistern::between(camera.panorama, end.panorama, from_middle);
-  }
-  for (const MovingInstance& moving : instances_) {
-    Instance& instance = scene->instances[moving.instance];
-    instance.object_to_world = (is_before ? moving.object_to_world.before : moving.object_to_world.after).at(in_half);
-    if (is_singular(instance.object_to_world)) instance.mesh = -1;
-  }
-  for (const MovingMesh& moving : meshes_) {
-    std::shared_ptr<const Mesh>& mesh = scene->meshes[moving.mesh];
-    const Mesh& end = is_before ? *moving.ends.before : *moving.ends.after;
-    if (&end != mesh.get()) mesh = between(*mesh, end, from_middle);
-  }
-  return scene;
-}
-
-std::shared_ptr<const Mesh> Shutter::between(const Mesh& middle, const Mesh& end, float t) {
+/// With the triangles of the middle, and points between those of two moments.
+std::shared_ptr<const Mesh> between(const Mesh& middle, const Mesh& from, const Mesh& to, float t) {
   auto mesh = std::make_shared<Mesh>(middle);
   mesh->positions.reserve(middle.positions.size() + 1);  // see Mesh
   std::vector<Bounds3> bounds(block_count(mesh->positions.size(), kBlockSize));
   parallel_blocks(mesh->positions.size(), kBlockSize, [&](size_t block, size_t first, size_t last) {
     for (size_t i = first; i < last; ++i) {
-      mesh->positions[i] = lerp(middle.positions[i], end.positions[i], t);
+      mesh->positions[i] = lerp(from.positions[i], to.positions[i], t);
       if (is_finite(mesh->positions[i])) bounds[block].extend(mesh->positions[i]);
     }
   });
@@ -140,12 +64,143 @@ std::shared_ptr<const Mesh> Shutter::between(const Mesh& middle, const Mesh& end
   for (const Bounds3& of_block : bounds) mesh->bounds.extend(of_block);
   parallel_blocks(mesh->normals.size(), kBlockSize, [&](size_t, size_t first, size_t last) {
     for (size_t i = first; i < last; ++i) {
-      if (middle.normals[i] == end.normals[i]) continue;
-      const Vec3 normal = decode_octahedral(middle.normals[i]);
-      mesh->normals[i] = encode_octahedral(normalize_or(lerp(normal, decode_octahedral(end.normals[i]), t), normal));
+      mesh->normals[i] = from.normals[i];
+      if (from.normals[i] == to.normals[i]) continue;
+      const Vec3 normal = decode_octahedral(from.normals[i]);
+      mesh->normals[i] = encode_octahedral(normalize_or(lerp(normal, decode_octahedral(to.normals[i]), t), normal));
     }
   });
   return mesh;
+}
+
+}  // namespace
+
+/// Finds the things of the middle at another moment.
+class Shutter::Matches {
+ public:
+  explicit Matches(const Scene& scene) : scene_(scene) {
+    for (const Instance& instance : scene.instances)
+      if (instance.key != 0) by_key_.try_emplace(instance.key, &instance);
+  }
+  /// Null where it is not there. What is shrunk to nothing has no mesh, and is.
+  const Instance* find(const Instance& instance, size_t handle) const {
+    const Instance* found = nullptr;
+    if (instance.key != 0) {
+      const auto known = by_key_.find(instance.key);
+      if (known != by_key_.end()) found = known->second;
+    } else if (handle < scene_.instances.size() && scene_.instances[handle].key == 0) {
+      found = &scene_.instances[handle];
+    }
+    return found && (found->mesh >= 0 || is_singular(found->object_to_world)) ? found : nullptr;
+  }
+  /// What the mesh of such an instance has become; null where that cannot be told point by point.
+  std::shared_ptr<const Mesh> find_mesh(const Mesh& mesh, const Instance* found) const {
+    const bool is_there = found && found->mesh >= 0 && static_cast<size_t>(found->mesh) < scene_.meshes.size();
+    const std::shared_ptr<const Mesh> other = is_there ? scene_.meshes[static_cast<size_t>(found->mesh)] : nullptr;
+    return other && has_same_structure(mesh, *other) ? other : nullptr;
+  }
+
+ private:
+  const Scene& scene_;
+  std::unordered_map<uint64_t, const Instance*> by_key_;
+};
+
+/// `at` gives an optional for the number of a moment, the middle not counted.
+template <class T, class At>
+Shutter::Track<T> Shutter::track(const T& middle, At&& at) const {
+  Track<T> result;
+  for (size_t step = 0; step <= steps_; ++step) {
+    const size_t half = steps_ / 2;
+    const std::optional<T> found = step == half ? std::optional<T>(middle) : at(step < half ? step : step - 1);
+    if (!found) continue;
+    result.times.push_back(static_cast<float>(step) / static_cast<float>(steps_));
+    result.values.push_back(*found);
+  }
+  return result;
+}
+
+Shutter::Shutter(std::shared_ptr<const Scene> middle, std::span<const std::shared_ptr<const Scene>> moments)
+    : middle_(std::move(middle)), steps_(moments.size()) {
+  if (moments.empty() || moments.size() % 2 != 0)
+    throw Error("shutter", "has " + std::to_string(moments.size()) + " moments beside the middle, not an even number");
+  cameras_ = track<Camera>(middle_->camera, [&](size_t moment) {
+    const Camera& camera = moments[moment]->camera;
+    return is_like(middle_->camera, camera) ? std::optional(camera) : std::nullopt;
+  });
+  if (std::all_of(cameras_.values.begin(), cameras_.values.end(),
+                  [&](const Camera& c) { return c == middle_->camera; }))
+    cameras_ = {};
+  for (size_t i = 1; i < cameras_.values.size(); ++i)
+    eyes_.emplace_back(cameras_.values[i - 1].camera_to_world, cameras_.values[i].camera_to_world);
+  std::vector<Matches> matches;
+  for (const std::shared_ptr<const Scene>& moment : moments) matches.emplace_back(*moment);
+  std::vector<bool> is_known(middle_->meshes.size());
+  for (size_t i = 0; i < middle_->instances.size(); ++i) {
+    if (middle_->instances[i].mesh < 0) continue;
+    add_instance(i, matches);
+    const auto mesh = static_cast<size_t>(middle_->instances[i].mesh);
+    if (!is_known[mesh]) add_mesh(i, matches);
+    is_known[mesh] = true;
+  }
+}
+
+void Shutter::add_instance(size_t index, std::span<const Matches> matches) {
+  const Instance& now = middle_->instances[index];
+  const Track<Transform> transforms = track<Transform>(now.object_to_world, [&](size_t moment) {
+    const Instance* then = matches[moment].find(now, index);
+    return then ? std::optional(then->object_to_world) : std::nullopt;
+  });
+  if (std::all_of(transforms.values.begin(), transforms.values.end(),
+                  [&](const Transform& transform) { return transform == now.object_to_world; }))
+    return;
+  MovingInstance& moving = instances_.emplace_back(MovingInstance{index, transforms.times, {}});
+  moving.object_to_world.reserve(transforms.times.size() - 1);
+  for (size_t i = 1; i < transforms.values.size(); ++i)
+    moving.object_to_world.emplace_back(transforms.values[i - 1], transforms.values[i]);
+}
+
+void Shutter::add_mesh(size_t instance, std::span<const Matches> matches) {
+  const Instance& now = middle_->instances[instance];
+  const auto handle = static_cast<size_t>(now.mesh);
+  const std::shared_ptr<const Mesh>& shape = middle_->meshes[handle];
+  using Shape = std::shared_ptr<const Mesh>;
+  Track<Shape> shapes = track<Shape>(shape, [&](size_t moment) {
+    const Shape then = matches[moment].find_mesh(*shape, matches[moment].find(now, instance));
+    const bool is_same =
+        then && (then == shape || (then->positions == shape->positions && then->normals == shape->normals));
+    return then ? std::optional(is_same ? shape : then) : std::nullopt;
+  });
+  if (std::all_of(shapes.values.begin(), shapes.values.end(), [&](const Shape& other) { return other == shape; }))
+    return;
+  meshes_.push_back({handle, std::move(shapes)});
+}
+
+std::shared_ptr<const Scene> Shutter::at(float time) const {
+  auto scene = std::make_shared<Scene>(*middle_);
+  if (!cameras_.times.empty()) move_camera(scene->camera, time);
+  for (const MovingInstance& moving : instances_) {
+    Instance& instance = scene->instances[moving.instance];
+    const auto [step, t] = place_of(time, moving.times);
+    instance.object_to_world = moving.object_to_world[step].at(t);
+    if (is_singular(instance.object_to_world)) instance.mesh = -1;
+  }
+  for (const auto& [handle, shapes] : meshes_) {
+    const auto [step, t] = place_of(time, shapes.times);
+    const std::shared_ptr<const Mesh>&from = shapes.values[step], &to = shapes.values[step + 1];
+    std::shared_ptr<const Mesh>& mesh = scene->meshes[handle];
+    if (from != mesh || to != mesh) mesh = between(*mesh, *from, *to, t);
+  }
+  return scene;
+}
+
+void Shutter::move_camera(Camera& camera, float time) const {
+  const auto [step, t] = place_of(time, cameras_.times);
+  const Camera &from = cameras_.values[step], &to = cameras_.values[step + 1];
+  camera.camera_to_world = eyes_[step].at(t);
+  for (float Camera::*member : {&Camera::left, &Camera::right, &Camera::bottom, &Camera::top, &Camera::focus_distance,
+                                &Camera::aperture_radius, &Camera::clip_start, &Camera::clip_end})
+    camera.*member = lerp(from.*member, to.*member, t);
+  camera.panorama = between(from.panorama, to.panorama, t);
 }
 
 float time_of_exposure(std::span<const float> openness, float u) {

@@ -7,42 +7,52 @@
 
 namespace cistern {
 
-/// A scene while a shutter is open: as it stands when that is half over, when it opens and when it closes. Between
-/// these instants cameras and instances go by MovingTransform, and points of meshes straight. Instances are the same
-/// thing where their keys are equal, those without a key where their handles are. What is not there at an instant,
-/// meshes that change more than their points and normals, and cameras that are mirrored stand as in the middle; so do
-/// lamps, materials and the environment (as in Cycles). What is shrunk to nothing at an end is there.
+/// A scene while a shutter is open: as it stands when that is half over, and at other moments. Between these cameras
+/// and instances go by MovingTransform, and points of meshes straight. Instances are the same thing where their keys
+/// are equal, those without a key where their handles are. What is not there at a moment, meshes that are more than
+/// other points and normals then, and cameras that are mirrored pass from the moment before to the one after, and stand
+/// where there is none; lamps, materials and the environment stand as in the middle (as in Cycles). What is shrunk to
+/// nothing is there.
 class Shutter {
  public:
-  Shutter(std::shared_ptr<const Scene> middle, const Scene& opening, const Scene& closing);
+  /// `moments`: at even steps from when the shutter opens to when it closes, without the middle one: an even number of
+  /// them. Throws Error for another number, or none.
+  Shutter(std::shared_ptr<const Scene> middle, std::span<const std::shared_ptr<const Scene>> moments);
 
   const std::shared_ptr<const Scene>& middle() const { return middle_; }
-  bool moves_anything() const { return moves_camera_ || moves_surfaces(); }
+  bool moves_anything() const { return !cameras_.times.empty() || moves_surfaces(); }
   bool moves_surfaces() const { return !instances_.empty() || !meshes_.empty(); }
 
   /// The scene at a time between 0 (the shutter opens) and 1 (it closes). What rests is shared.
   std::shared_ptr<const Scene> at(float time) const;
 
  private:
-  /// Before and after the middle.
+  /// What something is at `times`, which rise: two at least, or none for what rests.
   template <class T>
-  struct Halves {
-    T before, after;
+  struct Track {
+    std::vector<float> times;
+    std::vector<T> values;
   };
   struct MovingInstance {
     size_t instance;
-    Halves<MovingTransform> object_to_world;
+    std::vector<float> times;
+    std::vector<MovingTransform> object_to_world;  // from each time to the next
   };
   struct MovingMesh {
     size_t mesh;
-    Halves<std::shared_ptr<const Mesh>> ends;
+    Track<std::shared_ptr<const Mesh>> shapes;
   };
-  static std::shared_ptr<const Mesh> between(const Mesh& middle, const Mesh& end, float t);
+  class Matches;
+  template <class T, class At>
+  Track<T> track(const T& middle, At&& at) const;
+  void add_instance(size_t index, std::span<const Matches> matches);
+  void add_mesh(size_t instance, std::span<const Matches> matches);
+  void move_camera(Camera& camera, float time) const;
 
   std::shared_ptr<const Scene> middle_;
-  Halves<Camera> cameras_;
-  Halves<MovingTransform> eye_;
-  bool moves_camera_;
+  size_t steps_;  // from moment to moment, the middle among them
+  Track<Camera> cameras_;
+  std::vector<MovingTransform> eyes_;  // from each time of the cameras to the next
   std::vector<MovingInstance> instances_;
   std::vector<MovingMesh> meshes_;
 };

@@ -221,13 +221,93 @@ def test_a_rolling_shutter_is_named(moving):
     assert [w for line in addon.report.last for w in line.warnings if "rolling shutter" in w]
 
 
-@pytest.mark.parametrize("switch", ["use_motion_blur", "use_deform_motion"])
-def test_an_object_that_shall_not_be_blurred_is_named(moving, switch):
+def spinning(scene, ball):
+    """An uneven object that turns about twice, too far to be told from three moments."""
+    ball.scale, ball.rotation_euler = (1.2, 0.5, 0.3), (0.4, 0.3, 0.0)
+    animate(ball, "rotation_euler", -4.0, 0.5, 6.0, index=2)
+
+
+def waving(scene, ball):
+    """Points that swing far to one side and back between moments of the middle and the ends."""
+    bending(scene, ball)
+    curve = ball.data.shape_keys.animation_data.action.layers[0].strips[0].channelbags[0].fcurves[0]
+    for frame, value in ((0.4, 1.0), (1.0, 0.0), (1.6, 1.0)):
+        curve.keyframe_points.insert(frame, value)
+
+
+def spinning_beside(scene, ball):
+    """Another ball is looked at less often."""
+    spinning(scene, ball)
+    other = bpy.data.objects.new("other", ball.data)
+    scene.collection.objects.link(other)
+    other.location.x = 1.0
+    animate(other, "location", 0.0, 1.0, 0.5, index=2)
+
+
+@pytest.mark.parametrize("motion", [spinning, spinning_beside, *([waving] if bpy.app.version >= (5, 0) else ())])
+def test_motion_steps(moving, motion):
+    scene = moving(motion)
+    bpy.data.objects["sphere"].cycles.motion_steps = 4
+    result = compare_with_cycles(scene)
+    assert result.agrees, result
+
+
+def test_other_motion_steps_are_seen(moving):
+    """Planted: Cycles looks at three moments."""
+
+    def plant(scene):
+        bpy.data.objects["sphere"].cycles.motion_steps = 1
+
+    scene = moving(spinning)
+    bpy.data.objects["sphere"].cycles.motion_steps = 4
+    assert not compare_with_cycles(scene, plant=plant).agrees
+
+
+def flying_and_bending(scene, ball):
+    flying(scene, ball)
+    bending(scene, ball)
+
+
+UNBLURRED = [
+    (flying_and_bending, "sphere", "use_motion_blur"),
+    (flying_and_bending, "sphere", "use_deform_motion"),
+    (instanced, "sphere", "use_motion_blur"),
+    (instanced, "empty", "use_motion_blur"),
+]
+
+
+def fly_by(scene):
+    """The camera, so that what rests in the world is blurred."""
+    panning(scene, None)
+
+
+@pytest.mark.parametrize(("motion", "name", "switch"), UNBLURRED)
+def test_objects_that_are_not_blurred(moving, motion, name, switch):
+    scene = moving(motion)
+    fly_by(scene)
+    setattr(bpy.data.objects[name].cycles, switch, False)
+    result = compare_with_cycles(scene)
+    assert result.agrees, result
+
+
+def test_a_camera_that_is_not_blurred(moving):
     scene = moving(flying)
-    prepare(scene, 8, 8)
+    fly_by(scene)
+    scene.camera.cycles.use_motion_blur = False
+    result = compare_with_cycles(scene)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("switch", ["use_motion_blur", "use_deform_motion"])
+def test_blur_that_is_switched_off_is_seen(moving, switch):
+    """Planted: for Cycles it is on."""
+
+    def plant(scene):
+        setattr(bpy.data.objects["sphere"].cycles, switch, True)
+
+    scene = moving(flying_and_bending)
     setattr(bpy.data.objects["sphere"].cycles, switch, False)
-    render(scene, "CISTERN", 1, 1)
-    assert [w for line in addon.report.last for w in line.warnings if w.startswith("Object 'sphere': motion blur")]
+    assert not compare_with_cycles(scene, plant=plant).agrees
 
 
 def test_with_blur_there_are_no_vectors(moving):

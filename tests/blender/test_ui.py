@@ -240,6 +240,16 @@ def test_material_world_and_object_panels_draw():
     assert {"visible_shadow", "visible_volume_scatter"} <= set(drawn)
 
 
+def test_objects_have_a_panel_of_motion_blur():
+    scene = fresh_scene()
+    panel, camera = ui_data.CISTERN_OBJECT_PT_motion_blur, scene.camera
+    assert draw(panel, object=scene.objects["Cube"], scene=scene) == ["motion_steps", "use_deform_motion"]
+    assert draw(panel, object=camera, scene=scene) == ["motion_steps"]
+    assert panel.poll(editor(300, object=camera))
+    assert not panel.poll(editor(300, object=scene.objects["Light"]))
+    assert not panel.poll(editor(300, object=None))
+
+
 @pytest.mark.parametrize("role", ["receiver", "blocker"])
 def test_linking_panels_draw_the_collection(role):
     cube, name = fresh_scene().objects["Cube"], f"{role}_collection"

@@ -32,10 +32,14 @@ std::shared_ptr<const Scene> scene_at(float x, float height = 0.0f, float eye = 
   return builder.snapshot();
 }
 
+Shutter opened(std::shared_ptr<const Scene> middle, const std::vector<std::shared_ptr<const Scene>>& moments) {
+  return {std::move(middle), moments};
+}
+
 float x_at(const Shutter& shutter, float time) { return shutter.at(time)->instances[0].object_to_world.translation.x; }
 
 TEST(Shutter, ThingsGoStraightFromInstantToInstant) {
-  const Shutter shutter(scene_at(1.0f, 0.5f, 2.0f), *scene_at(0.0f, 0.0f, 0.0f), *scene_at(4.0f, 1.5f, 3.0f));
+  const Shutter shutter = opened(scene_at(1.0f, 0.5f, 2.0f), {scene_at(0.0f, 0.0f, 0.0f), scene_at(4.0f, 1.5f, 3.0f)});
   EXPECT_TRUE(shutter.moves_surfaces());
   for (const auto& [time, x, height, eye] : {std::array{0.0f, 0.0f, 0.0f, 0.0f},
                                              {0.25f, 0.5f, 0.25f, 1.0f},
@@ -48,6 +52,28 @@ TEST(Shutter, ThingsGoStraightFromInstantToInstant) {
     EXPECT_FLOAT_EQ(scene->meshes[0]->bounds.upper.z, height) << time;
     EXPECT_FLOAT_EQ(scene->camera.camera_to_world.translation.y, eye) << time;
   }
+}
+
+TEST(Shutter, HasAsManyMomentsAsItIsGiven) {
+  const Shutter shutter = opened(scene_at(1.0f, 0.5f, 2.0f), {scene_at(0.0f), scene_at(3.0f, 1.5f, 1.0f, 8),
+                                                              scene_at(2.0f, 2.5f, 4.0f), scene_at(6.0f, 0.0f, 0.0f)});
+  for (const auto& [time, x, height, eye] :
+       {std::array{0.0f, 0.0f, 0.0f, 0.0f},
+        {0.25f, 0.5f, 0.25f, 1.0f},  // another thing: passed by, but for the camera
+        {0.375f, 0.75f, 0.375f, 1.5f},
+        {0.5f, 1.0f, 0.5f, 2.0f},
+        {0.625f, 1.5f, 1.5f, 3.0f},
+        {0.75f, 2.0f, 2.5f, 4.0f},
+        {0.875f, 4.0f, 1.25f, 2.0f},
+        {1.0f, 6.0f, 0.0f, 0.0f}}) {
+    const std::shared_ptr<const Scene> scene = shutter.at(time);
+    EXPECT_FLOAT_EQ(scene->instances[0].object_to_world.translation.x, x) << time;
+    EXPECT_FLOAT_EQ(scene->meshes[0]->positions[0].z, height) << time;
+    EXPECT_FLOAT_EQ(scene->camera.camera_to_world.translation.y, eye) << time;
+  }
+  const std::shared_ptr<const Scene> middle = scene_at(0.0f);
+  EXPECT_THROW(opened(middle, {}), Error);
+  EXPECT_THROW(opened(middle, {middle, middle, middle}), Error);
 }
 
 TEST(Shutter, ExposesByItsCurve) {
@@ -76,7 +102,7 @@ TEST(Shutter, LensesAndPanoramasChange) {
     return builder.snapshot();
   };
   const auto pano = CameraType::PANORAMIC;
-  const Shutter shutter(seen_by(pano, 2.0f), *seen_by(pano, 1.0f), *seen_by(CameraType::PERSPECTIVE, 4.0f));
+  const Shutter shutter = opened(seen_by(pano, 2.0f), {seen_by(pano, 1.0f), seen_by(CameraType::PERSPECTIVE, 4.0f)});
   for (const auto& [time, by] : {std::pair{0.0f, 1.0f}, {0.25f, 1.5f}, {0.5f, 2.0f}, {0.75f, 2.0f}}) {
     const Camera camera = shutter.at(time)->camera;
     EXPECT_EQ(camera.type, pano);
@@ -89,20 +115,20 @@ TEST(Shutter, LensesAndPanoramasChange) {
 
 TEST(Shutter, WhatRestsIsShared) {
   const std::shared_ptr<const Scene> middle = scene_at(1.0f);
-  const Shutter still(middle, *scene_at(1.0f), *scene_at(1.0f));
+  const Shutter still = opened(middle, {scene_at(1.0f), scene_at(1.0f)});
   EXPECT_FALSE(still.moves_anything());
-  const Shutter moved(middle, *scene_at(0.0f), *scene_at(2.0f));
+  const Shutter moved = opened(middle, {scene_at(0.0f), scene_at(2.0f)});
   EXPECT_EQ(moved.at(0.2f)->meshes[0], middle->meshes[0]);
-  const Shutter looked(middle, *scene_at(1.0f, 0.0f, -1.0f), *scene_at(1.0f));
+  const Shutter looked = opened(middle, {scene_at(1.0f, 0.0f, -1.0f), scene_at(1.0f)});
   EXPECT_TRUE(looked.moves_anything());
   EXPECT_FALSE(looked.moves_surfaces());
 }
 
-TEST(Shutter, WhatIsNotThereAtBothEndsStandsStill) {
-  const Shutter other_key(scene_at(1.0f), *scene_at(0.0f, 0.0f, 0.0f, 8), *scene_at(2.0f));
+TEST(Shutter, WhatIsNotThereAtAnEndStandsStillUntilThen) {
+  const Shutter other_key = opened(scene_at(1.0f), {scene_at(0.0f, 0.0f, 0.0f, 8), scene_at(2.0f)});
   EXPECT_EQ(x_at(other_key, 0.0f), 1.0f);
   EXPECT_EQ(x_at(other_key, 1.0f), 2.0f);
-  const Shutter other_points(scene_at(1.0f), *scene_at(0.0f, 3.0f, 0.0f, 7, 2), *scene_at(2.0f));
+  const Shutter other_points = opened(scene_at(1.0f), {scene_at(0.0f, 3.0f, 0.0f, 7, 2), scene_at(2.0f)});
   EXPECT_EQ(x_at(other_points, 0.0f), 0.0f);
   EXPECT_EQ(other_points.at(0.0f)->meshes[0]->positions[0].z, 0.0f);
 }
@@ -122,10 +148,10 @@ TEST(Shutter, WhatShrinksToNothingOrIsMirroredGoesStraight) {
     EXPECT_EQ(instance.mesh >= 0, instance.object_to_world.row_x.x != 0.0f);
     return instance.object_to_world.row_x.x;
   };
-  const Shutter mirrored(scaled(1.0f, 1.0f), *scaled(-1.0f, 1.0f), *scaled(2.0f, 1.0f));
+  const Shutter mirrored = opened(scaled(1.0f, 1.0f), {scaled(-1.0f, 1.0f), scaled(2.0f, 1.0f)});
   EXPECT_FLOAT_EQ(x_scale(mirrored, 0.125f), -0.5f);
   EXPECT_FLOAT_EQ(x_scale(mirrored, 0.75f), 1.5f);
-  const Shutter shrinking(scaled(0.5f, 0.5f), *scaled(1.0f, 1.0f), *scaled(0.0f, 0.0f));
+  const Shutter shrinking = opened(scaled(0.5f, 0.5f), {scaled(1.0f, 1.0f), scaled(0.0f, 0.0f)});
   EXPECT_FLOAT_EQ(x_scale(shrinking, 0.25f), 0.75f);
   EXPECT_FLOAT_EQ(x_scale(shrinking, 0.75f), 0.25f);
   EXPECT_FLOAT_EQ(x_scale(shrinking, 1.0f), 0.0f);
@@ -143,7 +169,7 @@ std::shared_ptr<const Shutter> passing_room() {
     builder.add_instance(wall, 1);
     return builder.snapshot();
   };
-  return std::make_shared<const Shutter>(at(0.0f), *at(-0.5f), *at(0.5f));
+  return std::make_shared<const Shutter>(opened(at(0.0f), {at(-0.5f), at(0.5f)}));
 }
 
 std::vector<float> blurred(Settings settings, int threads) {
