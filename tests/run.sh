@@ -40,11 +40,14 @@ native_tests() { # native_tests PRESET
     timeout -k 5 900 ctest --preset "$1" -j "$(nproc)" --timeout 300 | tail -n 15
 }
 
-python_tests() { # python_tests VENV SECONDS FOLDER: pytest in a process with a hard end, Blender's settings kept apart
+# Two processes at least: small pictures, and Blender's own work on a scene, keep no more than one processor busy.
+workers=$(($(nproc) < 4 ? 2 : 4))
+
+python_tests() { # python_tests VENV SECONDS FOLDER: pytest in processes with a hard end, Blender's settings kept apart
   local venv=$1 limit=$2 folder=$3 marks="not slow"
   [ $full = 0 ] || marks="slow or not slow"
   BLENDER_USER_RESOURCES=$(mktemp -d -p "$resources") \
-    timeout -k 5 "$limit" "$venv/bin/python" -m pytest -q -m "$marks" "$folder"
+    timeout -k 5 "$limit" "$venv/bin/python" -m pytest -q -n $workers --dist loadfile -m "$marks" "$folder"
 }
 
 tidy() {
