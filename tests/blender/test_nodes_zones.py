@@ -90,6 +90,15 @@ def test_of_a_material(empty_scene, case):
     assert strength_of(tree) == pytest.approx((expected, 0.0, 0.0))
 
 
+def test_beside_a_group_without_a_tree(empty_scene):
+    tree = Tree()
+    tree.node("ShaderNodeGroup")
+    emission = tree.node("ShaderNodeEmission")
+    tree.tree.links.new(emission.inputs["Strength"], grown(tree.tree, 2))
+    tree.link(emission, "Emission", tree.output, "Surface")
+    assert strength_of(tree) == pytest.approx((0.75, 0.0, 0.0))
+
+
 def test_in_a_group(empty_scene):
     group = bpy.data.node_groups.new("Grown", "ShaderNodeTree")
     group.interface.new_socket("Sum", in_out="OUTPUT", socket_type="NodeSocketFloat")

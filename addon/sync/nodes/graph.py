@@ -21,6 +21,17 @@ Socket = bpy.types.NodeSocket
 Link = bpy.types.NodeLink
 
 SHADER = "SHADER"
+# What only Blender resolves.
+ZONES = frozenset(
+    {
+        "GeometryNodeMenuSwitch",
+        "GeometryNodeRepeatOutput",
+        "NodeClosureOutput",
+        "NodeEvaluateClosure",
+        "NodeCombineBundle",
+        "NodeSeparateBundle",
+    }
+)
 EEVEE_ALONE = {"ShaderNodeShaderToRGB", "ShaderNodeEeveeSpecular", "ShaderNodeUVAlongStroke", "ShaderNodeSqueeze"}
 
 
@@ -57,22 +68,30 @@ class Scope:
 
 
 def scope_of(block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> Scope:
-    """The tree of a data-block that has one; resolved by Blender from 5.0 on, unless a group of it is broken.
+    """The tree of a data-block that has one; resolved by Blender from 5.0 on, unless a group of it is broken and
+    nothing needs that.
 
     Links through groups, reroutes and muted nodes are then joined: what they carry is converted once, from the first
     socket to the last. Resolved trees are no data-blocks: they live as long as what Blender hands out with them."""
     scope = Scope(block.node_tree)
     resolve = getattr(block, "inline_shader_nodes", None)
-    if resolve is None or not _is_whole(scope):
+    if resolve is None or not (_is_whole(scope, set()) or _has_zones(block.node_tree)):
         return scope
     resolved = resolve()
     return Scope(resolved.node_tree, owner=resolved)
 
 
-def _is_whole(scope: Scope) -> bool:
-    """Whether each group has a tree, and none contains itself."""
+def _is_whole(scope: Scope, seen: set[int]) -> bool:
+    """Whether each group has a tree, and none contains itself; `seen`: trees that were looked at."""
+    pointer = scope.tree.as_pointer()
     children = (scope.child(node) for node in scope.tree.nodes if is_group(node))
-    return all(child is not None and _is_whole(child) for child in children)
+    is_whole = pointer in seen or all(child is not None and _is_whole(child, seen) for child in children)
+    seen.add(pointer)
+    return is_whole
+
+
+def _has_zones(tree: Tree) -> bool:
+    return any(node.bl_idname in ZONES for node in all_nodes([tree]))
 
 
 def all_nodes(trees: Iterable[Tree]) -> Iterator[Node]:
