@@ -109,15 +109,18 @@ class MeshTable:
         version = volume_version(obj.data, names) if is_volume else 0
         mesh = self._by_version.get(version)
         if mesh is None:
+            heard = SyncReport(is_stopped=self._report.is_stopped)
             if is_volume:
-                arrays = volume_arrays(obj.data, f"Object '{obj.name}'", names, self._report)
+                arrays = volume_arrays(obj.data, f"Object '{obj.name}'", names, heard)
             else:
-                arrays = gas_arrays(obj, gas_domain(obj), frame, names, self._report)
+                arrays = gas_arrays(obj, gas_domain(obj), frame, names, heard)
             if arrays is None:
+                for text in heard.warnings:
+                    self._report.warn(text)
                 return None
             self.exported += 1
             handle = self._builder.add_volume(obj.data.name, **vars(arrays), replace=self._handle_for(key))
-            mesh = PlacedMesh(handle, -1, version)
+            mesh = PlacedMesh(handle, -1, version, tuple(heard.warnings))
             if version:
                 self._by_version[version] = mesh
         self._used.add(mesh.handle)
