@@ -219,8 +219,10 @@ class InstanceSync:
             known = self._kept.prototypes.get(key) if self._is_untouched(key) and self.meshes.knows_attributes else None
             if known is None:
                 owner = identity_of(original_uid(shown), number)
+                has_shape = self._has_shape(obj, instancer)
                 with self._report.about(("object", key)):
-                    mesh = self.meshes.placed_hair(shown, number, owner, is_render)
+                    hair = self.meshes.placed_hair(shown, number, owner, is_render) if has_shape else None
+                    mesh = hair if has_shape else self.meshes.empty()
                     known = None if mesh is None else self._surface(obj, instancer, key, mesh)
             else:
                 self.meshes.keep(known.mesh)
@@ -332,7 +334,9 @@ class InstanceSync:
             return None
         material_set, names = material
         frame = self._depsgraph.scene_eval.frame_current
-        mesh = self.meshes.placed_volume(obj, original_uid(obj), names, frame)
+        has_shape = self._has_shape(obj, instancer)
+        box = self.meshes.placed_volume(obj, original_uid(obj), names, frame) if has_shape else None
+        mesh = box if has_shape else self.meshes.empty()
         return None if mesh is None else self._surface(obj, instancer, key, mesh, material_set)
 
     def _visibility(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> tuple[int, bool]:

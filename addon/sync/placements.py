@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -137,7 +137,7 @@ def instance_arrays(
     if any(isinstance(p, Surface) and p.light_group != NO_GROUP for p in placements.prototypes):
         extras["light_group"] = column("light_group", np.int16)
     random = column("random", np.float32)
-    keys = instance_keys(np.array(identities(placements.prototypes), np.uint64)[prototype], random_ids[items])
+    keys = instance_keys(placements.prototypes, prototype, random_ids[items])
     columns = np.ascontiguousarray(matrices[items])
     restore_normal_axis(columns, column("flat_axis", np.int32))
     thicken_flattened(columns)
@@ -155,23 +155,33 @@ def instance_arrays(
     }
 
 
-def identities(prototypes: Iterable[Surface | Lamp]) -> list[int]:
-    """A number for each, by its object, what instances it, and which of their geometries it is."""
-    geometries: dict[tuple[int, int], dict[int, int]] = {}
-    result = []
-    for prototype in prototypes:
-        *owners, data = prototype.key
-        known = geometries.setdefault(tuple(owners), {})
-        result.append(identity_of(*owners, known.setdefault(data, len(known))))
-    return result
-
-
-def instance_keys(identities: NDArray[np.uint64], random_ids: NDArray[np.int32]) -> NDArray[np.uint64]:
+def instance_keys(
+    prototypes: Sequence[Surface | Lamp], prototype_of: NDArray[np.int32], random_ids: NDArray[np.int32]
+) -> NDArray[np.uint64]:
     """Numbers that stand for the same instances as long as they exist; 0 for those that cannot be told apart."""
-    keys = identities ^ (random_ids.view(np.uint32).astype(np.uint64) * _ODD_64)
+    owners = np.array([identity_of(*prototype.key[:2]) for prototype in prototypes], np.uint64)
+    keys = owners[prototype_of] ^ (random_ids.view(np.uint32).astype(np.uint64) * _ODD_64)
+    keys ^= _geometry_numbers(prototypes, prototype_of, owners, keys) * _ODD_64
     _, index, counts = np.unique(keys, return_inverse=True, return_counts=True)
     keys[counts[index] > 1] = 0
     return keys
+
+
+def _geometry_numbers(
+    prototypes: Sequence[Surface | Lamp],
+    prototype_of: NDArray[np.int32],
+    owners: NDArray[np.uint64],
+    keys: NDArray[np.uint64],
+) -> NDArray[np.uint64]:
+    """Of each entry, which of those geometries it shows that have its owners and random id in common."""
+    numbers = np.zeros(len(prototype_of), np.uint64)
+    _, index, counts = np.unique(owners, return_inverse=True, return_counts=True)
+    known: dict[int, dict[int, int]] = {}
+    for entry in np.flatnonzero((counts[index] > 1)[prototype_of]) if len(owners) else ():
+        geometries = known.setdefault(int(keys[entry]), {})
+        geometry = prototypes[prototype_of[entry]].key[2]
+        numbers[entry] = geometries.setdefault(geometry, len(geometries))
+    return numbers
 
 
 def restore_normal_axis(columns: NDArray[np.float32], flat_axes: NDArray[np.int32]) -> None:

@@ -100,11 +100,11 @@ class Moment:
 
 
 def moments_of(depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None) -> list[Moment]:
-    """As many as the object that is looked at most often asks for; without the middle."""
+    """As many as the object that is looked at most often asks for, without the middle; none without blur."""
     blurred = [item for item in depsgraph.ids if isinstance(item, bpy.types.Object) and item.type not in _UNBLURRED]
-    most = max(map(_doublings, [*blurred, *([] if camera is None else [camera])]), default=1)
-    moments = (Moment(step, max(most, 1)) for step in range((1 << max(most, 1)) + 1))
-    return [moment for moment in moments if not moment.is_middle]
+    most = max(map(_doublings, [*blurred, *([] if camera is None else [camera])]), default=0)
+    moments = (Moment(step, most) for step in range((1 << most) + 1))
+    return [moment for moment in moments if not moment.is_middle] if most else []
 
 
 class MotionBlur:

@@ -134,14 +134,15 @@ Shutter::Shutter(std::shared_ptr<const Scene> middle, std::span<const std::share
     eyes_.emplace_back(cameras_.values[i - 1].camera_to_world, cameras_.values[i].camera_to_world);
   std::vector<Matches> matches;
   for (const std::shared_ptr<const Scene>& moment : moments) matches.emplace_back(*moment);
-  std::vector<bool> is_known(middle_->meshes.size());
+  std::vector<std::vector<size_t>> showing(middle_->meshes.size());
   for (size_t i = 0; i < middle_->instances.size(); ++i) {
-    if (middle_->instances[i].mesh < 0) continue;
+    const int mesh = middle_->instances[i].mesh;
+    if (mesh < 0) continue;
     add_instance(i, matches);
-    const auto mesh = static_cast<size_t>(middle_->instances[i].mesh);
-    if (!is_known[mesh]) add_mesh(i, matches);
-    is_known[mesh] = true;
+    showing[static_cast<size_t>(mesh)].push_back(i);
   }
+  for (size_t mesh = 0; mesh < showing.size(); ++mesh)
+    if (!showing[mesh].empty()) add_mesh(mesh, showing[mesh], matches);
 }
 
 void Shutter::add_instance(size_t index, std::span<const Matches> matches) {
@@ -159,15 +160,14 @@ void Shutter::add_instance(size_t index, std::span<const Matches> matches) {
     moving.object_to_world.emplace_back(transforms.values[i - 1], transforms.values[i]);
 }
 
-void Shutter::add_mesh(size_t instance, std::span<const Matches> matches) {
-  const Instance& now = middle_->instances[instance];
-  const auto handle = static_cast<size_t>(now.mesh);
-  const std::shared_ptr<const Mesh>& shape = middle_->meshes[handle];
+void Shutter::add_mesh(size_t handle, std::span<const size_t> instances, std::span<const Matches> matches) {
   using Shape = std::shared_ptr<const Mesh>;
+  const Shape& shape = middle_->meshes[handle];
   Track<Shape> shapes = track<Shape>(shape, [&](size_t moment) {
-    const Shape then = matches[moment].find_mesh(*shape, matches[moment].find(now, instance));
-    const bool is_same =
-        then && (then == shape || (then->positions == shape->positions && then->normals == shape->normals));
+    Shape then;
+    for (size_t i = 0; i < instances.size() && !then; ++i)
+      then = matches[moment].find_mesh(*shape, matches[moment].find(middle_->instances[instances[i]], instances[i]));
+    const bool is_same = then && then->positions == shape->positions && then->normals == shape->normals;
     return then ? std::optional(is_same ? shape : then) : std::nullopt;
   });
   if (std::all_of(shapes.values.begin(), shapes.values.end(), [&](const Shape& other) { return other == shape; }))

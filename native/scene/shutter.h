@@ -46,7 +46,8 @@ class Shutter {
   template <class T, class At>
   Track<T> track(const T& middle, At&& at) const;
   void add_instance(size_t index, std::span<const Matches> matches);
-  void add_mesh(size_t instance, std::span<const Matches> matches);
+  /// By the first of those `instances` that show it which has it at a moment.
+  void add_mesh(size_t handle, std::span<const size_t> instances, std::span<const Matches> matches);
   void move_camera(Camera& camera, float time) const;
 
   std::shared_ptr<const Scene> middle_;

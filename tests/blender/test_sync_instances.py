@@ -13,6 +13,7 @@ from recorded_calls import instances, places
 from small_objects import grid_with_cubes, link, triangle
 
 from addon.sync import motion
+from addon.sync.placements import Surface, instance_keys
 
 
 def test_an_object_is_placed_by_its_row_major_matrix(camera_scene, recorded_sync) -> None:
@@ -167,3 +168,24 @@ def test_items_leave_nothing_behind(camera_scene, recorded_sync, with_render_dep
     with watched_memory("motion.py") as left:
         assert len(with_render_depsgraph(motion._identities)) >= 900
     assert sum(line.count_diff for line in left) < 200
+
+
+def test_instances_are_known_whatever_comes_and_goes_beside_them():
+    """Two geometries of one object, of which an instance of the second comes first later on."""
+
+    def surface(mesh, geometry):
+        return Surface(mesh, 0, 0, 63, False, False, 0.5, key=(7, 8, geometry))
+
+    ids = np.array([11, 12, 13], np.int32)
+    before = instance_keys([surface(4, 100), surface(5, 200)], np.array([0, 1, 0]), ids)
+    after = instance_keys([surface(9, 201), surface(3, 101)], np.array([0, 1, 0, 1]), np.array([10, *ids], np.int32))
+    assert list(before) == list(after[1:])
+    assert len({0, *before}) == 4
+
+
+def test_geometries_with_one_random_id_are_told_apart_and_their_twins_have_no_key():
+    prototypes = [Surface(mesh, 0, 0, 63, False, False, 0.5, key=(7, 8, mesh)) for mesh in (0, 1)]
+    ids = np.array([5, 5, 5], np.int32)
+    assert len({0, *instance_keys(prototypes, np.array([0, 1]), ids[:2])}) == 3
+    first, second, twin = instance_keys(prototypes, np.array([0, 1, 1]), ids)
+    assert first != 0 and second == twin == 0

@@ -12,7 +12,6 @@ from watched_scene import base_color
 
 from addon.sync.changes import EVERYTHING, UNLISTED
 from addon.sync.live import Exported
-from addon.sync.placements import instance_keys
 from tests.support.blender_scenes import save_tile, tile_pixels, tiled_image
 
 
@@ -213,9 +212,3 @@ def test_no_reference_to_blenders_data_is_kept(watched) -> None:
         pending += gc.get_referents(thing)
     assert len(seen) > 100
     assert not any(isinstance(thing, np.ndarray) and thing.dtype == object for thing in gc.get_objects())
-
-
-def test_instances_that_cannot_be_told_apart_have_no_key() -> None:
-    identities = np.array([5, 5, 6, 2**64 - 1], np.uint64)
-    keys = instance_keys(identities, np.array([-1, -1, -1, 0], np.int32))
-    assert keys[0] == keys[1] == 0 and len({*keys.tolist(), 0}) == 3

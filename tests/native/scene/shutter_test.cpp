@@ -133,6 +133,20 @@ TEST(Shutter, WhatIsNotThereAtAnEndStandsStillUntilThen) {
   EXPECT_EQ(other_points.at(0.0f)->meshes[0]->positions[0].z, 0.0f);
 }
 
+TEST(Shutter, MeshesAreAsWhatShowsThemHasThem) {
+  const auto both_at = [](float height, bool has_first) {
+    SceneBuilder builder(*scene_at(0.0f, height));
+    Instance second = builder.scene().instances[0];
+    second.key = 9;
+    builder.add_instance(second);
+    if (!has_first) builder.remove_instance(0);
+    return builder.snapshot();
+  };
+  const Shutter shutter = opened(both_at(1.0f, true), {both_at(0.0f, false), both_at(2.0f, true)});
+  for (const float time : {0.0f, 0.25f, 0.5f, 1.0f})
+    EXPECT_FLOAT_EQ(shutter.at(time)->meshes[0]->positions[0].z, 2.0f * time);
+}
+
 TEST(Shutter, WhatShrinksToNothingOrIsMirroredGoesStraight) {
   const auto scaled = [](float x, float rest) {
     SceneBuilder builder(*scene_at(0.0f));
