@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.sync import versions
 from addon.sync.live import Exported
 from tests.blender.test_against_cycles_volumes import PRINCIPLED, medium, node_of, of
 from tests.support.volume_files import add_volume, needs_openvdb, puff, write_grids
@@ -86,3 +87,19 @@ def test_sequences_follow_the_frame(smoky, tmp_path: Path) -> None:
     smoky.expect_truth()
     (stored,) = (m for m in smoky.live.builder.stored["mesh"].values() if m["is_there"] and "grids" in m)
     assert stored["grids"][0][1].max() == 2.0
+
+
+def test_what_is_left_out_of_a_volume_is_told_again_and_again(watched, tmp_path: Path) -> None:
+    path = write_grids(tmp_path / "a.vdb", {"density": puff(6)})
+    reader = versions.volume_reader()
+    odd = reader.FloatGrid()
+    odd.name = "odd"
+    for corner in ((0, 0, 0), (90_000, 90_000, 90_000)):
+        odd.fill(corner, corner, 1.0)
+    reader.write(str(path), [*reader.readAll(str(path))[0], odd])
+    smoke = medium("smoke", of(PRINCIPLED, Density=2.0, Color_Attribute="odd"))
+    watched.after(lambda: add_volume(bpy.context.scene, path, smoke))
+    for place in ((1, 2, 3), (2, 3, 4)):
+        assert ["odd" in warning for warning in watched.warnings] == [True]
+        watched.after(lambda place=place: setattr(bpy.data.objects["cloud"], "location", place))
+        watched.expect_truth()
