@@ -77,7 +77,7 @@ make_environment() {
   # Some 400 MB to fetch. OpenImageIO and SciPy are pinned because later ones ask for a NumPy that bpy does not accept.
   install_python_packages packages "bpy==$bpy" "OpenImageIO==3.0.21.0" "scikit-build-core==1.1.2" "pybind11==3.1.0"
   [ $tests = 0 ] || install_python_packages test-packages \
-    "pytest==9.2.0" "pytest-xdist==3.8.0" "scipy==1.14.1" "ruff==0.17.5" "clang-format==14.0.6"
+    "pytest==9.2.0" "scipy==1.14.1" "ruff==0.17.5" "clang-format==14.0.6"
 }
 
 build_core() {

@@ -40,11 +40,11 @@ native_tests() { # native_tests PRESET
     timeout -k 5 900 ctest --preset "$1" -j "$(nproc)" --timeout 300 | tail -n 15
 }
 
-python_tests() { # python_tests VENV SECONDS FOLDER [PROCESSES]: pytest with a hard end, Blender's settings kept apart
-  local venv=$1 limit=$2 folder=$3 processes=${4:-0} marks="not slow"
+python_tests() { # python_tests VENV SECONDS FOLDER: pytest in a process with a hard end, Blender's settings kept apart
+  local venv=$1 limit=$2 folder=$3 marks="not slow"
   [ $full = 0 ] || marks="slow or not slow"
   BLENDER_USER_RESOURCES=$(mktemp -d -p "$resources") \
-    timeout -k 5 "$limit" "$venv/bin/python" -m pytest -q -n "$processes" --dist loadfile -m "$marks" "$folder"
+    timeout -k 5 "$limit" "$venv/bin/python" -m pytest -q -m "$marks" "$folder"
 }
 
 tidy() {
@@ -61,9 +61,7 @@ limit=1500
 
 part "native tests" native_tests Release
 part "render tests" python_tests .venv $limit tests/render
-# Small pictures, and Blender's own work on a scene, keep little more than one processor busy.
-processes=$(($(nproc) < 4 ? 2 : 4))
-part "Blender 5.0 tests" python_tests .venv $limit tests/blender $processes
+part "Blender 5.0 tests" python_tests .venv $limit tests/blender
 part "extension tests" python_tests .venv $limit tests/extension
 if [ $full = 1 ]; then
   part "native tests under sanitizers" native_tests Sanitize
@@ -71,7 +69,7 @@ if [ $full = 1 ]; then
   for version in 4.2.23 4.5.15; do
     venv=build/venv-${version%.*}
     part "Blender ${version%.*} set-up" bash examples/setup.sh --tests --bpy $version --venv "$venv"
-    part "Blender ${version%.*} tests" python_tests "$venv" $limit tests/blender $processes
+    part "Blender ${version%.*} tests" python_tests "$venv" $limit tests/blender
   done
   if [ -n "${CISTERN_BLENDER:-}" ]; then part "viewports in windows" bash tests/gui/run.sh; else
     echo "CISTERN_BLENDER is not set: tests of viewports in windows are left out"
