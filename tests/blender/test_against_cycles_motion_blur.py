@@ -244,7 +244,14 @@ def spinning_beside(scene, ball):
     animate(other, "location", 0.0, 1.0, 0.5, index=2)
 
 
-@pytest.mark.parametrize("motion", [spinning, spinning_beside, *([waving] if bpy.app.version >= (5, 0) else ())])
+@pytest.mark.parametrize(
+    "motion",
+    [
+        spinning_beside,
+        pytest.param(spinning, marks=pytest.mark.slow),
+        *([pytest.param(waving, marks=pytest.mark.slow)] if bpy.app.version >= (5, 0) else ()),
+    ],
+)
 def test_motion_steps(moving, motion):
     scene = moving(motion)
     bpy.data.objects["sphere"].cycles.motion_steps = 4
@@ -269,9 +276,9 @@ def flying_and_bending(scene, ball):
 
 
 UNBLURRED = [
-    (flying_and_bending, "sphere", "use_motion_blur"),
+    pytest.param(flying_and_bending, "sphere", "use_motion_blur", marks=pytest.mark.slow),
     (flying_and_bending, "sphere", "use_deform_motion"),
-    (instanced, "sphere", "use_motion_blur"),
+    pytest.param(instanced, "sphere", "use_motion_blur", marks=pytest.mark.slow),
     (instanced, "empty", "use_motion_blur"),
 ]
 
@@ -298,7 +305,7 @@ def test_a_camera_that_is_not_blurred(moving):
     assert result.agrees, result
 
 
-@pytest.mark.parametrize("switch", ["use_motion_blur", "use_deform_motion"])
+@pytest.mark.parametrize("switch", [pytest.param("use_motion_blur", marks=pytest.mark.slow), "use_deform_motion"])
 def test_blur_that_is_switched_off_is_seen(moving, switch):
     """Planted: for Cycles it is on."""
 
