@@ -11,6 +11,8 @@ import numpy as np
 if TYPE_CHECKING:
     import bpy
 
+    from .sync.camera import Window
+
 # left, bottom, right, top; of the region, as fractions of its size
 Rectangle = tuple[float, float, float, float]
 WHOLE: Rectangle = (0.0, 0.0, 1.0, 1.0)
@@ -47,7 +49,7 @@ def round_out(low: float, high: float, size: int) -> tuple[int, int]:
 
 def viewport_view(context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> View:
     """The present view of the context's 3D viewport."""
-    from .sync.camera import rigid_matrix
+    from .sync.camera import rigid_matrix, window_arguments
 
     region, region_data, space = context.region, context.region_data, context.space_data
     camera = view_camera(context, depsgraph)
@@ -66,10 +68,11 @@ def viewport_view(context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) ->
         "name": camera.name if camera else "Viewport",
         "type": "PERSPECTIVE" if is_perspective else "ORTHOGRAPHIC",
         "camera_to_world": tuple(map(tuple, matrix.tolist())),
-        **dict(zip(("left", "right", "bottom", "top"), window, strict=True)),
+        **window_arguments(window),
         "clip_start": clip_start,
         "clip_end": clip_end,
         **(lens(camera) if camera else {}),
+        **(panorama(camera, context.scene.render, window) if is_panorama(camera) else {}),
     }
     shown = shown_part(context, camera, window)
     return View(max(region.width, 1), max(region.height, 1), shown, tuple(sorted(arguments.items())))
@@ -90,8 +93,27 @@ def lens(camera: bpy.types.Object) -> dict[str, Any]:
     return {name: float(value) if name != "blades" else value for name, value in lens_arguments(camera).items()}
 
 
-def projected_window(projection: np.ndarray, is_perspective: bool) -> tuple[float, float, float, float]:
-    """(left, right, bottom, top) of what a projection matrix of OpenGL's kind shows: at unit distance, or in metres for
+def is_panorama(camera: bpy.types.Object | None) -> bool:
+    return camera is not None and camera.data.type == "PANO"
+
+
+def panorama(camera: bpy.types.Object, render: bpy.types.RenderSettings, window: Window) -> dict[str, Any]:
+    """The panorama fills the frame that Blender draws for a perspective camera with that lens. Arguments that replace
+    those of such a camera."""
+    from .sync.camera import panorama_arguments, window_arguments
+
+    left, bottom, right, top = camera_frame(camera, render, window)
+    width, height = right - left, top - bottom
+    around_frame = (-left / width, (1.0 - left) / width, -bottom / height, (1.0 - bottom) / height)
+    return {
+        "type": "PANORAMIC",
+        "panorama": panorama_arguments(camera.data, render),
+        **window_arguments(around_frame),
+    }
+
+
+def projected_window(projection: np.ndarray, is_perspective: bool) -> Window:
+    """Of what a projection matrix of OpenGL's kind shows: at unit distance, or in metres for
     an orthographic one."""
 
     def side(edge: float, row: int) -> float:
@@ -102,10 +124,9 @@ def projected_window(projection: np.ndarray, is_perspective: bool) -> tuple[floa
     return side(-1.0, 0), side(1.0, 0), side(-1.0, 1), side(1.0, 1)
 
 
-def shown_part(
-    context: bpy.types.Context, camera: bpy.types.Object | None, window: tuple[float, float, float, float]
-) -> Rectangle:
-    """The part of the region to be rendered: all of it, unless the user drew a border or the rest is painted over."""
+def shown_part(context: bpy.types.Context, camera: bpy.types.Object | None, window: Window) -> Rectangle:
+    """The part of the region to be rendered: all of it, unless the user drew a border, the rest is painted over, or a
+    panorama has nothing there."""
     render, space = context.scene.render, context.space_data
     if camera is None:
         if not space.use_render_border:
@@ -120,12 +141,10 @@ def shown_part(
         bottom, top = bottom + render.border_min_y * height, bottom + render.border_max_y * height
         return clipped(left, bottom, right, top)
     covers_rest = camera.data.show_passepartout and camera.data.passepartout_alpha >= 1.0
-    return clipped(left, bottom, right, top) if covers_rest else WHOLE
+    return clipped(left, bottom, right, top) if covers_rest or is_panorama(camera) else WHOLE
 
 
-def camera_frame(
-    camera: bpy.types.Object, render: bpy.types.RenderSettings, window: tuple[float, float, float, float]
-) -> Rectangle:
+def camera_frame(camera: bpy.types.Object, render: bpy.types.RenderSettings, window: Window) -> Rectangle:
     """Where the picture of a final render lies in the region."""
     from .sync.camera import camera_window
 

@@ -26,10 +26,11 @@ def place_view_camera(
     scene = depsgraph.scene_eval
     camera = (engine.camera_override or scene.camera).evaluated_get(depsgraph)
     arguments = camera_arguments(scene, camera, SyncReport())
-    extra_shift = engine.camera_shift_x(camera) - camera.data.shift_x
-    moved = extra_shift * fitted_length(camera.data, arguments)
-    arguments["left"] += moved
-    arguments["right"] += moved
+    if camera.data.type != "PANO":  # these have no shift
+        extra_shift = engine.camera_shift_x(camera) - camera.data.shift_x
+        moved = extra_shift * fitted_length(camera.data, arguments)
+        arguments["left"] += moved
+        arguments["right"] += moved
     arguments["camera_to_world"] = rigid_matrix(engine.camera_model_matrix(camera))
     builder.set_camera(**arguments)
 

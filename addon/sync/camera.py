@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 
 from . import SyncError, SyncReport
 
+# (left, right, bottom, top)
+Window = tuple[float, float, float, float]
+WHOLE_PANORAMA: Window = (0.0, 1.0, 0.0, 1.0)
+
 # f-stops below this would open the lens without bound; Blender's own slider ends at 0.1.
 _SMALLEST_FSTOP = 1e-5
 CAMERA_TYPES = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC", "PANO": "PANORAMIC"}
@@ -40,21 +44,22 @@ def camera_arguments(
         report.warn(f"Camera '{camera_object.name}': type {camera.type} is not supported, rendered as perspective")
     if scene.render.use_multiview and camera.type != "ORTHO" and camera.stereo.use_spherical_stereo:
         report.warn(f"Camera '{camera_object.name}': spherical stereo is not supported, the eyes look side by side")
-    panorama = {"panorama": panorama_arguments(camera, scene.render)} if camera.type == "PANO" else {}
-    left, right, bottom, top = camera_window(camera, scene.render)
+    is_panorama = camera.type == "PANO"
+    window = WHOLE_PANORAMA if is_panorama else camera_window(camera, scene.render)
     return {
         "name": camera_object.name,
         "type": CAMERA_TYPES.get(camera.type, "PERSPECTIVE"),
         "camera_to_world": rigid_matrix(camera_object.matrix_world),
-        "left": left,
-        "right": right,
-        "bottom": bottom,
-        "top": top,
+        **window_arguments(window),
         "clip_start": camera.clip_start,
         "clip_end": camera.clip_end,
         **lens_arguments(camera_object),
-        **panorama,
+        **({"panorama": panorama_arguments(camera, scene.render)} if is_panorama else {}),
     }
+
+
+def window_arguments(window: Window) -> dict[str, float]:
+    return dict(zip(("left", "right", "bottom", "top"), window, strict=True))
 
 
 def panorama_arguments(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> dict[str, Any]:
@@ -91,8 +96,9 @@ def sensor_size(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> t
     return width * per_pixel, height * per_pixel
 
 
-def camera_window(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> tuple[float, float, float, float]:
-    """(left, right, bottom, top) of the full frame: at unit distance, or in metres for an orthographic camera."""
+def camera_window(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> Window:
+    """Of the full frame: at unit distance, or in metres for an orthographic camera. Of a panorama, which has none, that
+    of the perspective camera whose frame Blender draws."""
     width = _pixels(render.resolution_x, render) * render.pixel_aspect_x
     height = _pixels(render.resolution_y, render) * render.pixel_aspect_y
     vertical = camera.sensor_fit == "VERTICAL" or (camera.sensor_fit == "AUTO" and width < height)

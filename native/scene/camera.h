@@ -39,7 +39,8 @@ struct Panorama {
 /// A thin-lens or parallel camera looking along -Z of `camera_to_world`, +Y up.
 /// The sensor rectangle is given for the *full* frame: in camera space a perspective ray through the image point
 /// (s, t) in [0,1]^2 (t up) passes (lerp(left, right, s), lerp(bottom, top, t), -1); an orthographic one starts there.
-/// Panoramic cameras focus on a sphere, and clip by distance.
+/// A panoramic camera's rectangle is a part of the frame of its panorama, (0, 0) to (1, 1), or lies around it, as that of
+/// a viewport. It focuses on a sphere, and clips by distance.
 struct Camera {
   CameraType type = CameraType::PERSPECTIVE;
   Transform camera_to_world;
@@ -50,7 +51,7 @@ struct Camera {
   int blades = 0;                             // < 3: round
   float blade_rotation = 0.0f;                // radians
   float aperture_ratio = 1.0f;                // > 1: anamorphic, narrower in x
-  Panorama panorama;                          // of PANORAMIC ones, which have no window
+  Panorama panorama;                          // of PANORAMIC ones
   // Of SHEET ones. What they see has the size of the sheet; the rest of a camera says where materials take it to be.
   std::shared_ptr<const SurfaceSheet> sheet;
   bool sees_sheet_from_eye = false;               // from there, instead of right above

@@ -1,5 +1,6 @@
 #include "shading/nodes_input.h"
 
+#include "scene/panorama.h"
 #include "scene/strand_curve.h"
 #include "shading/mesh_interpolation.h"
 
@@ -92,10 +93,15 @@ Vec3 camera_node(const NodeContext& c, BumpShift shift) {
   return kForwardZ * inverse(c.scene.camera.camera_to_world).vector(c.point.position);
 }
 
+/// [Cycles] Of panoramas the place in their frame, wherever a viewport has that.
 Vec3 window_node(const NodeContext& c, BumpShift shift) {
   const Camera& camera = c.scene.camera;
   const Vec3 p = camera_node(c, shift);
   const CameraType type = camera.type == CameraType::SHEET ? camera.eye_type : camera.type;
+  if (type == CameraType::PANORAMIC) {
+    const Vec2 place = panorama_position(camera.panorama, normalize(p * kForwardZ)).value_or(Vec2{});
+    return {place.x, place.y, 0.0f};
+  }
   const float depth = type == CameraType::PERSPECTIVE ? p.z : 1.0f;
   if (depth == 0.0f) return {};
   return {(p.x / depth - camera.left) / (camera.right - camera.left),

@@ -1,8 +1,8 @@
 #include "transport/camera_ray.h"
 
 #include "base/warp.h"
+#include "scene/panorama.h"
 #include "scene/surface_sheet.h"
-#include "transport/panorama.h"
 
 namespace cistern {
 
@@ -24,9 +24,17 @@ Vec2 sample_aperture(const Camera& camera, Vec2 u) {
 
 namespace {
 
+Vec2 to_window(const Camera& camera, Vec2 film_position) {
+  return {lerp(camera.left, camera.right, film_position.x), lerp(camera.bottom, camera.top, film_position.y)};
+}
+
+Vec2 from_window(const Camera& camera, Vec2 p) {
+  return {(p.x - camera.left) / (camera.right - camera.left), (p.y - camera.bottom) / (camera.top - camera.bottom)};
+}
+
 /// [Cycles] A lens across each direction, in focus on a sphere.
 Ray panoramic_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
-  const std::optional<Vec3> seen = panorama_direction(camera.panorama, film_position);
+  const std::optional<Vec3> seen = panorama_direction(camera.panorama, to_window(camera, film_position));
   if (!seen) return kSeesNothing;
   Vec3 origin, direction = *seen;
   if (camera.aperture_radius > 0.0f) {
@@ -44,8 +52,7 @@ Ray panoramic_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
 Ray camera_ray(const Camera& camera, Vec2 film_position, Vec2 u_lens) {
   if (camera.type == CameraType::SHEET) return kSeesNothing;
   if (camera.type == CameraType::PANORAMIC) return panoramic_ray(camera, film_position, u_lens);
-  const float x = lerp(camera.left, camera.right, film_position.x);
-  const float y = lerp(camera.bottom, camera.top, film_position.y);
+  const auto [x, y] = to_window(camera, film_position);
   const bool perspective = camera.type == CameraType::PERSPECTIVE;
   Vec3 origin = perspective ? Vec3{} : Vec3{x, y, 0.0f};
   Vec3 direction = perspective ? Vec3{x, y, -1.0f} : Vec3{0.0f, 0.0f, -1.0f};
@@ -71,14 +78,15 @@ std::optional<Vec2> project(const Camera& camera, Vec3 position) {
     const Transform& axes = camera.camera_to_world;
     const Vec3 local{dot(axes.column(0), offset), dot(axes.column(1), offset), dot(axes.column(2), offset)};
     if (!(length_squared(local) > 0.0f)) return std::nullopt;
-    return panorama_position(camera.panorama, normalize(local));
+    const std::optional<Vec2> position_in_frame = panorama_position(camera.panorama, normalize(local));
+    return position_in_frame ? std::optional(from_window(camera, *position_in_frame)) : std::nullopt;
   }
   const float depth = camera_depth(camera, position);
   if (!(depth > 0.0f)) return std::nullopt;
   const float scale = camera.type == CameraType::PERSPECTIVE ? 1.0f / depth : 1.0f;
   const float x = dot(camera.camera_to_world.column(0), offset) * scale;
   const float y = dot(camera.camera_to_world.column(1), offset) * scale;
-  return Vec2{(x - camera.left) / (camera.right - camera.left), (y - camera.bottom) / (camera.top - camera.bottom)};
+  return from_window(camera, {x, y});
 }
 
 float camera_depth(const Camera& camera, Vec3 position) {
@@ -87,10 +95,11 @@ float camera_depth(const Camera& camera, Vec3 position) {
 }
 
 PixelFootprint pixel_footprint(const Camera& camera, int width, int height) {
-  if (camera.type == CameraType::PANORAMIC) return {0.0f, panorama_pixel_angle(camera.panorama, width, height)};
   if (camera.type == CameraType::SHEET) return {camera.sheet->pixel_size, 0.0f};
-  const float pixel = 0.5f * ((camera.right - camera.left) / static_cast<float>(width) +
-                              (camera.top - camera.bottom) / static_cast<float>(height));
+  const Vec2 sides{(camera.right - camera.left) / static_cast<float>(width),
+                   (camera.top - camera.bottom) / static_cast<float>(height)};
+  if (camera.type == CameraType::PANORAMIC) return {0.0f, panorama_pixel_angle(camera.panorama, sides)};
+  const float pixel = 0.5f * (sides.x + sides.y);
   if (camera.type == CameraType::ORTHOGRAPHIC) return {pixel, 0.0f};
   return {0.0f, pixel};
 }

@@ -135,6 +135,26 @@ def test_panorama_with_a_lens(empty_scene: bpy.types.Scene) -> None:
     assert result.agrees, result
 
 
+@pytest.mark.parametrize("kind", ["EQUIRECTANGULAR", "FISHEYE_EQUISOLID"])
+def test_window_coordinates_of_panoramas(empty_scene: bpy.types.Scene, kind: str) -> None:
+    """Of surfaces and of the world."""
+    panoramic(empty_scene, kind, 0)
+
+    def window(tree: build.Nodes) -> bpy.types.NodeSocket:
+        return tree.nodes.new("ShaderNodeTexCoord").outputs["Window"]
+
+    glow = build.material("glow", lambda tree: build.shader(tree, "ShaderNodeEmission", Color=window(tree)).outputs[0])
+    for thing in empty_scene.objects:
+        if thing.type == "MESH":
+            thing.data.materials.clear()
+            thing.data.materials.append(glow)
+    tree = empty_scene.world.node_tree
+    background = next(node for node in tree.nodes if node.type == "BACKGROUND")
+    tree.links.new(window(tree), background.inputs["Color"])
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
 def test_another_fisheye_is_seen(empty_scene: bpy.types.Scene) -> None:
     """Planted: a field of view 2 % wider."""
     panoramic(empty_scene, "FISHEYE_EQUIDISTANT", 1)

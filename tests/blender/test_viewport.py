@@ -47,7 +47,7 @@ class StillSync:
         self.cameras.append(camera)
 
     def snapshot(self):
-        return SimpleNamespace(volume_name=self.volume_name, warnings=[])
+        return SimpleNamespace(volume_name=self.volume_name, warnings=[], has_shadow_catchers=False)
 
     def close(self):
         self.changes.append("closed")
@@ -327,6 +327,18 @@ def test_the_border_of_a_camera_view_lies_in_the_cameras_frame(scene):
     scene.render.border_min_y, scene.render.border_max_y = 0.5, 1.0
     view = viewport_view(camera_context(scene), depsgraph())
     assert view.shown == pytest.approx((0.25, 0.5, 0.5, 0.75), abs=1e-5)
+
+
+def test_a_panorama_fills_the_cameras_frame(scene):
+    data = scene.camera.data
+    data.type, data.panorama_type = "PANO", "EQUIRECTANGULAR"
+    bpy.context.view_layer.update()
+    view = viewport_view(camera_context(scene), depsgraph())
+    camera = view.camera_arguments()
+    assert view.shown == pytest.approx((0.25, 0.25, 0.75, 0.75), abs=1e-5)
+    assert (camera["type"], camera["panorama"]["type"]) == ("PANORAMIC", "EQUIRECTANGULAR")
+    window = [camera[side] for side in ("left", "bottom", "right", "top")]
+    assert window == pytest.approx([-0.5, -0.5, 1.5, 1.5], abs=1e-4)
 
 
 def test_an_opaque_passepartout_saves_what_it_covers(scene):

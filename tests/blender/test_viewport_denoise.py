@@ -3,14 +3,12 @@
 import threading
 import time
 
-import bpy
 import numpy as np
 import pytest
 
 from addon import denoise, open_image_denoise, settings, ui_sampling, viewport_denoise
-from addon.sync.changes import EVERYTHING
 from addon.sync.live import LiveSync
-from addon.viewport_camera import WHOLE, View, viewport_view
+from addon.viewport_camera import WHOLE, View
 from addon.viewport_denoise import FILTER_SHARE, Schedule, passes_of_one_moment
 from addon.viewport_render import Job, ViewportRender
 from tests.blender.engine_fakes import fresh_scene
@@ -18,7 +16,13 @@ from tests.blender.test_denoise import textured_scene
 from tests.blender.test_open_image_denoise import error, has_library
 from tests.blender.test_ui import draw
 from tests.blender.test_viewport_render import SETTINGS, wait_until
-from tests.blender.viewport_fakes import REGION, FakeViewportCore, FakeViewportSession, fake_context, watched_render
+from tests.blender.viewport_fakes import (
+    REGION,
+    FakeViewportCore,
+    FakeViewportSession,
+    look_through_camera,
+    watched_render,
+)
 
 CLEAN = -1.0
 
@@ -357,14 +361,7 @@ def shown(core, samples, is_denoised, preset="INTERACTIVE", seed=0):
 
 
 def real_job(core, scene, sync, samples):
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    camera = scene.camera.evaluated_get(depsgraph)
-    window = camera.calc_matrix_camera(depsgraph, x=SIZE[0], y=SIZE[1])
-    context = fake_context(scene, window, camera.matrix_world.inverted())
-    context.region.width, context.region.height = SIZE
-    view = viewport_view(context, depsgraph)
-    sync.sync(depsgraph, EVERYTHING)
-    sync.builder.set_camera(**view.camera_arguments())
+    view = look_through_camera(scene, SIZE, sync)
     arguments = settings.viewport_settings(core, scene)
     arguments["passes"] = tuple(arguments["passes"])
     is_denoised = settings.is_viewport_denoised(scene)

@@ -6,9 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import ModuleType, SimpleNamespace
 
+import bpy
 import numpy as np
 from mathutils import Matrix
 
+from addon.sync.changes import EVERYTHING
+from addon.sync.live import LiveSync
+from addon.viewport_camera import View, viewport_view
 from addon.viewport_render import ViewportRender
 from tests.blender.engine_fakes import LightSampling, PixelFilter, Status
 
@@ -142,3 +146,16 @@ def fake_context(scene, window_matrix=None, view_matrix=None, perspective_name="
         ),
         space_data=fake_space(**space),
     )
+
+
+def look_through_camera(scene: bpy.types.Scene, size: tuple[int, int], sync: LiveSync) -> View:
+    """Exports the scene; what a viewport of that size sees whose picture is the whole one of the scene's camera."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    camera = scene.camera.evaluated_get(depsgraph)
+    window = camera.calc_matrix_camera(depsgraph, x=size[0], y=size[1])
+    context = fake_context(scene, window, camera.matrix_world.inverted(), "CAMERA")
+    context.region.width, context.region.height = size
+    view = viewport_view(context, depsgraph)
+    sync.sync(depsgraph, EVERYTHING)
+    sync.builder.set_camera(**view.camera_arguments())
+    return view

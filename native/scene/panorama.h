@@ -15,7 +15,7 @@ std::optional<Vec3> panorama_direction(const Panorama& panorama, Vec2 film_posit
 /// Outside of the frame too, as for other cameras. Empty where a projection has no place for a direction.
 std::optional<Vec2> panorama_position(const Panorama& panorama, Vec3 direction);
 
-/// Of a pixel of a width x height picture, about, in the middle of it: the angle that it covers.
-float panorama_pixel_angle(const Panorama& panorama, int width, int height);
+/// The angle that a pixel covers that is so wide and high in fractions of the frame, about, in the middle of it.
+float panorama_pixel_angle(const Panorama& panorama, Vec2 pixel);
 
 }  // namespace cistern

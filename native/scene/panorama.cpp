@@ -1,4 +1,4 @@
-#include "transport/panorama.h"
+#include "scene/panorama.h"
 
 namespace cistern {
 namespace {
@@ -141,16 +141,15 @@ std::optional<Vec2> panorama_position(const Panorama& p, Vec3 d) {
   return std::isfinite(film.x) && std::isfinite(film.y) ? std::optional(film) : std::nullopt;
 }
 
-float panorama_pixel_angle(const Panorama& p, int width, int height) {
-  const Vec2 size{1.0f / static_cast<float>(width), 1.0f / static_cast<float>(height)};
+float panorama_pixel_angle(const Panorama& p, Vec2 pixel) {
   const auto angle_of = [&](Vec2 step) {
     const auto a = panorama_direction(p, {0.5f, 0.5f}), b = panorama_direction(p, {0.5f + step.x, 0.5f + step.y});
     return a && b ? std::acos(std::clamp(dot(*a, *b), -1.0f, 1.0f)) : 0.0f;
   };
   // Over some pixels: neighbouring directions are too near each other for single precision.
   constexpr float kSpan = 0.1f;
-  const float angle = 0.5f * (angle_of({kSpan, 0.0f}) / kSpan * size.x + angle_of({0.0f, kSpan}) / kSpan * size.y);
-  return angle > 0.0f ? angle : kPi * std::max(size.x, size.y);
+  const float angle = 0.5f * (angle_of({kSpan, 0.0f}) / kSpan * pixel.x + angle_of({0.0f, kSpan}) / kSpan * pixel.y);
+  return angle > 0.0f ? angle : kPi * std::max(pixel.x, pixel.y);
 }
 
 }  // namespace cistern

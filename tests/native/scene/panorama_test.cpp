@@ -1,4 +1,4 @@
-#include "transport/panorama.h"
+#include "scene/panorama.h"
 
 #include <gtest/gtest.h>
 
@@ -89,7 +89,7 @@ TEST(Panorama, PixelsHaveTheAngleBetweenNeighbours) {
   for (const PanoramaType type : {PanoramaType::EQUIRECTANGULAR, PanoramaType::FISHEYE_EQUIDISTANT}) {
     Panorama p;
     p.type = type;
-    const float angle = panorama_pixel_angle(p, 400, 400);
+    const float angle = panorama_pixel_angle(p, {1.0f / 400.0f, 1.0f / 400.0f});
     const float expected = type == PanoramaType::EQUIRECTANGULAR ? 0.75f * 2.0f * kPi / 400.0f : kPi / 400.0f;
     EXPECT_NEAR(angle, expected, 0.02f * expected);
   }
@@ -98,12 +98,28 @@ TEST(Panorama, PixelsHaveTheAngleBetweenNeighbours) {
 TEST(Panorama, NothingIsSeenOutsideOfTheCircle) {
   Camera camera;
   camera.type = CameraType::PANORAMIC;
+  camera.left = camera.bottom = 0.0f, camera.right = camera.top = 1.0f;
   camera.panorama = panorama(PanoramaType::FISHEYE_EQUIDISTANT);
   EXPECT_TRUE(sees_nothing(camera_ray(camera, {0.05f, 0.05f}, {})));
   EXPECT_FALSE(sees_nothing(camera_ray(camera, {0.5f, 0.05f}, {})));
   EXPECT_FALSE(project(camera, {0, 0, 1}));  // behind
   EXPECT_TRUE(project(camera, {0, 0.1f, -1}));
   EXPECT_GT(project(camera, {1.0f, 0, 0})->x, 1.0f);  // what leaves the frame has a velocity until then
+}
+
+/// A viewport around a frame that fills the right half of it, a quarter of its height from the bottom.
+TEST(Panorama, FramesLieInWindows) {
+  Camera whole;
+  whole.type = CameraType::PANORAMIC;
+  whole.left = whole.bottom = 0.0f, whole.right = whole.top = 1.0f;
+  whole.panorama = panorama(PanoramaType::EQUIRECTANGULAR);
+  Camera window = whole;
+  window.left = -1.0f, window.bottom = -0.5f, window.top = 1.5f;
+  const Vec3 seen = camera_ray(whole, {0.2f, 0.6f}, {}).direction;
+  EXPECT_LT(length(camera_ray(window, {0.6f, 0.55f}, {}).direction - seen), 1e-5f);
+  EXPECT_NEAR(project(window, seen)->x, 0.6f, 1e-4f);
+  EXPECT_NEAR(project(window, seen)->y, 0.55f, 1e-4f);
+  EXPECT_NEAR(pixel_footprint(window, 400, 400).angle, 2.0f * pixel_footprint(whole, 400, 400).angle, 1e-4f);
 }
 
 }  // namespace
