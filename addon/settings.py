@@ -12,6 +12,7 @@ from .passes import CELL_PASSES, RenderPass
 from .shadow_catchers import SHADOW_PASS
 from .techniques import (
     CELL_PARAMETERS,
+    NO_REUSE,
     REFERENCE,
     is_reference,
     settings_in_force,
@@ -100,7 +101,7 @@ def technique_settings(scene: bpy.types.Scene, core: ModuleType, is_preview: boo
     """The techniques of a final render; icons, being small, reuse nothing."""
     in_force: dict[str, Any] = dict(settings_in_force(scene.cistern))
     if is_preview:
-        in_force |= REFERENCE | {"guiding": "OFF"}
+        in_force |= NO_REUSE
     if is_denoised(scene, is_preview):
         in_force |= denoise.TECHNIQUES
     return technique_arguments(in_force, core)
@@ -234,9 +235,13 @@ def viewport_limits(scene: bpy.types.Scene) -> dict[str, Any]:
     }
 
 
-def viewport_settings(core: ModuleType, scene: bpy.types.Scene) -> dict[str, Any]:
-    """The same for a 3D viewport, save what depends on the size of its pixels."""
-    technique = technique_arguments(viewport_settings_in_force(scene.cistern), core)
+def viewport_settings(core: ModuleType, scene: bpy.types.Scene, has_catchers: bool = False) -> dict[str, Any]:
+    """The same for a 3D viewport, save what depends on the size of its pixels. With shadow catchers nothing is reused:
+    shadows are quotients of two pictures by the same random numbers."""
+    in_force = viewport_settings_in_force(scene.cistern)
+    if has_catchers:
+        in_force |= NO_REUSE
+    technique = technique_arguments(in_force, core)
     kept: dict[str, Any] = {"keep_history": True, "keep_instances": True}
     # Before the first sample a trial would delay each picture; with history for that sample alone it comes later.
     on_trial = all(technique.get(name) for name in ("share_trial", "temporal_reuse", "first_frame_history"))

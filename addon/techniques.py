@@ -110,6 +110,7 @@ LIGHT_SAMPLER_ITEMS = (
 
 TECHNIQUES = ("direct", "secondary", "indirect", "guiding", "bias", "light_sampler")
 REFERENCE = {"direct": "NEE", "secondary": "NEE", "indirect": "PATH"}  # the path tracer without reuse
+NO_REUSE: dict[str, Value] = {**REFERENCE, "guiding": "OFF"}
 
 
 @dataclass(frozen=True)

@@ -120,7 +120,8 @@ class Viewport:
             self._render.pause()
 
     def _make_job(self, scene: bpy.types.Scene, finest_pixel: int) -> Job:
-        arguments = settings.viewport_settings(self._core, scene)
+        has_catchers = self._snapshot.has_shadow_catchers and scene.cistern.viewport_view == "COMBINED"
+        arguments = settings.viewport_settings(self._core, scene, has_catchers)
         arguments["passes"] = tuple(arguments["passes"])
         limits = settings.viewport_limits(scene)
         found = (
@@ -136,6 +137,7 @@ class Viewport:
             tuple(sorted(limits.items())),
             finest_pixel,
             settings.is_viewport_denoised(scene),
+            has_catchers,
         )
 
 

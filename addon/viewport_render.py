@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from . import view_modes
 from .progress import status_text
 from .viewport_camera import Rectangle, View
+from .viewport_catchers import Caches, ShadowedSession
 from .viewport_denoise import Filter, ViewportDenoiser
 
 # How often the thread looks up from waiting for the core.
@@ -61,6 +62,8 @@ class Job:
     finest_pixel: int
     """Side of the smallest pixel, in those of the screen."""
     is_denoised: bool = False
+    has_catchers: bool = False
+    """Whether the picture has shadows in place of shadow catchers. Settings then reuse nothing."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +85,7 @@ class Stage:
     The finest pictures after a change go on with the history of the finest before it: what few large pixels remember
     would be a poor start. Coarse ones look at that too, and of the first a history is kept for while things move."""
 
-    def __init__(self, core: ModuleType, job: Job, pixel: int, is_first: bool, cache: Any) -> None:  # noqa: ANN401
+    def __init__(self, core: ModuleType, job: Job, pixel: int, is_first: bool, caches: Caches) -> None:
         (width, height), region = job.view.frame(pixel)
         self.pixel, self.is_finest = pixel, pixel == job.finest_pixel
         settings = dict(job.settings) | {"width": width, "height": height, "region": region, "samples": 1}
@@ -97,10 +100,14 @@ class Stage:
         left, bottom = region[:2]
         self.place = (left / width, bottom / height, (left + region[2]) / width, (bottom + region[3]) / height)
         self.pixels = region[2] * region[3]
-        self.session = core.Session(core.Settings(**settings))
-        self.read = view_modes.reader(job.mode, self.session.read)
         self._rendering_since: float | None = None
-        self.session.start(job.scene, cache)
+        if job.has_catchers:
+            self.session: Any = ShadowedSession(core, settings)
+            self.session.start(job.scene, caches)
+        else:
+            self.session = core.Session(core.Settings(**settings))
+            self.session.start(job.scene, caches.scene)
+        self.read = view_modes.reader(job.mode, self.session.read)
 
     def wait(self) -> Any:  # noqa: ANN401
         """The session's progress, after a moment or at its end."""
@@ -129,7 +136,7 @@ class ViewportRender:
     def __init__(self, core: ModuleType, on_picture: Callable[[], None]) -> None:
         self._core = core
         self._on_picture = on_picture
-        self._cache = core.RenderCache()
+        self._caches = Caches(core)
         self._condition = threading.Condition()
         self._job: Job | None = None  # waiting to be taken
         self._request_in_hand = 0
@@ -236,7 +243,7 @@ class ViewportRender:
         pixel = first = self._first_pixel(job)
         is_complete = True
         while is_complete and pixel >= job.finest_pixel:
-            stage = Stage(self._core, job, pixel, pixel == first, self._cache)
+            stage = Stage(self._core, job, pixel, pixel == first, self._caches)
             self._denoiser.begin_stage(stage)
             try:
                 is_complete = self._watch(stage, 0.0 if pixel < first else PATIENCE_SECONDS)

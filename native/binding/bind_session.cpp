@@ -348,6 +348,7 @@ void bind_session(py::module_& m) {
       .def_static("can_blur_motion", &Session::can_blur_motion, py::arg("settings"))
       .def("wait", &Session::wait, py::arg("seconds"), NoGil())
       .def("cancel", &Session::cancel, NoGil())
+      .def("hold_after", &Session::hold_after, py::arg("samples"), NoGil())
       .def("read", &read_pass, py::arg("pass_name"))
       .def("pass_names", &pass_names);
 }

@@ -413,6 +413,9 @@ class Session:
     def wait(self, seconds: float) -> Progress: ...
     def cancel(self) -> None:
         """Returns once the render has stopped (at most 100 ms)."""
+    def hold_after(self, samples: int) -> None:
+        """Renders no more than so many samples until told again, so that several sessions can keep step. May be told
+        before `start`, too."""
     def read(self, pass_name: str) -> NDArray[np.float32]:
         """(height, width, channels) of the region, row 0 at the bottom. "Combined" has 4 channels, premultiplied. Data
         passes (Depth, Normal, Position) are means over the samples that hit something. Zeros before the first frame."""

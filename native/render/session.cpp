@@ -68,7 +68,11 @@ Session::Session(Settings settings) : settings_(std::move(settings)) {
 }
 
 Session::~Session() {
-  cancelled_ = true;
+  {
+    std::lock_guard lock(mutex_);
+    cancelled_ = true;
+  }
+  released_.notify_all();
   if (thread_.joinable()) thread_.join();
 }
 
@@ -125,12 +129,30 @@ Progress Session::progress_locked() const {
 }
 
 void Session::cancel() {
-  cancelled_ = true;
   std::unique_lock lock(mutex_);
+  cancelled_ = true;
+  released_.notify_all();
   const auto has_ended = [this] { return progress_.status != Status::RUNNING; };
   // Not wait(): it would bind the module to the C++ library of GCC 12, newer than that of RHEL 9.
   while (!ended_.wait_for(lock, std::chrono::seconds(1), has_ended)) {
   }
+}
+
+void Session::hold_after(int frames) {
+  {
+    std::lock_guard lock(mutex_);
+    held_after_ = static_cast<uint32_t>(std::max(frames, 0));
+  }
+  released_.notify_all();
+}
+
+/// How many frames may follow at once; 0 when cancelled.
+uint32_t Session::await_release(uint32_t frames_done) {
+  std::unique_lock lock(mutex_);
+  const auto may_go_on = [&] { return cancelled_ || frames_done < held_after_; };
+  while (!released_.wait_for(lock, std::chrono::seconds(1), may_go_on)) {  // see cancel
+  }
+  return cancelled_ ? 0 : held_after_ - frames_done;
 }
 
 std::vector<float> Session::read(Pass pass) {
@@ -330,6 +352,8 @@ void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse
   StopCondition stop{cancelled_, Clock::time_point::max()};
   uint32_t batch = 1;
   for (uint32_t frame = 0; frame < frames && !cancelled_ && !stop.deadline_passed();) {
+    const uint32_t released = await_release(frame);
+    if (released == 0) break;
     if (shutter_) {
       std::shared_ptr<const RenderWorld> next = at_moment(frame, *world);
       if (!next) break;
@@ -343,7 +367,7 @@ void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse
       banded.emplace(context, world->settings.of_later_frames());
     }
     if (has_later_frames && !is_decided && frame >= kFramesBeforeTrial) is_decided = try_sharing(frame, *world, banded);
-    batch = std::min(batch, frames - frame);
+    batch = std::min({batch, released, frames - frame});
     if (settings_.noise_threshold > 0.0) batch = std::min(batch, next_look(frame) - frame);
     if (context.learning) batch = std::min(batch, context.learning->frames_to_update(frame));
     if (context.guiding) batch = std::min(batch, context.guiding->frames_to_update(frame));

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -62,6 +63,8 @@ class Session {
   Progress wait(double seconds);
   /// Stops within 100 ms; what was rendered can be read.
   void cancel();
+  /// Renders no more than so many frames until told again, so that several sessions can keep step. Before start, too.
+  void hold_after(int frames);
   /// Pixels of the region (see Film::resolve): all of them once the render has ended. While it runs, those of the last
   /// published state, zeros before the first one; asking makes the next frames publish again.
   std::vector<float> read(Pass pass);
@@ -87,6 +90,7 @@ class Session {
   void tell_noise_left();
   bool try_sharing(uint32_t frames, const RenderWorld& world, std::optional<BandedFrame>& banded);
   void render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse);
+  uint32_t await_release(uint32_t frames_done);
   std::shared_ptr<const RenderWorld> at_moment(uint32_t frame, const RenderWorld& earlier) const;
   std::vector<float> read_published(const std::vector<float>& pixels, int channels);
   void publish();
@@ -104,7 +108,8 @@ class Session {
 
   mutable std::mutex mutex_;  // guards everything below
   bool was_started_ = false;
-  std::condition_variable ended_;
+  std::condition_variable ended_, released_;
+  uint32_t held_after_ = std::numeric_limits<uint32_t>::max();  // frames
   Progress progress_;
   std::vector<std::vector<float>> published_;           // by Pass
   std::vector<std::vector<float>> published_surfaces_;  // by layer of the settings

@@ -59,6 +59,45 @@ TEST(Session, CancelsSoonAndKeepsWhatWasRendered) {
   EXPECT_TRUE(std::any_of(pixels.begin(), pixels.end(), [](float v) { return v > 0.0f; })) << "what was done is kept";
 }
 
+/// Waits, for at most ten seconds, until so many frames are done.
+Progress wait_for_frames(Session& session, int frames) {
+  for (int i = 0; i < 1000 && session.wait(0.01).frames_done < frames; ++i) {
+  }
+  return session.wait(0.05);
+}
+
+TEST(Session, IsHeldAndGoesOnAsIfNothingHadBeen) {
+  Settings settings = small_settings();
+  settings.samples = 9;
+  Session free(settings), held(settings);
+  free.start(small_room());
+  held.hold_after(1);
+  held.start(small_room());
+  for (const int frames : {1, 3, 8}) {
+    held.hold_after(frames);
+    const Progress progress = wait_for_frames(held, frames);
+    EXPECT_EQ(progress.frames_done, frames);
+    EXPECT_EQ(progress.status, Status::RUNNING);
+    held.read(Pass::COMBINED);
+  }
+  held.hold_after(100);
+  EXPECT_EQ(held.wait(30.0).status, Status::DONE);
+  free.wait(30.0);
+  EXPECT_EQ(held.read(Pass::COMBINED), free.read(Pass::COMBINED));
+}
+
+TEST(Session, WhatIsHeldMayBeCancelledAndDestroyed) {
+  Session cancelled(small_settings());
+  cancelled.hold_after(0);
+  cancelled.start(small_room());
+  cancelled.cancel();
+  EXPECT_EQ(cancelled.wait(0.0).status, Status::CANCELLED);
+  Session destroyed(small_settings());
+  destroyed.hold_after(1);
+  destroyed.start(small_room());
+  wait_for_frames(destroyed, 1);
+}
+
 TEST(Session, MayBeCancelledBeforeItBegan) {
   Session session(small_settings());
   session.start(small_room());
