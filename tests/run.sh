@@ -3,9 +3,9 @@
 #
 #   bash tests/run.sh [--full]
 #
-# --full adds what takes long: tests marked slow, the core's tests under the address and undefined-behaviour
-# sanitizers, clang-tidy where it is installed, the Blender tests in Blender 4.2 and 4.5 too, and the extension in each
-# Blender (which asks for Python 3.13).
+# --full adds what takes long: tests marked slow, the cases that tests/conftest.py leaves out, twice the samples beside
+# Cycles, the core's tests under the address and undefined-behaviour sanitizers, clang-tidy where it is installed, the
+# Blender tests in Blender 4.2 and 4.5 too, and the extension in each Blender (which asks for Python 3.13).
 #
 # CISTERN_BLENDER names a Blender with windows, for --full to test viewports in (tests/gui/README.md); else that is left out.
 # CISTERN_TEST_SCENES names a folder of further .blend files; tests that need them are skipped without it.
@@ -18,6 +18,7 @@ case "${1:-}" in
   --full) full=1 ;;
   *) echo "usage: bash tests/run.sh [--full]" >&2 && exit 2 ;;
 esac
+[ $full = 0 ] || export CISTERN_FULL_TESTS=1
 
 resources=$(mktemp -d)
 trap 'rm -rf "$resources"' EXIT
@@ -35,9 +36,10 @@ part() { # part NAME COMMAND...: runs it, tells how long it took, remembers a fa
   fi
 }
 
-native_tests() { # native_tests PRESET
-  cmake --preset "$1" >/dev/null && cmake --build --preset "$1" -- --quiet &&
-    timeout -k 5 900 ctest --preset "$1" -j "$(nproc)" --timeout 300 | tail -n 15
+native_tests() { # native_tests FOLDER [CMAKE_OPTION...]
+  local folder=$1
+  cmake -B "$@" >/dev/null && cmake --build "$folder" --target cistern_tests -- --quiet &&
+    timeout -k 5 900 ctest --test-dir "$folder" --output-on-failure -j "$(nproc)" --timeout 300 | tail -n 15
 }
 
 python_tests() { # python_tests VENV SECONDS FOLDER: pytest in a process with a hard end, Blender's settings kept apart
@@ -47,9 +49,11 @@ python_tests() { # python_tests VENV SECONDS FOLDER: pytest in a process with a 
     timeout -k 5 "$limit" "$venv/bin/python" -m pytest -q -m "$marks" "$folder"
 }
 
-tidy() {
+tidy() { # without precompiled headers, which are another compiler's and hide that one is not included
   command -v clang-tidy >/dev/null || { echo "clang-tidy is not installed: left out" && return 0; }
-  git ls-files -z 'native/*.cpp' ':!native/binding' | xargs -0 -n 4 -P "$(nproc)" clang-tidy --quiet -p build/release
+  cmake --preset Release -B build/tidy -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON >/dev/null &&
+    cmake --build build/tidy --target generated/albedo_tables.inc -- --quiet &&
+    git ls-files -z 'native/*.cpp' ':!native/binding' | xargs -0 -n 4 -P "$(nproc)" clang-tidy --quiet -p build/tidy
 }
 
 bash examples/setup.sh --tests
@@ -59,12 +63,12 @@ fi
 limit=1500
 [ $full = 0 ] || limit=7200
 
-part "native tests" native_tests Release
+part "native tests" native_tests build/core -DCISTERN_BUILD_TESTS=ON # where the objects of the module are
 part "render tests" python_tests .venv $limit tests/render
 part "Blender 5.0 tests" python_tests .venv $limit tests/blender
 part "extension tests" python_tests .venv $limit tests/extension
 if [ $full = 1 ]; then
-  part "native tests under sanitizers" native_tests Sanitize
+  part "native tests under sanitizers" native_tests build/sanitize --preset Sanitize
   part "clang-tidy" tidy
   for version in 4.2.23 4.5.15; do
     venv=build/venv-${version%.*}

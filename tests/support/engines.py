@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -88,8 +89,8 @@ def replicas(
     return np.array([block_means(render(scene, engine, samples, first_seed + k), blocks, blocks) for k in range(count)])
 
 
-SAMPLES, SAMPLES_OF_PLANTED = 48, 16
-"""Of each replica. A planted bug that a third of the samples show is seen by all of them the more."""
+SAMPLES, SAMPLES_OF_PLANTED = 48 if os.environ.get("CISTERN_FULL_TESTS") else 24, 16
+"""Of each replica. A planted bug that fewer samples show is seen by all of them the more."""
 
 
 def compare_with_cycles(
