@@ -1,4 +1,4 @@
-"""Shadow catchers in final renders: surfaces of which a picture shows nothing but the shadows that others cast on them.
+"""Shadow catchers: surfaces of which a picture shows nothing but the shadows that others cast on them.
 
 Besides the picture of the scene, of which the core's pass Caught is what is seen on catchers, there is one of the
 catchers alone, by the same random numbers. The quotient of the two is the shadow: exactly 1 where paths met nothing

@@ -36,6 +36,7 @@ class Viewport:
         self._render = ViewportRender(core, redraw)
         self._screen = Screen()
         self._snapshot: Any = None
+        self._has_catchers = False
         self._view: View | None = None
         self._job: Job | None = None
         self._hiding: tuple = ()
@@ -109,6 +110,7 @@ class Viewport:
         if view != self._view:
             self._sync.builder.set_camera(**view.camera_arguments())
             self._snapshot, self._view = self._sync.builder.snapshot(), view
+            self._has_catchers = self._snapshot.has_shadow_catchers
         job = self._make_job(depsgraph.scene, engine.get_preview_pixel_size(depsgraph.scene))
         if job != self._job:
             self._job = job
@@ -120,7 +122,7 @@ class Viewport:
             self._render.pause()
 
     def _make_job(self, scene: bpy.types.Scene, finest_pixel: int) -> Job:
-        has_catchers = self._snapshot.has_shadow_catchers and scene.cistern.viewport_view == "COMBINED"
+        has_catchers = self._has_catchers and scene.cistern.viewport_view == "COMBINED"
         arguments = settings.viewport_settings(self._core, scene, has_catchers)
         arguments["passes"] = tuple(arguments["passes"])
         limits = settings.viewport_limits(scene)

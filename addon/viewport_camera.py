@@ -140,8 +140,10 @@ def shown_part(context: bpy.types.Context, camera: bpy.types.Object | None, wind
         left, right = left + render.border_min_x * width, left + render.border_max_x * width
         bottom, top = bottom + render.border_min_y * height, bottom + render.border_max_y * height
         return clipped(left, bottom, right, top)
+    if is_panorama(camera):
+        return within(left, bottom, right, top)
     covers_rest = camera.data.show_passepartout and camera.data.passepartout_alpha >= 1.0
-    return clipped(left, bottom, right, top) if covers_rest or is_panorama(camera) else WHOLE
+    return clipped(left, bottom, right, top) if covers_rest else WHOLE
 
 
 def camera_frame(camera: bpy.types.Object, render: bpy.types.RenderSettings, window: Window) -> Rectangle:
@@ -160,5 +162,11 @@ def camera_frame(camera: bpy.types.Object, render: bpy.types.RenderSettings, win
 
 def clipped(*edges: float) -> Rectangle:
     """A rectangle within the region; all of the region where nothing is left."""
-    left, bottom, right, top = (min(max(edge, 0.0), 1.0) for edge in edges)
+    left, bottom, right, top = within(*edges)
     return (left, bottom, right, top) if left < right and bottom < top else WHOLE
+
+
+def within(*edges: float) -> Rectangle:
+    """What of a rectangle is within the region, without width or height where nothing is."""
+    left, bottom, right, top = (min(max(edge, 0.0), 1.0) for edge in edges)
+    return left, bottom, right, top

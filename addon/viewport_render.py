@@ -105,6 +105,7 @@ class Stage:
             self.session: Any = ShadowedSession(core, settings)
             self.session.start(job.scene, caches)
         else:
+            caches.forget_catchers()
             self.session = core.Session(core.Settings(**settings))
             self.session.start(job.scene, caches.scene)
         self.read = view_modes.reader(job.mode, self.session.read)

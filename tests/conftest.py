@@ -14,8 +14,9 @@ GOLDEN_RATIO = 0.6180339887498949
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Marks the rest as slow, unless cases are asked for by name. The first case of each test runs every day."""
-    if any("::" in argument for argument in config.args):
+    """Marks the rest as slow, unless cases are asked for. The first case of each test runs every day."""
+    options = config.option
+    if options.keyword or options.lf or options.failedfirst or any("::" in argument for argument in config.args):
         return
     cases: Counter[str] = Counter()
     for item in items:

@@ -63,7 +63,8 @@ fi
 limit=1500
 [ $full = 0 ] || limit=7200
 
-part "native tests" native_tests build/core -DCISTERN_BUILD_TESTS=ON # where the objects of the module are
+# Where the objects of the module are.
+part "native tests" native_tests build/core -DCISTERN_BUILD_TESTS=ON "-Dpybind11_DIR=$(.venv/bin/python -m pybind11 --cmakedir)"
 part "render tests" python_tests .venv $limit tests/render
 part "Blender 5.0 tests" python_tests .venv $limit tests/blender
 part "extension tests" python_tests .venv $limit tests/extension

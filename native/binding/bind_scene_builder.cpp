@@ -412,6 +412,7 @@ void bind_surroundings(py::class_<SceneBuilder>& builder) {
 }  // namespace
 
 void bind_scene_builder(py::module_& m) {
+  using NoGil = py::call_guard<py::gil_scoped_release>;
   m.def(
       "matte_hash", [](const std::string& name) { return murmur_hash_3(name); }, py::arg("name"));
   py::class_<SceneHandle>(m, "Scene")
@@ -420,8 +421,11 @@ void bind_scene_builder(py::module_& m) {
       .def_property_readonly("volume_name", &SceneHandle::volume_name)
       .def_property_readonly("has_shadow_catchers",
                              [](const SceneHandle& handle) { return has_shadow_catchers(*handle.scene); })
-      .def("shadow_catchers_alone", [](const SceneHandle& handle) { return handle.with(shadow_catchers_alone); })
-      .def("backdrop", [](const SceneHandle& handle) { return handle.with(backdrop); })
+      .def(
+          "shadow_catchers_alone", [](const SceneHandle& handle) { return handle.with(shadow_catchers_alone); },
+          NoGil())
+      .def(
+          "backdrop", [](const SceneHandle& handle) { return handle.with(backdrop); }, NoGil())
       .def_readonly("warnings", &SceneHandle::warnings);
   py::class_<SceneBuilder> builder(m, "SceneBuilder");
   builder

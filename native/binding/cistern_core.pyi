@@ -213,7 +213,7 @@ class SceneBuilder:
         left: float,
         right: float,
         bottom: float,
-        top: float,  # window of the full frame at unit distance, see native/scene/camera.h
+        top: float,  # window of the full frame, see native/scene/camera.h
         clip_start: float,
         clip_end: float,
         aperture_radius: float = 0.0,
@@ -414,8 +414,8 @@ class Session:
     def cancel(self) -> None:
         """Returns once the render has stopped (at most 100 ms)."""
     def hold_after(self, samples: int) -> None:
-        """Renders no more than so many samples until told again, so that several sessions can keep step. May be told
-        before `start`, too."""
+        """Renders no more than so many samples until told again, so that several sessions can keep step; pixels are
+        published there alone. May be told before `start`, too."""
     def read(self, pass_name: str) -> NDArray[np.float32]:
         """(height, width, channels) of the region, row 0 at the bottom. "Combined" has 4 channels, premultiplied. Data
         passes (Depth, Normal, Position) are means over the samples that hit something. Zeros before the first frame."""

@@ -398,7 +398,7 @@ void Session::render(std::shared_ptr<const RenderWorld> world, ReuseFrame* reuse
                                (banded ? banded->memory_bytes() : 0) +
                                (context.learning ? context.learning->memory_bytes() : 0) +
                                (context.guiding ? context.guiding->memory_bytes() : 0);
-      publish_now = wants_pixels_ && frame < frames;
+      publish_now = wants_pixels_ && frame < frames && (held_after_ == kFree || frame >= held_after_);
     }
     if (publish_now) publish();
     if (is_clean(frame, context)) break;

@@ -63,7 +63,8 @@ class Session {
   Progress wait(double seconds);
   /// Stops within 100 ms; what was rendered can be read.
   void cancel();
-  /// Renders no more than so many frames until told again, so that several sessions can keep step. Before start, too.
+  /// Renders no more than so many frames until told again, so that several sessions can keep step; pixels are published
+  /// there alone. Before start, too.
   void hold_after(int frames);
   /// Pixels of the region (see Film::resolve): all of them once the render has ended. While it runs, those of the last
   /// published state, zeros before the first one; asking makes the next frames publish again.
@@ -109,7 +110,8 @@ class Session {
   mutable std::mutex mutex_;  // guards everything below
   bool was_started_ = false;
   std::condition_variable ended_, released_;
-  uint32_t held_after_ = std::numeric_limits<uint32_t>::max();  // frames
+  static constexpr uint32_t kFree = std::numeric_limits<uint32_t>::max();
+  uint32_t held_after_ = kFree;  // frames
   Progress progress_;
   std::vector<std::vector<float>> published_;           // by Pass
   std::vector<std::vector<float>> published_surfaces_;  // by layer of the settings

@@ -39,8 +39,8 @@ struct Panorama {
 /// A thin-lens or parallel camera looking along -Z of `camera_to_world`, +Y up.
 /// The sensor rectangle is given for the *full* frame: in camera space a perspective ray through the image point
 /// (s, t) in [0,1]^2 (t up) passes (lerp(left, right, s), lerp(bottom, top, t), -1); an orthographic one starts there.
-/// A panoramic camera's rectangle is a part of the frame of its panorama, (0, 0) to (1, 1), or lies around it, as that of
-/// a viewport. It focuses on a sphere, and clips by distance.
+/// A panoramic camera's rectangle is a part of the frame of its panorama, (0, 0) to (1, 1), or lies around it, as that
+/// of a viewport. It focuses on a sphere, and clips by distance.
 struct Camera {
   CameraType type = CameraType::PERSPECTIVE;
   Transform camera_to_world;

@@ -81,6 +81,30 @@ def test_where_no_shadow_falls_there_is_no_noise(empty_scene, built_core):
     assert np.mean(alpha > 0.0) > 0.1
 
 
+def begun(core, scene, sync, **limits) -> ShadowedSession:
+    job = camera_job(core, scene, sync, 1)
+    session = ShadowedSession(core, dict(job.settings) | {"width": SIZE[0], "height": SIZE[1]} | limits)
+    session.start(job.scene, Caches(core))
+    return session
+
+
+@pytest.mark.parametrize("limits", [{"samples": 200, "noise_threshold": 0.03}, {"samples": 1 << 20, "time_limit": 0.5}])
+def test_what_ends_early_is_of_as_many_samples(empty_scene, built_core, limits):
+    """That of one that goes on, when it has so many."""
+    scene = footage(empty_scene)
+    prepare(scene, *SIZE)
+    sync = LiveSync(built_core)
+    ended = begun(built_core, scene, sync, **limits)
+    wait_until(lambda: ended.wait(0.002).status is not built_core.Status.RUNNING)
+    progress = ended.wait(0.0)
+    assert progress.status is built_core.Status.DONE and 8 < progress.frames_done < limits["samples"]
+    going_on = begun(built_core, scene, sync, samples=limits["samples"])
+    wait_until(lambda: going_on.wait(0.0).frames_done == progress.frames_done)
+    assert np.array_equal(ended.read("Combined"), going_on.read("Combined"))
+    going_on.cancel()
+    sync.close()
+
+
 @has_library
 def test_denoising_leaves_shadows(empty_scene, built_core):
     scene = footage(empty_scene)
@@ -98,14 +122,14 @@ def test_a_failure_of_one_session_is_that_of_all(empty_scene, built_core, monkey
     scene = footage(empty_scene)
     prepare(scene, *SIZE)
     sync = LiveSync(built_core)
-    job = camera_job(built_core, scene, sync, 4)
-    session = ShadowedSession(built_core, dict(job.settings) | {"samples": 4, "width": SIZE[0], "height": SIZE[1]})
-    session.start(job.scene, Caches(built_core))
-    failed = SimpleNamespace(status=built_core.Status.FAILED, error="out of memory")
+    session = begun(built_core, scene, sync, samples=4)
+    failed = SimpleNamespace(status=built_core.Status.FAILED, error="out of memory", frames_done=0, version=0)
     with monkeypatch.context() as patch:
         patch.setattr(session, "_sessions", [session._scene, SimpleNamespace(wait=lambda seconds: failed)])
         progress = session.wait(0.0)
     assert (progress.status, progress.error) == (built_core.Status.FAILED, "out of memory")
     session.cancel()
-    assert session.wait(0.0).status is built_core.Status.CANCELLED
+    other = begun(built_core, scene, sync, samples=1 << 20)
+    other.cancel()
+    assert other.wait(0.0).status is built_core.Status.CANCELLED
     sync.close()

@@ -19,6 +19,8 @@ def scenario() -> Iterator[float]:
     yield from first_picture()
     yield from orbit()
     yield from projections()
+    yield from panorama()
+    yield from shadow_catcher()
     yield from edits()
     yield from undo_and_redo()
     yield from delete()
@@ -100,6 +102,31 @@ def projections() -> Iterator[float]:
     yield 1.0
     driver.space().region_3d.view_perspective = "PERSP"
     yield from settle("perspective_again")
+
+
+def panorama() -> Iterator[float]:
+    region = driver.space().region_3d
+    region.view_perspective = "CAMERA"
+    camera = bpy.context.scene.camera.data
+    camera.type, camera.panorama_type = "PANO", "EQUIRECTANGULAR"
+    yield from settle("camera_panorama")
+    left, bottom, right, top = shown().place
+    driver.expect((right - left) * (top - bottom) < 0.9, "the panorama is in the camera's frame alone")
+    camera.type, region.view_perspective = "PERSP", "PERSP"
+    yield from settle("perspective_after_panorama")
+
+
+def shadow_catcher() -> Iterator[float]:
+    scene, plane = bpy.context.scene, bpy.data.objects["Plane"]
+    plane.is_shadow_catcher, scene.render.film_transparent = True, True
+    yield from settle("shadow_catcher")
+    alpha = newest()[..., 3]
+    driver.expect(np.mean(alpha < 0.01) > 0.2 and np.mean(alpha > 0.9) > 0.01, "all but cube and shadow lets through")
+    scene.render.film_transparent = False
+    yield from settle("shadow_catcher_before_world")
+    driver.expect(bool(np.all(newest()[..., 3] > 0.99)), "the world is behind")
+    plane.is_shadow_catcher = False
+    yield from settle("without_shadow_catcher")
 
 
 def edits() -> Iterator[float]:

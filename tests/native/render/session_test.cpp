@@ -73,11 +73,13 @@ TEST(Session, IsHeldAndGoesOnAsIfNothingHadBeen) {
   free.start(small_room());
   held.hold_after(1);
   held.start(small_room());
+  int version = 0;
   for (const int frames : {1, 3, 8}) {
     held.hold_after(frames);
     const Progress progress = wait_for_frames(held, frames);
     EXPECT_EQ(progress.frames_done, frames);
     EXPECT_EQ(progress.status, Status::RUNNING);
+    EXPECT_EQ(progress.version, ++version) << "published there alone";
     held.read(Pass::COMBINED);
   }
   held.hold_after(100);
