@@ -156,7 +156,7 @@ def test_outline_of_a_coarse_smooth_mesh(empty_scene: bpy.types.Scene) -> None:
     block of the outline, of 24 replicas in Blenders 4.5 and 5.0."""
     surface = build.principled("ball", Base_Color=GOLD, Metallic=1.0, Roughness=0.4)
     build.stage(empty_scene, surface, segments=12)
-    result = compare_with_cycles(empty_scene, count=24)
+    result = compare_with_cycles(empty_scene, samples=48, count=24)
     assert result.largest_difference < 0.006, result
 
 
