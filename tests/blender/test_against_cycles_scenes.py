@@ -67,7 +67,7 @@ def remove_coincident_faces() -> None:
         edited.free()
 
 
-@pytest.mark.parametrize("name", marked(SCENES, {"matpreview", "veach_ajar", "tp_engineer_bedroom"}))
+@pytest.mark.parametrize("name", marked(SCENES, {"matpreview", "sponza", "veach_ajar", "tp_engineer_bedroom"}))
 def test_scene(name: str) -> None:
     scene, budget = load(name), SCENES[name]
     aspect = scene.render.resolution_y / scene.render.resolution_x

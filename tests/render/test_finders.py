@@ -201,7 +201,7 @@ def test_layers_keep_for_their_finder_what_others_do_not_see(walls: str, mode: s
     assert result.agrees, result
 
 
-@pytest.mark.parametrize("lit_by", ["panel", "sky"])
+@pytest.mark.parametrize("lit_by", [pytest.param("panel", marks=pytest.mark.slow), "sky"])
 def test_lamps_chosen_at_half_transparent_sample_points(lit_by: str) -> None:
     """The MIS weights of light samples and of scattered rays disagreed on the chance that such a point scatters at all:
     ratios 1.017 under the panel and 1.045 under the sky (|t| 6.2 and 12.6)."""

@@ -113,6 +113,7 @@ def lit_through_a_gap() -> core.Scene:
     return result.snapshot()
 
 
+@pytest.mark.slow
 def test_guiding_pays_where_light_comes_through_a_gap() -> None:
     """At most four fifths of the path tracer's variance at equal samples, those included that learned; it was 0.6."""
     gap = lit_through_a_gap()
@@ -154,6 +155,7 @@ def test_automatic_guiding_decides_alike_for_any_number_of_threads() -> None:
     assert all(np.array_equal(one[name], two[name]) for name in one)
 
 
+@pytest.mark.slow
 def test_automatic_guiding_leaves_what_sharing_finds() -> None:
     """Once shared, that light has little noise: the picture is the unguided one, to the last bit."""
     settings = dict(size=160, samples=48, seed=3, max_bounces=2, indirect="CELL_SHARED")

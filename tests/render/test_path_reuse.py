@@ -220,7 +220,7 @@ def test_sharing_on_trial_is_sharing_or_path_tracing(name: str, share_visible: i
     assert any(np.array_equal(tried[0], large_picture(name, **way)) for way in ways)
 
 
-@pytest.mark.parametrize("name", ["indirect_room", "open_scene"])
+@pytest.mark.parametrize("name", [pytest.param("indirect_room", marks=pytest.mark.slow), "open_scene"])
 def test_a_trial_may_follow_the_first_frame_with_history(name: str) -> None:
     """Frames share until a trial is a small part of the time they took, for 104 x 104 pixels 31; then it decides, as
     one before all frames does. Planted bug: any other way. Random numbers, since Sobol points depend on how many
