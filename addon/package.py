@@ -107,7 +107,8 @@ def validate(archive: Path) -> None:
 
 
 def package(output: Path, work: Path, versions: Sequence[str] = wheels.PYTHON_VERSIONS) -> Path:
-    """Builds everything below `work` and writes the zip into `output`. Raises PackagingError, OSError, ValueError."""
+    """Builds everything in `work`, and the core beside it; writes the zip into `output`. Raises PackagingError,
+    OSError, ValueError."""
     name = f"cistern-{extension_version()}-linux-x64.zip"
     stage = work / "stage"
     shutil.rmtree(stage, ignore_errors=True)
@@ -126,7 +127,12 @@ def package(output: Path, work: Path, versions: Sequence[str] = wheels.PYTHON_VE
 def main() -> int:
     parser = argparse.ArgumentParser(description="Build Cistern's extension for Blender 4.2 to 5.2 on Linux.")
     parser.add_argument("--output", type=Path, default=REPOSITORY / "dist", help="folder of the zip (default: dist)")
-    parser.add_argument("--work", type=Path, default=REPOSITORY / "build" / "package", help="folder for what is kept")
+    parser.add_argument(
+        "--work",
+        type=Path,
+        default=REPOSITORY / "build" / "package",
+        help="folder for what is kept; the core is compiled beside it",
+    )
     parser.add_argument(
         "--python", nargs="+", choices=wheels.PYTHON_VERSIONS, default=wheels.PYTHON_VERSIONS, help="for these only"
     )

@@ -64,7 +64,8 @@ def build_environment(version: str, work: Path) -> Path:
 def build_core(version: str, repository: Path, work: Path, target: Path) -> Path:
     """Compile the core and bundle its libraries under private names. Returns the wheel, in `target`.
 
-    In one folder for all Pythons, that of examples/setup.sh: only the binding depends on them."""
+    In one folder for all Pythons, `core` beside `work`, which may be that of examples/setup.sh: they differ in the
+    binding alone."""
     programs = build_environment(version, work)
     scratch = work / f"core-{version}"
     compiled, repaired, unpacked = (_fresh(scratch / name) for name in ("compiled", "repaired", "unpacked"))
@@ -78,7 +79,7 @@ def build_core(version: str, repository: Path, work: Path, target: Path) -> Path
             "--no-build-isolation",
             "--disable-pip-version-check",
         ),
-        *("--wheel-dir", compiled, f"--config-settings=build-dir={repository / 'build' / 'core'}", repository),
+        *("--wheel-dir", compiled, f"--config-settings=build-dir={work.parent / 'core'}", repository),
         environment=_compiler_environment(),
     )
     [wheel] = compiled.glob("*.whl")
