@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from . import view_modes
 from .progress import status_text
 from .viewport_camera import Rectangle, View
-from .viewport_catchers import Caches, ShadowedSession
+from .viewport_catchers import BUILDING_STAGE, Caches, ShadowedSession
 from .viewport_denoise import Filter, ViewportDenoiser
 
 # How often the thread looks up from waiting for the core.
@@ -41,7 +41,6 @@ DISPLAY_SECONDS = 0.2
 # A thread that still runs when Python ends would crash it; preparing very many emitters cannot be interrupted.
 STOP_SECONDS = 10.0
 
-BUILDING_STAGE = "Building"  # of the core's Progress
 DEFAULT_CELL_PIXELS = 10.0  # what 0 stands for in the core's Settings
 SMALLEST_CELL_PIXELS = 1.0  # that they allow
 
