@@ -97,7 +97,7 @@ class Walk {
       if (instance.is_shadow_catcher && record_.caught == 0.0f) catch_shadows();
     }
     if (context_.record_surfaces) record_surface(point, bsdf);
-    if (bsdf.holdout > 0.0f) hold_out(bsdf.holdout);
+    if (bsdf.holdout > 0.0f && !hold_out(bsdf.holdout)) return false;
     if (is_on_sheet()) record_.alpha -= average(bsdf.transparency);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
     record_features(bsdf);
@@ -139,8 +139,11 @@ class Walk {
     return false;
   }
 
-  void hold_out(float fraction) {
-    if (sees_film_) record_.alpha -= fraction * average(throughput_.total());
+  /// Leaves a hole in the film; whether anything of the surface shows beside it.
+  bool hold_out(float fraction) {
+    if (!sees_film_) return true;
+    record_.alpha -= fraction * average(throughput_.total());
+    return fraction < 1.0f;
   }
 
   /// What is opaque of an object that is held out leaves a hole in the film; what lies behind shows through the rest.

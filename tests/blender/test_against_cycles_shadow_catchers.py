@@ -158,3 +158,40 @@ def test_holdouts_leave_holes_in_the_world(empty_scene):
     prepare(scene, *SIZE)
     shown = render(scene, "CISTERN", 16, seed=1)[..., :3]
     assert (shown.max(axis=2) == 0.0).sum() > 15
+
+
+def held_out(kind: str, share: float) -> bpy.types.Material:
+    """A holdout, of which `share` is left, added to another shader."""
+
+    def surface(tree):
+        hole = build.shader(tree, "ShaderNodeMixShader", Fac=share)
+        tree.links.new(build.shader(tree, "ShaderNodeHoldout").outputs[0], hole.inputs[2])
+        add = build.shader(tree, "ShaderNodeAddShader")
+        tree.links.new(hole.outputs[0], add.inputs[0])
+        tree.links.new(build.shader(tree, kind).outputs[0], add.inputs[1])
+        return add.outputs[0]
+
+    return build.material("held out", surface)
+
+
+@pytest.mark.parametrize(
+    ("kind", "share"), [("ShaderNodeBsdfDiffuse", 1.0), ("ShaderNodeEmission", 1.0), ("ShaderNodeBsdfDiffuse", 0.6)]
+)
+def test_holdouts_added_to_what_shows(empty_scene, kind, share):
+    """Where nothing of them is left out, nothing beside them shows; to other rays it does."""
+    scene = footage(empty_scene)
+    scene.objects["Floor"].is_shadow_catcher = False
+    bpy.data.objects["Red"].data.materials[0] = held_out(kind, share)
+    assert compare_with_cycles(scene, SIZE, SAMPLES).agrees
+
+
+def test_a_holdout_that_leaves_a_little_is_seen(empty_scene):
+    """Planted: beside that of Cycles, the shader shows."""
+    scene = footage(empty_scene)
+    scene.objects["Floor"].is_shadow_catcher = False
+    bpy.data.objects["Red"].data.materials[0] = held_out("ShaderNodeBsdfDiffuse", 1.0)
+
+    def leave_a_little(_: bpy.types.Scene) -> None:
+        bpy.data.objects["Red"].data.materials[0] = held_out("ShaderNodeBsdfDiffuse", 0.98)
+
+    assert not compare_with_cycles(scene, SIZE, SAMPLES, plant=leave_a_little).agrees
