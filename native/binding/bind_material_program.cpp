@@ -98,6 +98,7 @@ void bind_material_program(py::module_& m) {
       .def_readwrite("pass_index", &MaterialProgram::pass_index)
       .def_readwrite("is_boundary", &MaterialProgram::is_boundary)
       .def_readwrite("has_transparent_shadow", &MaterialProgram::has_transparent_shadow)
+      .def_readwrite("corrects_bumps", &MaterialProgram::corrects_bumps)
       .def(
           "constant", [](MaterialProgram& p, float x, float y, float z) { return constant(p, x, y, z).code; },
           py::arg("x"), py::arg("y") = 0.0f, py::arg("z") = 0.0f)

@@ -43,6 +43,7 @@ class MaterialProgram:
 
     pass_index: float  # what Material Index shows
     is_boundary: bool  # there is no surface: crossing it is no transparent bounce
+    corrects_bumps: bool  # else specular normals are not bent back, nor the terminators of bumps softened
     has_transparent_shadow: bool  # else light samples find no light past it, unless there is a volume inside
 
     def __init__(self, name: str) -> None: ...

@@ -93,6 +93,9 @@ struct MaterialProgram {
   std::vector<std::vector<int>> tile_tables;
   bool is_boundary = false;            // there is no surface, only what is inside: crossing it is no transparent bounce
   bool has_transparent_shadow = true;  // or light samples find no light past it; what has a volume always has one
+  /// Whether bent normals are corrected: specular ones bent back, as far as they reflect light below the surface, and
+  /// the terminator of diffuse ones softened.
+  bool corrects_bumps = true;
   uint16_t register_count = 0;
 
   // Derived by `finish_program`.

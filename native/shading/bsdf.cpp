@@ -50,15 +50,15 @@ bool is_clear(const Lobe& lobe, ScatterKind kind) {
 }
 
 /// Factor of a diffuse lobe whose normal `n` was bent away from ns: 0 where n and ns disagree about the side of wi, and
-/// the masking of a GGX surface just rough enough to contain the bend elsewhere.
+/// the masking of a GGX surface just rough enough to contain the bend elsewhere, or 1 where that is not wanted.
 /// [Conty Estevez et al. 2019, eqs. 1 and 2; constants as in Cycles 5.0]
-float bump_shadowing(Vec3 ns, Vec3 n, Vec3 wi) {
+float bump_shadowing(Vec3 ns, Vec3 n, Vec3 wi, bool corrects) {
   constexpr float kGrazing = 1e-6f;
   if (n == ns || ns == Vec3{}) return 1.0f;
   const float cos_i = dot(ns, wi), cos_bend = dot(ns, n);
   if (cos_i * cos_bend * dot(n, wi) < 0.0f) return 0.0f;
   const float a = std::abs(cos_i), b = std::abs(cos_bend);
-  if (a >= 1.0f || b >= 1.0f) return 1.0f;
+  if (a >= 1.0f || b >= 1.0f || !corrects) return 1.0f;
   if (a < kGrazing) return 0.0f;
   const float alpha_squared = clamp01(0.125f * (1.0f / (b * b) - 1.0f));
   const float tan_squared = alpha_squared * (1.0f / (a * a) - 1.0f);
@@ -73,7 +73,7 @@ LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, 
         if ((dot(model.n, wi) > 0.0f) != is_above || (!kIsDiffuse<Model> && !can_leave)) return {};
         LobeEvaluation evaluation = evaluate_lobe(model, bsdf.wo, wi);
         if constexpr (kIsDiffuse<Model>) {
-          const float shadowing = bump_shadowing(bump_reference(bsdf), model.n, wi);
+          const float shadowing = bump_shadowing(bump_reference(bsdf), model.n, wi, bsdf.corrects_bumps);
           if (shadowing == 0.0f) return {};
           evaluation.f_cos *= shadowing;
           evaluation.even_cos = evaluation.pdf * shadowing;
@@ -243,6 +243,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   wo = other.wo;
   ns = other.ns;
   bump_ns = other.bump_ns;
+  corrects_bumps = other.corrects_bumps;
   total_sample_weight = other.total_sample_weight;
   subsurface_count = other.subsurface_count;
   std::copy_n(other.subsurfaces.begin(), subsurface_count, subsurfaces.begin());

@@ -125,6 +125,7 @@ struct Bsdf {
   Vec3 ng, wo;                       // of the surface point: unit, same side
   Vec3 ns;                           // interpolated normal, before bump mapping; zero: ng, without bump shadowing
   Vec3 bump_ns;                      // bent by displacement: what bump shadowing compares normals with; zero: ns
+  bool corrects_bumps = true;        // false: bump shadowing only keeps light off where normals disagree about sides
   float total_sample_weight = 0.0f;  // of the lobes and subsurfaces, transparency not included
   float even_shade = 0.0f;           // of the layers above diffuse lobes, see even_transmittance
   Vec3 even_normal;                  // of those layers

@@ -31,6 +31,15 @@ Rgb run_emission(const NodeContext& context) {
   return emission;
 }
 
+/// Calls body(point), with what the program says of closures there; nothing is copied but where that is unusual.
+template <class Body>
+void as_program_takes(const SurfacePoint& point, const MaterialProgram& program, const Body& body) {
+  if (program.corrects_bumps) return body(point);
+  SurfacePoint uncorrected = point;
+  uncorrected.corrects_bumps = false;
+  body(uncorrected);
+}
+
 /// Strands have no inside that rays could wander in.
 void keep_on_strands(const Scene& scene, const SurfacePoint& point, Bsdf& bsdf) {
   const Instance& instance = scene.instances[point.instance];
@@ -80,10 +89,13 @@ Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const Path
   bsdf.gloss = path.gloss;
   const MaterialProgram* program = find_program(scene, point.material);
   if (program == nullptr) return bsdf;
-  run({.scene = scene, .program = *program, .point = point, .path = path, .accel = accel}, program->instructions,
-      [&](const Instruction& closure, std::span<const Vec3> in) {
-        add_closure(bsdf, closure.op, in, closure.parameters, point);
-      });
+  bsdf.corrects_bumps = program->corrects_bumps;
+  as_program_takes(point, *program, [&](const SurfacePoint& taken) {
+    run({.scene = scene, .program = *program, .point = taken, .path = path, .accel = accel}, program->instructions,
+        [&](const Instruction& closure, std::span<const Vec3> in) {
+          add_closure(bsdf, closure.op, in, closure.parameters, taken);
+        });
+  });
   if (bsdf.subsurface_count > 0) keep_on_strands(scene, point, bsdf);
   return bsdf;
 }
@@ -100,6 +112,7 @@ Bsdf evaluate_exit(const Scene& scene, const SurfacePoint& point, const PathStat
   bsdf.ns = point.ns;
   bsdf.wo = point.wo;
   bsdf.bump_ns = material.bump_ns;
+  bsdf.corrects_bumps = material.corrects_bumps;
   add_lobe(bsdf, LambertLobe{normalize_or(n, point.ns)}, Rgb(1.0f), 1.0f, Rgb(1.0f));
   return bsdf;
 }
@@ -107,7 +120,11 @@ Bsdf evaluate_exit(const Scene& scene, const SurfacePoint& point, const PathStat
 Rgb evaluate_emission(const Scene& scene, const SurfacePoint& point, const PathState& path, const Accel* accel) {
   const MaterialProgram* program = find_program(scene, point.material);
   if (program == nullptr || !program->may_emit) return {};
-  return run_emission({.scene = scene, .program = *program, .point = point, .path = path, .accel = accel});
+  Rgb emission;
+  as_program_takes(point, *program, [&](const SurfacePoint& taken) {
+    emission = run_emission({.scene = scene, .program = *program, .point = taken, .path = path, .accel = accel});
+  });
+  return emission;
 }
 
 Rgb evaluate_lamp_emission(const Scene& scene, const Instance& object, const SurfacePoint& point,

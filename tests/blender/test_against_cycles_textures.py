@@ -172,6 +172,51 @@ def test_texture(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+def steeply_bumped(kind, **inputs):
+    """Of steep waves, with another shader."""
+
+    def surface(tree):
+        coordinates = tree.nodes.new("ShaderNodeTexCoord").outputs["Object"]
+        height = build.shader(tree, "ShaderNodeTexNoise", Vector=coordinates, Scale=5.0, Detail=0.0).outputs[0]
+        bump = build.shader(tree, "ShaderNodeBump", Height=height, Strength=1.0, Distance=0.2)
+        return build.shader(tree, kind, Normal=bump.outputs[0], **inputs).outputs[0]
+
+    return surface
+
+
+UNCORRECTED = {
+    "diffuse": steeply_bumped("ShaderNodeBsdfDiffuse"),
+    "gloss": steeply_bumped("ShaderNodeBsdfGlossy", Roughness=0.3),
+    "plastic": steeply_bumped("ShaderNodeBsdfPrincipled", Roughness=0.4, Coat_Weight=0.5),
+    "glass": steeply_bumped("ShaderNodeBsdfGlass", Roughness=0.3),
+}
+
+
+def without_correction(scene, case):
+    build.stage(scene, build.material("ball", UNCORRECTED[case]))
+    bpy.data.materials["ball"].cycles.use_bump_map_correction = False
+    return scene
+
+
+@pytest.mark.parametrize(
+    ("case", "preset"),
+    [*((case, "PATH_TRACING") for case in UNCORRECTED), ("diffuse", "FINAL"), ("plastic", "WORLD_PATHS")],
+)
+def test_bumps_without_correction(empty_scene: bpy.types.Scene, case: str, preset: str) -> None:
+    result = compare_with_cycles(without_correction(empty_scene, case), preset=preset)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("case", ["diffuse", "gloss"])
+def test_corrected_bumps_are_seen(empty_scene: bpy.types.Scene, case: str) -> None:
+    """Planted: those of Cycles are."""
+
+    def plant(_: bpy.types.Scene) -> None:
+        bpy.data.materials["ball"].cycles.use_bump_map_correction = True
+
+    assert not compare_with_cycles(without_correction(empty_scene, case), plant=plant).agrees
+
+
 def combed(tree):
     """Glossy along and across the UV map."""
     tangent = tree.nodes.new("ShaderNodeTangent")

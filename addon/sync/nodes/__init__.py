@@ -51,6 +51,7 @@ def compile_material(material: bpy.types.Material | None, context: Context) -> M
     if material is not None:
         program.pass_index = material.pass_index
         program.has_transparent_shadow = material.use_transparent_shadow
+        program.corrects_bumps = bool(versions.cycles_setting(material, "use_bump_map_correction", True))
     return program
 
 
