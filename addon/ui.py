@@ -5,7 +5,7 @@ import bpy
 from bl_ui import properties_view_layer
 from bpy.types import Context, Panel
 
-from . import ui_bake, ui_data, ui_sampling, ui_viewport
+from . import ui_bake, ui_data, ui_sampling, ui_shading, ui_viewport
 from .ui_base import ENGINE, CisternPanel, split_layout
 
 # Blender's general panels that would show settings of other engines, or of features that this engine does not have;
@@ -282,6 +282,7 @@ CLASSES = (
     CISTERN_VIEWLAYER_PT_passes_cryptomatte,
     CISTERN_VIEWLAYER_PT_passes_aov,
     CISTERN_VIEWLAYER_PT_passes_lightgroups,
+    *ui_shading.CLASSES,
     *ui_data.CLASSES,
 )
 

@@ -1,6 +1,8 @@
 """What our panels in the properties editor share."""
 
+import bpy
 from bpy.types import Context, Panel, UILayout
+from bpy_extras.node_utils import find_node_input
 
 ENGINE = "CISTERN"
 
@@ -21,3 +23,35 @@ def split_layout(panel: Panel) -> UILayout:
     panel.layout.use_property_split = True
     panel.layout.use_property_decorate = False
     return panel.layout
+
+
+def draw_node_socket(layout: UILayout, owner: bpy.types.ID, socket: str) -> None:
+    """The node tree behind one socket of the output node, foldable as elsewhere in Blender."""
+    tree = owner.node_tree
+    node = tree.get_output_node("CYCLES") if tree is not None else None
+    if node is None:
+        layout.prop(owner, "use_nodes", icon="NODETREE")
+        return
+    node_input = find_node_input(node, socket)
+    if node_input is None:
+        layout.label(text="Incompatible output node")
+    else:
+        layout.template_node_view(tree, node, node_input)
+
+
+def draw_light_group(layout: UILayout, owner: bpy.types.ID, view_layer: bpy.types.ViewLayer) -> None:
+    """Any name may be given; a button adds it to the view layer, which is what makes it a group."""
+    row = layout.row(align=True)
+    row.column(align=True).prop_search(
+        owner, "lightgroup", view_layer, "lightgroups", text="Light Group", results_are_suggestions=True
+    )
+    button = row.column(align=True)
+    button.enabled = bool(owner.lightgroup) and owner.lightgroup not in view_layer.lightgroups
+    button.operator("scene.view_layer_add_lightgroup", icon="ADD", text="").name = owner.lightgroup
+
+
+def draw_existing(layout: UILayout, owner: bpy.types.ID, *names: str) -> None:
+    """Draw those of the properties that this Blender's version of the data-block has."""
+    for name in names:
+        if name in owner.bl_rna.properties:
+            layout.prop(owner, name)

@@ -1,54 +1,52 @@
-"""The panels of what is in a scene, where Blender users look for them: materials, worlds, lamps, objects."""
+"""The panels of lamps, cameras and objects, where Blender users look for them."""
 # ruff: noqa: N801  (Blender wants CATEGORY_PT_name)
 
 import bpy
 from bpy.types import Context, Panel, UILayout
-from bpy_extras.node_utils import find_node_input
 
-from .ui_base import ENGINE, CisternPanel, split_layout
+from .ui_base import ENGINE, CisternPanel, draw_existing, draw_light_group, draw_node_socket, split_layout
 
 GEOMETRY_TYPES = frozenset({"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"})
 HAS_SHADING_PANEL = bpy.app.version >= (4, 3, 0)  # of objects, for all engines
 EMITTER_TYPES = frozenset({"LIGHT", "VOLUME", "EMPTY"})  # and what instances emitters
+# Settings of panoramic cameras and their names, those that belong together in one box.
+FISHEYE_FOV = {"fisheye_fov": "Field of View"}
+PANORAMA_SETTINGS = {
+    "FISHEYE_EQUIDISTANT": [FISHEYE_FOV],
+    "FISHEYE_EQUISOLID": [{"fisheye_lens": "Lens"}, FISHEYE_FOV],
+    "FISHEYE_LENS_POLYNOMIAL": [FISHEYE_FOV, {f"fisheye_polynomial_k{power}": f"K{power}" for power in range(5)}],
+    "EQUIRECTANGULAR": [
+        {"latitude_min": "Latitude Min", "latitude_max": "Max"},
+        {"longitude_min": "Longitude Min", "longitude_max": "Max"},
+    ],
+    "CENTRAL_CYLINDRICAL": [
+        {"central_cylindrical_range_v_min": "Height Min", "central_cylindrical_range_v_max": "Max"},
+        {"central_cylindrical_range_u_min": "Longitude Min", "central_cylindrical_range_u_max": "Max"},
+        {"central_cylindrical_radius": "Cylinder Radius"},
+    ],
+}
 BLURRED_TYPES = GEOMETRY_TYPES | {"VOLUME", "EMPTY", "CAMERA"}
 
 
-class CISTERN_MATERIAL_PT_surface(CisternPanel, Panel):
-    bl_label = "Surface"
-    bl_context = "material"
+class CISTERN_CAMERA_PT_panorama(CisternPanel, Panel):
+    """Blender's own panel of the lens shows these with Cycles alone."""
+
+    bl_label = "Panorama"
+    bl_context = "data"
+    bl_parent_id = "DATA_PT_lens"
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        material = context.material
-        return context.engine == ENGINE and material is not None and not material.grease_pencil
+        return context.engine == ENGINE and context.camera is not None and context.camera.type == "PANO"
 
     def draw(self, context: Context) -> None:
-        draw_node_socket(split_layout(self), context.material, "Surface")
-
-
-class CISTERN_WORLD_PT_surface(CisternPanel, Panel):
-    bl_label = "Surface"
-    bl_context = "world"
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE and context.world is not None
-
-    def draw(self, context: Context) -> None:
-        draw_node_socket(split_layout(self), context.world, "Surface")
-
-
-class CISTERN_WORLD_PT_light_group(CisternPanel, Panel):
-    bl_label = "Light Group"
-    bl_context = "world"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE and context.world is not None
-
-    def draw(self, context: Context) -> None:
-        draw_light_group(split_layout(self), context.world, context.view_layer)
+        layout = split_layout(self)
+        camera = context.camera
+        layout.prop(camera, "panorama_type")
+        for names in PANORAMA_SETTINGS.get(camera.panorama_type, ()):
+            column = layout.column(align=True)
+            for name, text in names.items():
+                column.prop(camera, name, text=text)
 
 
 class CISTERN_LIGHT_PT_light(CisternPanel, Panel):
@@ -232,24 +230,6 @@ def draw_linking(layout: UILayout, obj: bpy.types.Object, role: str) -> None:
     buttons.operator(f"object.light_linking_{role}s_select", icon="RESTRICT_SELECT_OFF", text="")
 
 
-def draw_light_group(layout: UILayout, owner: bpy.types.ID, view_layer: bpy.types.ViewLayer) -> None:
-    """Any name may be given; a button adds it to the view layer, which is what makes it a group."""
-    row = layout.row(align=True)
-    row.column(align=True).prop_search(
-        owner, "lightgroup", view_layer, "lightgroups", text="Light Group", results_are_suggestions=True
-    )
-    button = row.column(align=True)
-    button.enabled = bool(owner.lightgroup) and owner.lightgroup not in view_layer.lightgroups
-    button.operator("scene.view_layer_add_lightgroup", icon="ADD", text="").name = owner.lightgroup
-
-
-def draw_existing(layout: UILayout, owner: bpy.types.ID, *names: str) -> None:
-    """Draw those of the properties that this Blender's version of the data-block has."""
-    for name in names:
-        if name in owner.bl_rna.properties:
-            layout.prop(owner, name)
-
-
 def draw_temperature(layout: UILayout, light: bpy.types.Light) -> None:
     """From Blender 4.5 on; grey where it is not used."""
     draw_existing(layout, light, "use_temperature")
@@ -283,24 +263,8 @@ def shadow_property(light: bpy.types.Light) -> str:
     return "use_shadow" if shadow_owner(light) is light else "cast_shadow"
 
 
-def draw_node_socket(layout: UILayout, owner: bpy.types.ID, socket: str) -> None:
-    """The node tree behind one socket of the output node, foldable as elsewhere in Blender."""
-    tree = owner.node_tree
-    node = tree.get_output_node("CYCLES") if tree is not None else None
-    if node is None:
-        layout.prop(owner, "use_nodes", icon="NODETREE")
-        return
-    node_input = find_node_input(node, socket)
-    if node_input is None:
-        layout.label(text="Incompatible output node")
-    else:
-        layout.template_node_view(tree, node, node_input)
-
-
 CLASSES = (
-    CISTERN_MATERIAL_PT_surface,
-    CISTERN_WORLD_PT_surface,
-    CISTERN_WORLD_PT_light_group,
+    CISTERN_CAMERA_PT_panorama,
     CISTERN_LIGHT_PT_light,
     CISTERN_LIGHT_PT_beam_shape,
     CISTERN_LIGHT_PT_nodes,

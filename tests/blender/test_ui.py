@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from addon import techniques, ui, ui_data, ui_sampling, ui_viewport
+from addon import techniques, ui, ui_data, ui_sampling, ui_shading, ui_viewport
+from addon.sync.camera import PANORAMA_TYPES
 from tests.blender.engine_fakes import fresh_scene
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -139,7 +140,7 @@ def test_render_and_view_layer_panels_draw_every_setting():
     ):
         scene.cistern.direct, scene.cistern.indirect = direct, indirect
         for cls in ui.CLASSES:
-            if cls.bl_context in {"render", "view_layer"}:
+            if getattr(cls, "bl_context", "") in {"render", "view_layer"}:
                 drawn += draw(cls, scene=scene, view_layer=scene.view_layers[0])
     for owner in (scene.cistern, scene.view_layers[0].cistern):
         names = {prop.identifier for prop in owner.bl_rna.properties} - {"name", "rna_type"}
@@ -233,11 +234,44 @@ def test_light_panels_draw_what_the_light_has(kind):
 def test_material_world_and_object_panels_draw():
     scene = fresh_scene()
     cube = scene.objects["Cube"]
-    assert draw(ui_data.CISTERN_MATERIAL_PT_surface, material=cube.active_material) == ["socket Surface"]
-    assert draw(ui_data.CISTERN_WORLD_PT_surface, world=scene.world) == ["socket Surface"]
+    assert draw(ui_shading.CISTERN_MATERIAL_PT_surface, material=cube.active_material) == ["socket Surface"]
+    assert draw(ui_shading.CISTERN_WORLD_PT_surface, world=scene.world) == ["socket Surface"]
     assert {"is_holdout", "is_shadow_catcher"} <= set(draw(ui_data.CISTERN_OBJECT_PT_visibility, object=cube))
     drawn = draw(ui_data.CISTERN_OBJECT_PT_ray_visibility, object=cube)
     assert {"visible_shadow", "visible_volume_scatter"} <= set(drawn)
+
+
+def test_materials_have_panels_of_all_sockets_and_of_settings():
+    material = fresh_scene().objects["Cube"].active_material
+    for socket in ("volume", "displacement"):
+        panel = getattr(ui_shading, f"CISTERN_MATERIAL_PT_{socket}")
+        assert panel.poll(editor(300, material=material))
+        assert draw(panel, material=material) == [f"socket {socket.capitalize()}"]
+    for panel in (ui_shading.CISTERN_MATERIAL_PT_settings, ui_shading.CISTERN_NODE_MATERIAL_PT_settings):
+        assert panel.poll(editor(300, material=material)) and not panel.poll(editor(300, material=None))
+        drawn = draw(panel, material=material)
+        assert drawn == ["pass_index", "displacement_method", "use_transparent_shadow", "use_bump_map_correction"]
+
+
+def test_worlds_have_panels_of_volumes_visibility_and_sampling():
+    world = fresh_scene().world
+    assert draw(ui_shading.CISTERN_WORLD_PT_volume, world=world) == ["socket Volume"]
+    visibility, settings = ui_shading.CISTERN_WORLD_PT_ray_visibility, ui_shading.CISTERN_WORLD_PT_settings
+    assert draw(visibility, world=world) == ["camera", "diffuse", "glossy", "transmission", "scatter"]
+    assert draw(settings, world=world) == ["sampling_method", "sample_map_resolution"]
+    for panel in (visibility, settings):
+        assert panel.poll(editor(300, world=world)) and not panel.poll(editor(300, world=None))
+
+
+@pytest.mark.parametrize("kind", sorted(PANORAMA_TYPES))
+def test_panoramic_cameras_have_a_panel(kind):
+    """Blender's own shows their settings with Cycles alone."""
+    camera = bpy.data.cameras.new("Panorama")
+    assert not ui_data.CISTERN_CAMERA_PT_panorama.poll(editor(300, camera=camera))
+    camera.type, camera.panorama_type = "PANO", kind
+    assert ui_data.CISTERN_CAMERA_PT_panorama.poll(editor(300, camera=camera))
+    drawn = draw(ui_data.CISTERN_CAMERA_PT_panorama, camera=camera)
+    assert drawn[0] == "panorama_type" and (len(drawn) > 1) == (kind in ui_data.PANORAMA_SETTINGS)
 
 
 def test_objects_have_a_panel_of_motion_blur():
@@ -287,7 +321,7 @@ def test_light_groups_have_panels_of_objects_and_worlds():
     world = bpy.data.worlds.new("World")
     for cls, owner in (
         (ui_data.CISTERN_OBJECT_PT_light_group, {"object": lamp}),
-        (ui_data.CISTERN_WORLD_PT_light_group, {"world": world}),
+        (ui_shading.CISTERN_WORLD_PT_light_group, {"world": world}),
     ):
         context = {**owner, "view_layer": layer}
         assert cls.poll(editor(300, **context))

@@ -1,0 +1,149 @@
+"""The panels of materials and worlds, where Blender users look for them."""
+# ruff: noqa: N801  (Blender wants CATEGORY_PT_name)
+
+from bpy.types import Context, Panel
+
+from .ui_base import ENGINE, CisternPanel, draw_existing, draw_light_group, draw_node_socket, split_layout
+
+
+class MaterialPanel(CisternPanel):
+    bl_context = "material"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        material = context.material
+        return context.engine == ENGINE and material is not None and not material.grease_pencil
+
+
+class CISTERN_MATERIAL_PT_surface(MaterialPanel, Panel):
+    bl_label = "Surface"
+
+    def draw(self, context: Context) -> None:
+        draw_node_socket(split_layout(self), context.material, "Surface")
+
+
+class CISTERN_MATERIAL_PT_volume(MaterialPanel, Panel):
+    bl_label = "Volume"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        draw_node_socket(split_layout(self), context.material, "Volume")
+
+
+class CISTERN_MATERIAL_PT_displacement(MaterialPanel, Panel):
+    bl_label = "Displacement"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        draw_node_socket(split_layout(self), context.material, "Displacement")
+
+
+class MaterialSettings:
+    bl_label = "Settings"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        material = context.material
+        layout.prop(material, "pass_index")
+        column = layout.column()
+        column.prop(material, "displacement_method", text="Displacement")
+        column.prop(material, "use_transparent_shadow")
+        if hasattr(material, "cycles"):  # files have it from that add-on
+            draw_existing(column, material.cycles, "use_bump_map_correction")
+
+
+class CISTERN_MATERIAL_PT_settings(MaterialSettings, MaterialPanel, Panel):
+    pass
+
+
+class CISTERN_NODE_MATERIAL_PT_settings(MaterialSettings, Panel):
+    """The same beside the nodes."""
+
+    bl_space_type = "NODE_EDITOR"
+    bl_region_type = "UI"
+    bl_category = "Options"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return MaterialPanel.poll.__func__(cls, context)
+
+
+class WorldPanel(CisternPanel):
+    bl_context = "world"
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return context.engine == ENGINE and context.world is not None
+
+
+class CISTERN_WORLD_PT_surface(WorldPanel, Panel):
+    bl_label = "Surface"
+
+    def draw(self, context: Context) -> None:
+        draw_node_socket(split_layout(self), context.world, "Surface")
+
+
+class CISTERN_WORLD_PT_volume(WorldPanel, Panel):
+    bl_label = "Volume"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        draw_node_socket(split_layout(self), context.world, "Volume")
+
+
+class CISTERN_WORLD_PT_ray_visibility(WorldPanel, Panel):
+    """The settings of Cycles' add-on, which files have them from."""
+
+    bl_label = "Ray Visibility"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return super().poll(context) and hasattr(context.world, "cycles_visibility")
+
+    def draw(self, context: Context) -> None:
+        column = split_layout(self).column()
+        for kind in ("camera", "diffuse", "glossy", "transmission", "scatter"):
+            column.prop(context.world.cycles_visibility, kind)
+
+
+class CISTERN_WORLD_PT_settings(WorldPanel, Panel):
+    """The same of how light samples look for the world."""
+
+    bl_label = "Settings"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return super().poll(context) and hasattr(context.world, "cycles")
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        settings = context.world.cycles
+        layout.prop(settings, "sampling_method", text="Sampling")
+        row = layout.row()
+        row.active = settings.sampling_method == "MANUAL"
+        row.prop(settings, "sample_map_resolution")
+
+
+class CISTERN_WORLD_PT_light_group(WorldPanel, Panel):
+    bl_label = "Light Group"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        draw_light_group(split_layout(self), context.world, context.view_layer)
+
+
+CLASSES = (
+    CISTERN_MATERIAL_PT_surface,
+    CISTERN_MATERIAL_PT_volume,
+    CISTERN_MATERIAL_PT_displacement,
+    CISTERN_MATERIAL_PT_settings,
+    CISTERN_NODE_MATERIAL_PT_settings,
+    CISTERN_WORLD_PT_surface,
+    CISTERN_WORLD_PT_volume,
+    CISTERN_WORLD_PT_ray_visibility,
+    CISTERN_WORLD_PT_settings,
+    CISTERN_WORLD_PT_light_group,
+)
