@@ -6,7 +6,7 @@ from bl_ui import properties_view_layer
 from bpy.types import Context, Panel
 
 from . import ui_bake, ui_data, ui_sampling, ui_shading, ui_viewport
-from .ui_base import ENGINE, CisternPanel, split_layout
+from .ui_base import ENGINE, CisternPanel, draw_existing, split_layout
 
 # Blender's general panels that would show settings of other engines, or of features that this engine does not have;
 # ours below take the place of those for lights, visibility and simplification, which would be the topmost.
@@ -177,6 +177,24 @@ class CISTERN_RENDER_PT_simplify(CisternPanel, Panel):
             column.prop(render, f"simplify_{name}_render", text="Render")
 
 
+class CISTERN_VIEWLAYER_PT_filter(CisternPanel, Panel):
+    bl_label = "Filter"
+    bl_context = "view_layer"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        layer = context.view_layer
+        column = layout.column(heading="Include")
+        column.prop(layer, "use_sky", text="Environment")
+        column.prop(layer, "use_solid", text="Surfaces")
+        column.prop(layer, "use_strand", text="Curves")
+        column.prop(layer, "use_volumes", text="Volumes")
+        column = layout.column(heading="Use")
+        column.active = context.scene.render.use_motion_blur
+        draw_existing(column, layer, "use_motion_blur")
+
+
 class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
@@ -277,6 +295,7 @@ CLASSES = (
     CISTERN_RENDER_PT_simplify,
     CISTERN_RENDER_PT_performance,
     *ui_bake.CLASSES,
+    CISTERN_VIEWLAYER_PT_filter,
     CISTERN_VIEWLAYER_PT_passes,
     CISTERN_VIEWLAYER_PT_passes_light,
     CISTERN_VIEWLAYER_PT_passes_cryptomatte,

@@ -88,6 +88,23 @@ class CISTERN_LIGHT_PT_beam_shape(CisternPanel, Panel):
         layout.prop(light, "show_cone")
 
 
+class CISTERN_LIGHT_PT_settings(CisternPanel, Panel):
+    """Those of Cycles' add-on, which files have them from."""
+
+    bl_label = "Settings"
+    bl_context = "data"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return context.engine == ENGINE and hasattr(context.light, "cycles")
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        layout.prop(context.light.cycles, "max_bounces")
+        layout.prop(context.light.cycles, "use_multiple_importance_sampling", text="Multiple Importance")
+
+
 class CISTERN_LIGHT_PT_nodes(CisternPanel, Panel):
     bl_label = "Nodes"
     bl_context = "data"
@@ -267,6 +284,7 @@ CLASSES = (
     CISTERN_CAMERA_PT_panorama,
     CISTERN_LIGHT_PT_light,
     CISTERN_LIGHT_PT_beam_shape,
+    CISTERN_LIGHT_PT_settings,
     CISTERN_LIGHT_PT_nodes,
     CISTERN_OBJECT_PT_visibility,
     CISTERN_OBJECT_PT_ray_visibility,

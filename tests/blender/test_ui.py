@@ -227,6 +227,7 @@ def test_light_panels_draw_what_the_light_has(kind):
     assert ("shadow_soft_size" in drawn) == (kind in {"POINT", "SPOT"})
     if kind in {"SPOT", "AREA"}:
         assert draw(ui_data.CISTERN_LIGHT_PT_beam_shape, light=light)
+    assert draw(ui_data.CISTERN_LIGHT_PT_settings, light=light) == ["max_bounces", "use_multiple_importance_sampling"]
     light.use_nodes = True
     assert "socket Surface" in draw(ui_data.CISTERN_LIGHT_PT_nodes, light=light)
 
@@ -239,6 +240,13 @@ def test_material_world_and_object_panels_draw():
     assert {"is_holdout", "is_shadow_catcher"} <= set(draw(ui_data.CISTERN_OBJECT_PT_visibility, object=cube))
     drawn = draw(ui_data.CISTERN_OBJECT_PT_ray_visibility, object=cube)
     assert {"visible_shadow", "visible_volume_scatter"} <= set(drawn)
+
+
+def test_view_layers_have_a_filter():
+    scene = fresh_scene()
+    drawn = draw(ui.CISTERN_VIEWLAYER_PT_filter, scene=scene, view_layer=scene.view_layers[0])
+    blur = ["use_motion_blur"] if "use_motion_blur" in bpy.types.ViewLayer.bl_rna.properties else []
+    assert drawn == ["use_sky", "use_solid", "use_strand", "use_volumes", *blur]
 
 
 def test_materials_have_panels_of_all_sockets_and_of_settings():
