@@ -247,6 +247,18 @@ TEST(Bsdf, BumpShadowingFadesTowardsTheHorizon) {
   EXPECT_LT(ratio(0.02f), 0.35f);
 }
 
+TEST(Bsdf, UncorrectedBumpsOnlyKeepLightOffWhereNormalsDisagree) {
+  const Vec3 bent = normalize(kTestNormal + 0.6f * kFrame.s);
+  Bsdf bsdf = make_bsdf(kTestNormal);
+  bsdf.corrects_bumps = false;
+  add_lobe(bsdf, LambertLobe{bent}, Rgb(1.0f), 1.0f);
+  for (const float cosine : {-0.02f, 0.02f, 0.3f, 0.999f}) {
+    const Vec3 wi = normalize(cosine * kTestNormal + std::sqrt(1.0f - sqr(cosine)) * kFrame.s);
+    ASSERT_GT(dot(bent, wi), 0.0f);
+    EXPECT_FLOAT_EQ(evaluate_bsdf(bsdf, wi).rough_cos.g, cosine > 0.0f ? dot(bent, wi) * kInvPi : 0.0f);
+  }
+}
+
 TEST(Bsdf, BumpShadowingIsMeasuredFromTheDisplacedNormal) {
   const Vec3 bent = normalize(kTestNormal + 0.6f * kFrame.s), wi = at_angle(kFrame, 0.3f);
   const auto reflected = [&](Vec3 displaced, Vec3 n) {
