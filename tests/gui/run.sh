@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests of the 3D viewport in a real Blender with windows.
 #
-#   bash tests/gui/run.sh [SCENARIO...]        default: everyday toggles final_renders bake quit_while_rendering
+#   bash tests/gui/run.sh [SCENARIO...]        default: everyday properties toggles final_renders bake quit_while_rendering
 #
 # CISTERN_BLENDER   Blender's executable (default: `blender` on the path)
 # CISTERN_CORE      folder with a cistern_core built for the Python of that Blender, unless it is installed there
@@ -25,7 +25,7 @@ mkdir -p "$out"
 CISTERN_GUI_OUT=$(readlink -f "$out")
 export CISTERN_GUI_OUT
 failed=()
-for scenario in ${@:-everyday toggles final_renders bake quit_while_rendering}; do
+for scenario in ${@:-everyday properties toggles final_renders bake quit_while_rendering}; do
   log=$CISTERN_GUI_OUT/$scenario.log
   start=$SECONDS
   status=0
