@@ -6,7 +6,6 @@ import bpy
 import pytest
 
 from addon import techniques, ui, ui_data, ui_sampling, ui_shading, ui_viewport
-from addon.sync.camera import PANORAMA_TYPES
 from tests.blender.engine_fakes import fresh_scene
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -271,7 +270,7 @@ def test_worlds_have_panels_of_volumes_visibility_and_sampling():
         assert panel.poll(editor(300, world=world)) and not panel.poll(editor(300, world=None))
 
 
-@pytest.mark.parametrize("kind", sorted(PANORAMA_TYPES))
+@pytest.mark.parametrize("kind", bpy.types.Camera.bl_rna.properties["panorama_type"].enum_items.keys())
 def test_panoramic_cameras_have_a_panel(kind):
     """Blender's own shows their settings with Cycles alone."""
     camera = bpy.data.cameras.new("Panorama")
