@@ -45,7 +45,6 @@ INCLUDED_PANELS = frozenset(
         "EEVEE_MATERIAL_PT_context_material",
         "MATERIAL_PT_preview",
         "DATA_PT_preview",
-        "EEVEE_WORLD_PT_mist",
         "VIEWLAYER_PT_override",
     }
 )
@@ -295,12 +294,12 @@ CLASSES = (
     CISTERN_RENDER_PT_simplify,
     CISTERN_RENDER_PT_performance,
     *ui_bake.CLASSES,
-    CISTERN_VIEWLAYER_PT_filter,
     CISTERN_VIEWLAYER_PT_passes,
     CISTERN_VIEWLAYER_PT_passes_light,
     CISTERN_VIEWLAYER_PT_passes_cryptomatte,
     CISTERN_VIEWLAYER_PT_passes_aov,
     CISTERN_VIEWLAYER_PT_passes_lightgroups,
+    CISTERN_VIEWLAYER_PT_filter,
     *ui_shading.CLASSES,
     *ui_data.CLASSES,
 )

@@ -1,5 +1,7 @@
 """What our panels in the properties editor share."""
 
+import warnings
+
 import bpy
 from bpy.types import Context, Panel, UILayout
 from bpy_extras.node_utils import find_node_input
@@ -25,18 +27,30 @@ def split_layout(panel: Panel) -> UILayout:
     return panel.layout
 
 
-def draw_node_socket(layout: UILayout, owner: bpy.types.ID, socket: str) -> None:
-    """The node tree behind one socket of the output node, foldable as elsewhere in Blender."""
-    tree = owner.node_tree
-    node = tree.get_output_node("CYCLES") if tree is not None else None
-    if node is None:
+def has_nodes(owner: bpy.types.ID) -> bool:
+    """Whether it is what its nodes make of it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # from 5.0 on every block has a tree
+        return owner.node_tree is not None and getattr(owner, "use_nodes", True)
+
+
+def draw_node_socket(layout: UILayout, owner: bpy.types.ID, socket: str, color: str = "") -> None:
+    """The node tree behind one socket of the output node, foldable as elsewhere in Blender. Without nodes the switch
+    that brings them, and the property that stands in for them."""
+    if not has_nodes(owner):
         layout.prop(owner, "use_nodes", icon="NODETREE")
+        if color:
+            layout.prop(owner, color)
+        return
+    node = owner.node_tree.get_output_node("CYCLES")
+    if node is None:
+        layout.label(text="No output node")
         return
     node_input = find_node_input(node, socket)
     if node_input is None:
         layout.label(text="Incompatible output node")
     else:
-        layout.template_node_view(tree, node, node_input)
+        layout.template_node_view(owner.node_tree, node, node_input)
 
 
 def draw_light_group(layout: UILayout, owner: bpy.types.ID, view_layer: bpy.types.ViewLayer) -> None:

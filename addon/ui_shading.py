@@ -3,7 +3,15 @@
 
 from bpy.types import Context, Panel
 
-from .ui_base import ENGINE, CisternPanel, draw_existing, draw_light_group, draw_node_socket, split_layout
+from .ui_base import (
+    ENGINE,
+    CisternPanel,
+    draw_existing,
+    draw_light_group,
+    draw_node_socket,
+    has_nodes,
+    split_layout,
+)
 
 
 class MaterialPanel(CisternPanel):
@@ -19,10 +27,18 @@ class CISTERN_MATERIAL_PT_surface(MaterialPanel, Panel):
     bl_label = "Surface"
 
     def draw(self, context: Context) -> None:
-        draw_node_socket(split_layout(self), context.material, "Surface")
+        draw_node_socket(split_layout(self), context.material, "Surface", color="diffuse_color")
 
 
-class CISTERN_MATERIAL_PT_volume(MaterialPanel, Panel):
+class MaterialSocketPanel(MaterialPanel):
+    """Of a socket that nothing stands in for without nodes."""
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return super().poll(context) and has_nodes(context.material)
+
+
+class CISTERN_MATERIAL_PT_volume(MaterialSocketPanel, Panel):
     bl_label = "Volume"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
@@ -30,9 +46,8 @@ class CISTERN_MATERIAL_PT_volume(MaterialPanel, Panel):
         draw_node_socket(split_layout(self), context.material, "Volume")
 
 
-class CISTERN_MATERIAL_PT_displacement(MaterialPanel, Panel):
+class CISTERN_MATERIAL_PT_displacement(MaterialSocketPanel, Panel):
     bl_label = "Displacement"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     def draw(self, context: Context) -> None:
         draw_node_socket(split_layout(self), context.material, "Displacement")
@@ -81,15 +96,31 @@ class CISTERN_WORLD_PT_surface(WorldPanel, Panel):
     bl_label = "Surface"
 
     def draw(self, context: Context) -> None:
-        draw_node_socket(split_layout(self), context.world, "Surface")
+        draw_node_socket(split_layout(self), context.world, "Surface", color="color")
 
 
 class CISTERN_WORLD_PT_volume(WorldPanel, Panel):
     bl_label = "Volume"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return super().poll(context) and has_nodes(context.world)
+
     def draw(self, context: Context) -> None:
         draw_node_socket(split_layout(self), context.world, "Volume")
+
+
+class CISTERN_WORLD_PT_mist(WorldPanel, Panel):
+    bl_label = "Mist Pass"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        layout = split_layout(self)
+        column = layout.column(align=True)
+        column.prop(context.world.mist_settings, "start")
+        column.prop(context.world.mist_settings, "depth")
+        layout.prop(context.world.mist_settings, "falloff")
 
 
 class CISTERN_WORLD_PT_ray_visibility(WorldPanel, Panel):
@@ -143,6 +174,7 @@ CLASSES = (
     CISTERN_NODE_MATERIAL_PT_settings,
     CISTERN_WORLD_PT_surface,
     CISTERN_WORLD_PT_volume,
+    CISTERN_WORLD_PT_mist,
     CISTERN_WORLD_PT_ray_visibility,
     CISTERN_WORLD_PT_settings,
     CISTERN_WORLD_PT_light_group,

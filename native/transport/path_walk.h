@@ -161,7 +161,7 @@ class Walk {
 
   void record_surface(const SurfacePoint& point, const Bsdf& bsdf) {
     const bool is_seen = is_on_sheet() || average(bsdf.transparency) <= kMostTransparency;
-    if (!record_.hit && state_.depth == 0 && is_seen) record_first_hit(point, bsdf);
+    if (!record_.hit && state_.depth == 0 && is_seen && bsdf.holdout < 1.0f) record_first_hit(point, bsdf);
     if (context_.record_seen && sees_film_ && !last_segment_) see(point, bsdf);
   }
 

@@ -20,6 +20,7 @@ class MaterialProgram:
     def __init__(self, name: str) -> None:
         self.name = name
         self.steps: list[tuple] = []
+        self.pass_index, self.has_transparent_shadow, self.corrects_bumps = 0.0, True, True
 
     def _operand(self, *step: Any) -> int:
         self.steps.append(step)

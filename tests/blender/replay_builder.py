@@ -86,8 +86,16 @@ class ReplayBuilder(fake_core.SceneBuilder):
             return None
         program = self.stored["material"][handle]["program"]
         images = self.stored["image"]
-        return program.name, repr(
-            [(step[0], images[step[1]]["pixels"].tolist()) if step[0] == "image" else step for step in program.steps]
+        flags = program.pass_index, program.has_transparent_shadow, program.corrects_bumps
+        return (
+            program.name,
+            flags,
+            repr(
+                [
+                    (step[0], images[step[1]]["pixels"].tolist()) if step[0] == "image" else step
+                    for step in program.steps
+                ]
+            ),
         )
 
     def described(self) -> tuple:

@@ -10,7 +10,7 @@ from addon.shadow_catchers import over_shadow
 from tests.support import blender_scenes as build
 from tests.support import engines
 from tests.support.engines import compare_with_cycles, prepare, render
-from tests.support.pass_scenes import compare_layers, prepare_layers
+from tests.support.pass_scenes import compare_layers, prepare_layers, render_layers
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
@@ -195,3 +195,20 @@ def test_a_holdout_that_leaves_a_little_is_seen(empty_scene):
         bpy.data.objects["Red"].data.materials[0] = held_out("ShaderNodeBsdfDiffuse", 0.98)
 
     assert not compare_with_cycles(scene, SIZE, SAMPLES, plant=leave_a_little).agrees
+
+
+@pytest.mark.parametrize("kind", ["ShaderNodeBsdfDiffuse", "ShaderNodeEmission"])
+def test_passes_of_surfaces_have_holes_too(empty_scene, kind):
+    """In the middle of the ball, as there: neither depth nor normal."""
+    scene = footage(empty_scene)
+    bpy.data.objects["Red"].data.materials[0] = held_out(kind, 1.0)
+    scene.objects["Floor"].is_shadow_catcher = False
+    prepare_layers(scene, "PATH_TRACING")
+    scene.view_layers[0].use_pass_z = scene.view_layers[0].use_pass_normal = True
+    holes = {}
+    for engine in ("CISTERN", "CYCLES"):
+        channels, _ = render_layers(scene, engine, 8)
+        is_hole = (channels["ViewLayer.Combined.A"] == 0.0) & (channels["ViewLayer.Depth.Z"] > 1e9)
+        holes[engine] = is_hole & (channels["ViewLayer.Normal.X"] == 0.0)
+    assert holes["CISTERN"].sum() > 10
+    assert (holes["CISTERN"] == holes["CYCLES"]).mean() > 0.98

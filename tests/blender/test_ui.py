@@ -263,6 +263,7 @@ def test_materials_have_panels_of_all_sockets_and_of_settings():
 def test_worlds_have_panels_of_volumes_visibility_and_sampling():
     world = fresh_scene().world
     assert draw(ui_shading.CISTERN_WORLD_PT_volume, world=world) == ["socket Volume"]
+    assert draw(ui_shading.CISTERN_WORLD_PT_mist, world=world) == ["start", "depth", "falloff"]
     visibility, settings = ui_shading.CISTERN_WORLD_PT_ray_visibility, ui_shading.CISTERN_WORLD_PT_settings
     assert draw(visibility, world=world) == ["camera", "diffuse", "glossy", "transmission", "scatter"]
     assert draw(settings, world=world) == ["sampling_method", "sample_map_resolution"]
@@ -272,13 +273,29 @@ def test_worlds_have_panels_of_volumes_visibility_and_sampling():
 
 @pytest.mark.parametrize("kind", bpy.types.Camera.bl_rna.properties["panorama_type"].enum_items.keys())
 def test_panoramic_cameras_have_a_panel(kind):
-    """Blender's own shows their settings with Cycles alone."""
+    """With what Blender's own shows with Cycles alone."""
     camera = bpy.data.cameras.new("Panorama")
     assert not ui_data.CISTERN_CAMERA_PT_panorama.poll(editor(300, camera=camera))
     camera.type, camera.panorama_type = "PANO", kind
     assert ui_data.CISTERN_CAMERA_PT_panorama.poll(editor(300, camera=camera))
-    drawn = draw(ui_data.CISTERN_CAMERA_PT_panorama, camera=camera)
-    assert drawn[0] == "panorama_type" and (len(drawn) > 1) == (kind in ui_data.PANORAMA_SETTINGS)
+    drawn = []
+    lens = SimpleNamespace(layout=RecordingLayout(drawn))
+    bpy.types.DATA_PT_lens.draw(lens, SimpleNamespace(engine="CYCLES", camera=camera))
+    of_lens = drawn[: drawn.index("shift_x")]  # what all cameras have follows
+    assert of_lens == ["type", *draw(ui_data.CISTERN_CAMERA_PT_panorama, camera=camera)]
+
+
+def test_without_nodes_materials_have_a_colour():
+    material = bpy.data.materials.new("plain")
+    if bpy.app.version < (5, 0, 0):
+        for material.use_nodes in (True, False):
+            pass
+        assert draw(ui_shading.CISTERN_MATERIAL_PT_surface, material=material) == ["use_nodes", "diffuse_color"]
+    for panel in (ui_shading.CISTERN_MATERIAL_PT_volume, ui_shading.CISTERN_MATERIAL_PT_displacement):
+        assert panel.poll(editor(300, material=material)) == (bpy.app.version >= (5, 0, 0))
+    material.use_nodes = True
+    material.node_tree.nodes.clear()
+    assert draw(ui_shading.CISTERN_MATERIAL_PT_surface, material=material) == ["label No output node"]
 
 
 def test_objects_have_a_panel_of_motion_blur():

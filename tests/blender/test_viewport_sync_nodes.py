@@ -90,7 +90,15 @@ def edit_pass_index(material: bpy.types.Material) -> Callable[[], None]:
     return lambda: setattr(material, "pass_index", 3)
 
 
-@pytest.mark.parametrize("prepare", [edit_group, edit_image, edit_pass_index])
+def edit_correction(material: bpy.types.Material) -> Callable[[], None]:
+    def edit() -> None:
+        material.cycles.use_bump_map_correction = False
+        material.update_tag()  # as the interface does
+
+    return edit
+
+
+@pytest.mark.parametrize("prepare", [edit_group, edit_image, edit_pass_index, edit_correction])
 def test_an_edit_of_what_it_reads_is_followed(watched, prepare) -> None:
     material = new_material()
     edit = prepare(material)

@@ -19,6 +19,7 @@ TABS = (
     ("OBJECT", "Cube"),
     ("MATERIAL", "Cube"),
     ("DATA", "Light"),
+    ("DATA", "Panel"),
     ("DATA", "Camera"),
 )
 
@@ -27,6 +28,8 @@ def scenario() -> Iterator[float]:
     bpy.context.scene.render.engine = "CISTERN"
     bpy.data.objects["Camera"].data.type = "PANO"
     open_all_panels()
+    panel = bpy.data.objects.new("Panel", bpy.data.lights.new("Panel", "AREA"))
+    bpy.context.scene.collection.objects.link(panel)
     area = driver.view3d()
     area.type = "PROPERTIES"
     for tab, name in TABS:
@@ -36,6 +39,17 @@ def scenario() -> Iterator[float]:
         yield 0.5
         screenshot(f"{tab.lower()}_{name.lower()}")
         say("DONE", tab, name)
+    yield from beside_nodes(area)
+
+
+def beside_nodes(area: bpy.types.Area) -> Iterator[float]:
+    bpy.context.view_layer.objects.active = bpy.data.objects["Cube"]
+    area.ui_type = "ShaderNodeTree"
+    area.spaces.active.show_region_ui = True
+    yield 0.5
+    next(region for region in area.regions if region.type == "UI").active_panel_category = "Options"
+    yield 0.5
+    screenshot("nodes")
 
 
 def open_all_panels() -> None:
