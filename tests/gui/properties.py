@@ -48,6 +48,7 @@ def beside_nodes(area: bpy.types.Area) -> Iterator[float]:
     area.spaces.active.show_region_ui = True
     yield 0.5
     next(region for region in area.regions if region.type == "UI").active_panel_category = "Options"
+    area.tag_redraw()
     yield 0.5
     screenshot("nodes")
 
