@@ -1,7 +1,7 @@
 """Makes core.profdata anew: `python native/profile/train.py`, with a Python that has bpy and pytest.
 
 Compiles the core so that it counts how often each piece of its code runs, has it render scenes and go through some of
-the tests, and merges the counts. Takes some twenty minutes on two cores, and Clang 19 with its tools and run-time
+the tests, and merges the counts. Takes ten to twenty minutes on two cores, and Clang 19 with its tools and run-time
 library (`apt-get install clang-19 llvm-19 libclang-rt-19-dev`). The scenes of the README's table of speed are not among
 those it renders, so that what is gained there is what a user's own scenes gain.
 """

@@ -215,7 +215,9 @@ inline void Walk<Kind>::record_surface_behind() {
     SurfacePoint point = make_surface_point(context_.scene, ray, *hit);
     set_footprint(point, context_.pixel.size + context_.pixel.angle * length, context_.scene, state);
     const Bsdf bsdf = evaluate_material(context_.scene, point, state, &context_.accel);
-    if (average(bsdf.transparency) <= kMostTransparency) return record_first_hit(point, bsdf);
+    const bool is_held_out = context_.scene.instances[hit->instance].is_holdout;
+    if (bsdf.holdout >= 1.0f || (is_held_out && is_black(bsdf.transparency))) return;
+    if (!is_held_out && average(bsdf.transparency) <= kMostTransparency) return record_first_hit(point, bsdf);
     ray.t_max -= hit->t;
     ray.t_min = 0.0f;
     ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);

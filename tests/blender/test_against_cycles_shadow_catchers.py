@@ -138,10 +138,8 @@ def test_layers_over_each_other():
     np.testing.assert_array_equal(lit, matte)
 
 
-def test_thin_volumes_before_catchers(empty_scene):
-    """No holdouts of the picture of catchers alone. In fog quotients have noise, which shadows cut off at 1."""
-    scene = footage(empty_scene)
-    fog = build.material("fog", lambda tree: build.shader(tree, "ShaderNodeVolumeScatter", Density=1e-4).outputs[0])
+def fill_with_fog(scene: bpy.types.Scene, density: float) -> None:
+    fog = build.material("fog", lambda tree: build.shader(tree, "ShaderNodeVolumeScatter", Density=density).outputs[0])
     tree = fog.node_tree
     output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
     link = output.inputs["Surface"].links[0]
@@ -149,6 +147,12 @@ def test_thin_volumes_before_catchers(empty_scene):
     tree.links.remove(output.inputs["Surface"].links[0])
     box = build.add_sphere(scene, fog, radius=1.8, segments=16)
     box.location = (0.0, 0.0, -0.3)
+
+
+def test_thin_volumes_before_catchers(empty_scene):
+    """No holdouts of the picture of catchers alone. In fog quotients have noise, which shadows cut off at 1."""
+    scene = footage(empty_scene)
+    fill_with_fog(scene, 1e-4)
     assert compare_with_cycles(scene, SIZE, SAMPLES, floor=0.005).agrees
 
 
@@ -212,3 +216,22 @@ def test_passes_of_surfaces_have_holes_too(empty_scene, kind):
         holes[engine] = is_hole & (channels["ViewLayer.Normal.X"] == 0.0)
     assert holes["CISTERN"].sum() > 10
     assert (holes["CISTERN"] == holes["CYCLES"]).mean() > 0.98
+
+
+@pytest.mark.parametrize("held", ["object", "material"])
+def test_holes_seen_through_fog_have_no_depth(empty_scene, held):
+    scene = footage(empty_scene)
+    bpy.data.objects.remove(scene.objects["Floor"])
+    if held == "object":
+        scene.objects["Red"].is_holdout = True
+    else:
+        bpy.data.objects["Red"].data.materials[0] = held_out("ShaderNodeBsdfDiffuse", 1.0)
+    prepare_layers(scene, "PATH_TRACING")
+    scene.view_layers[0].use_pass_z = True
+    clear, _ = render_layers(scene, "CISTERN", 8)
+    fill_with_fog(scene, 0.4)
+    foggy, _ = render_layers(scene, "CISTERN", 8)
+    no_depth = {name: layers["ViewLayer.Depth.Z"] > 1e9 for name, layers in (("clear", clear), ("foggy", foggy))}
+    is_hole = clear["ViewLayer.Combined.A"] == 0.0
+    assert (foggy["ViewLayer.Combined.A"][is_hole] > 0.0).sum() > 100, "fog lies before holes"
+    assert (no_depth["clear"] == no_depth["foggy"]).mean() > 0.98
