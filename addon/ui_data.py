@@ -49,13 +49,16 @@ class CISTERN_CAMERA_PT_panorama(CisternPanel, Panel):
                 column.prop(camera, name, text=text)
 
 
-class CISTERN_LIGHT_PT_light(CisternPanel, Panel):
-    bl_label = "Light"
+class LightPanel(CisternPanel):
     bl_context = "data"
 
     @classmethod
     def poll(cls, context: Context) -> bool:
         return context.engine == ENGINE and context.light is not None
+
+
+class CISTERN_LIGHT_PT_light(LightPanel, Panel):
+    bl_label = "Light"
 
     def draw(self, context: Context) -> None:
         light = context.light
@@ -68,14 +71,13 @@ class CISTERN_LIGHT_PT_light(CisternPanel, Panel):
         layout.prop(shadow_owner(light), shadow_property(light), text="Cast Shadow")
 
 
-class CISTERN_LIGHT_PT_beam_shape(CisternPanel, Panel):
+class CISTERN_LIGHT_PT_beam_shape(LightPanel, Panel):
     bl_label = "Beam Shape"
-    bl_context = "data"
     bl_parent_id = "CISTERN_LIGHT_PT_light"
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE and context.light is not None and context.light.type in {"SPOT", "AREA"}
+        return super().poll(context) and context.light.type in {"SPOT", "AREA"}
 
     def draw(self, context: Context) -> None:
         layout = split_layout(self)
@@ -88,16 +90,15 @@ class CISTERN_LIGHT_PT_beam_shape(CisternPanel, Panel):
         layout.prop(light, "show_cone")
 
 
-class CISTERN_LIGHT_PT_settings(CisternPanel, Panel):
+class CISTERN_LIGHT_PT_settings(LightPanel, Panel):
     """Those of Cycles' add-on, which files have them from."""
 
     bl_label = "Settings"
-    bl_context = "data"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE and hasattr(context.light, "cycles")
+        return super().poll(context) and hasattr(context.light, "cycles")
 
     def draw(self, context: Context) -> None:
         layout = split_layout(self)
@@ -105,14 +106,9 @@ class CISTERN_LIGHT_PT_settings(CisternPanel, Panel):
         layout.prop(context.light.cycles, "use_multiple_importance_sampling", text="Multiple Importance")
 
 
-class CISTERN_LIGHT_PT_nodes(CisternPanel, Panel):
+class CISTERN_LIGHT_PT_nodes(LightPanel, Panel):
     bl_label = "Nodes"
-    bl_context = "data"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
-
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return context.engine == ENGINE and context.light is not None
 
     def draw(self, context: Context) -> None:
         light = context.light
