@@ -1,10 +1,10 @@
 """What our panels in the properties editor share."""
 
-import warnings
-
 import bpy
 from bpy.types import Context, Panel, UILayout
 from bpy_extras.node_utils import find_node_input
+
+from .sync.versions import uses_nodes
 
 ENGINE = "CISTERN"
 
@@ -27,17 +27,10 @@ def split_layout(panel: Panel) -> UILayout:
     return panel.layout
 
 
-def has_nodes(owner: bpy.types.ID) -> bool:
-    """Whether it is what its nodes make of it."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # from 5.0 on every block has a tree
-        return owner.node_tree is not None and getattr(owner, "use_nodes", True)
-
-
 def draw_node_socket(layout: UILayout, owner: bpy.types.ID, socket: str, color: str = "") -> None:
     """The node tree behind one socket of the output node, foldable as elsewhere in Blender. Without nodes the switch
     that brings them, and the property that stands in for them."""
-    if not has_nodes(owner):
+    if not uses_nodes(owner):
         layout.prop(owner, "use_nodes", icon="NODETREE")
         if color:
             layout.prop(owner, color)

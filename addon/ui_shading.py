@@ -3,13 +3,13 @@
 
 from bpy.types import Context, Panel
 
+from .sync.versions import uses_nodes
 from .ui_base import (
     ENGINE,
     CisternPanel,
     draw_existing,
     draw_light_group,
     draw_node_socket,
-    has_nodes,
     split_layout,
 )
 
@@ -35,7 +35,7 @@ class MaterialSocketPanel(MaterialPanel):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return super().poll(context) and has_nodes(context.material)
+        return super().poll(context) and uses_nodes(context.material)
 
 
 class CISTERN_MATERIAL_PT_volume(MaterialSocketPanel, Panel):
@@ -105,7 +105,7 @@ class CISTERN_WORLD_PT_volume(WorldPanel, Panel):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        return super().poll(context) and has_nodes(context.world)
+        return super().poll(context) and uses_nodes(context.world)
 
     def draw(self, context: Context) -> None:
         draw_node_socket(split_layout(self), context.world, "Volume")

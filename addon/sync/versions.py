@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+import warnings
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -94,6 +95,13 @@ def voxel_centre() -> float:
     """Where in a voxel of an OpenVDB file its value lies: at its lower corner, as in OpenVDB, from 5.0 on;
     before in its middle."""
     return 0.0 if _HAS_5_0 else 0.5
+
+
+def uses_nodes(block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bool:
+    """Whether it is what its nodes make of it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # from 5.0 on every block has a tree
+        return block.node_tree is not None and getattr(block, "use_nodes", True)
 
 
 def cycles_setting(data_block: bpy.types.ID, name: str, default: Any) -> Any:  # noqa: ANN401

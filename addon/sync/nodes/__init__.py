@@ -8,7 +8,6 @@ what a tree contains: what cannot be expressed becomes a default, with one line 
 from __future__ import annotations
 
 import sys
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -60,7 +59,7 @@ def _compile_material(material: bpy.types.Material | None, context: Context) -> 
     owner = f"Material '{name}'"
     if material is None and versions.materials_are_trees():
         return _compile(closures.new_principled, name, owner, context, TreeKind.SURFACE)
-    if material is None or not _uses_nodes(material):
+    if material is None or not versions.uses_nodes(material):
         rgb = tuple(material.diffuse_color[:3]) if material else DEFAULT_SURFACE
         return _compile(lambda compiler: _diffuse(compiler, rgb), name, owner, context, TreeKind.SURFACE)
     surface = _output_port(material, "ShaderNodeOutputMaterial")
@@ -78,7 +77,7 @@ def _compile_material(material: bpy.types.Material | None, context: Context) -> 
 
 def compile_volume(material: bpy.types.Material | None, context: Context) -> MaterialProgram | None:
     """What a material makes of the grids of a volume object; None where it has no volume. Tells the context which."""
-    if material is not None and not _uses_nodes(material):
+    if material is not None and not versions.uses_nodes(material):
         return None
     name = material.name if material else "default_volume"
     surface = _output_port(material, "ShaderNodeOutputMaterial") if material else None
@@ -106,7 +105,7 @@ def compile_world(world: bpy.types.World | None, context: Context) -> MaterialPr
     if world is None:
         return None
     owner = f"World '{world.name}'"
-    if not _uses_nodes(world):
+    if not versions.uses_nodes(world):
         rgb = tuple(world.color[:3])
         if not any(rgb):
             return None
@@ -125,7 +124,7 @@ def compile_light(light: bpy.types.Light, context: Context) -> MaterialProgram |
     """The program that scales a lamp's own emission; None where the tree leaves it as it is (white, strength 1).
 
     A tree without an output is black, as in Cycles."""
-    if not _uses_nodes(light):
+    if not versions.uses_nodes(light):
         return None
     surface = _output_port(light, "ShaderNodeOutputLight")
     source = source_of(surface) if surface else None
@@ -144,12 +143,6 @@ def _is_plain_emission(source: Port) -> bool:
     color_socket, strength = (socket_named(source.node.inputs, name) for name in ("Color", "Strength"))
     changed = source.node.mute or any(source.scope.link_into(source.node, s) for s in (color_socket, strength))
     return not changed and tuple(color_socket.default_value[:3]) == WHITE and strength.default_value == 1.0
-
-
-def _uses_nodes(block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bool:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # from 5.0 on every block has a tree
-        return block.node_tree is not None and getattr(block, "use_nodes", True)
 
 
 def _output_port(block: bpy.types.Material | bpy.types.World | bpy.types.Light, idname: str) -> Port | None:
