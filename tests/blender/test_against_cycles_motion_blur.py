@@ -119,8 +119,9 @@ def open_slowly(scene):
 def test_curve_of_the_shutter(moving, shape):
     scene = moving(flying)
     open_slowly(scene) if shape == "slow" else bpy.ops.render.shutter_curve_preset(shape=shape)
-    # Cycles' table leaves out the last 0.4 % of the light, which of a ROUND shutter is that of its last 3 % of time.
-    result = compare_with_cycles(scene, floor=0.005 if shape == "ROUND" else 0.0)
+    # Cycles' table leaves out the last 0.4 % of the light, which of a ROUND shutter is that of its last 3 % of time, of
+    # a LINE of its last 4 %: it is 0.6 % off the mean of its own stills in a block, we are 0.2 % off that.
+    result = compare_with_cycles(scene, floor=0.0 if shape == "slow" else 0.005)
     assert result.agrees, result
 
 
