@@ -288,8 +288,8 @@ def test_panoramic_cameras_have_a_panel(kind):
 def test_without_nodes_materials_have_a_colour():
     material = bpy.data.materials.new("plain")
     if bpy.app.version < (5, 0, 0):
-        for material.use_nodes in (True, False):
-            pass
+        material.use_nodes = True  # which leaves a tree
+        material.use_nodes = False
         assert draw(ui_shading.CISTERN_MATERIAL_PT_surface, material=material) == ["use_nodes", "diffuse_color"]
     for panel in (ui_shading.CISTERN_MATERIAL_PT_volume, ui_shading.CISTERN_MATERIAL_PT_displacement):
         assert panel.poll(editor(300, material=material)) == (bpy.app.version >= (5, 0, 0))
