@@ -2,7 +2,6 @@
 
 #include "base/warp.h"
 #include "scene/panorama.h"
-#include "scene/surface_sheet.h"
 
 namespace cistern {
 
@@ -92,16 +91,6 @@ std::optional<Vec2> project(const Camera& camera, Vec3 position) {
 float camera_depth(const Camera& camera, Vec3 position) {
   if (camera.type == CameraType::PANORAMIC) return length(position - camera.camera_to_world.translation);
   return -dot(camera.camera_to_world.column(2), position - camera.camera_to_world.translation);
-}
-
-PixelFootprint pixel_footprint(const Camera& camera, int width, int height) {
-  if (camera.type == CameraType::SHEET) return {camera.sheet->pixel_size, 0.0f};
-  const Vec2 sides{(camera.right - camera.left) / static_cast<float>(width),
-                   (camera.top - camera.bottom) / static_cast<float>(height)};
-  if (camera.type == CameraType::PANORAMIC) return {0.0f, panorama_pixel_angle(camera.panorama, sides)};
-  const float pixel = 0.5f * (sides.x + sides.y);
-  if (camera.type == CameraType::ORTHOGRAPHIC) return {pixel, 0.0f};
-  return {0.0f, pixel};
 }
 
 }  // namespace cistern

@@ -2,6 +2,7 @@
 
 #include "accel/accel.h"
 #include "base/frame.h"
+#include "scene/pixel_footprint.h"
 
 namespace cistern {
 
@@ -19,14 +20,6 @@ std::optional<Vec2> project(const Camera& camera, Vec3 position);
 
 /// Depth along the view axis of a world-space point; of panoramas its distance.
 float camera_depth(const Camera& camera, Vec3 position);
-
-/// A pixel of a width x height picture: its size at the camera and the angle by which that grows. A perspective
-/// pixel starts as a point, an orthographic one keeps its size, of panoramas the one in the middle stands for all, of
-/// sheets the mean.
-struct PixelFootprint {
-  float size = 0.0f, angle = 0.0f;
-};
-PixelFootprint pixel_footprint(const Camera& camera, int width, int height);
 
 /// Point on the unit aperture: a disk or a regular polygon with `blades` corners, uniform in area.
 Vec2 sample_aperture(const Camera& camera, Vec2 u);
