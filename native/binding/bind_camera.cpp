@@ -2,21 +2,11 @@
 
 #include "binding/arrays.h"
 #include "binding/bind.h"
+#include "binding/choice.h"
 #include "scene/scene_builder.h"
 
 namespace cistern::binding {
 namespace {
-
-template <class T>
-T choice_of(const std::string& owner, const std::string& what, const std::string& given,
-            const std::vector<std::pair<std::string, T>>& choices) {
-  std::string names;
-  for (const auto& [choice, value] : choices) {
-    if (choice == given) return value;
-    names += (names.empty() ? "" : ", ") + choice;
-  }
-  throw Error(owner, what + " '" + given + "' is none of " + names);
-}
 
 Panorama to_panorama(const py::dict& values, const std::string& name) {
   const auto pair = [](const py::handle& value) {
@@ -95,6 +85,14 @@ void bind_camera(py::class_<SceneBuilder>& builder) {
               py::arg("clip_end"), py::arg("aperture_radius") = 0.0f, py::arg("focus_distance") = 1.0f,
               py::arg("blades") = 0, py::arg("blade_rotation") = 0.0f, py::arg("aperture_ratio") = 1.0f,
               py::arg("panorama") = py::dict());
+  builder.def(
+      "set_dicing",
+      [](SceneBuilder& b, const std::string& owner, int width, int height, float rate, float offscreen_scale,
+         int most_levels, bool ignores_moves) {
+        b.set_dicing(DicingView{{}, width, height, rate, offscreen_scale, most_levels, ignores_moves}, owner);
+      },
+      py::arg("owner"), py::arg("width"), py::arg("height"), py::arg("rate") = 1.0f, py::arg("offscreen_scale") = 4.0f,
+      py::arg("most_levels") = 12, py::arg("ignores_moves") = false);
   builder.def("set_sheet", &set_sheet, py::arg("name"), py::arg("width"), py::arg("height"), py::arg("instance"),
               py::arg("polygons").noconvert(), py::arg("points").noconvert(), py::arg("steps_x").noconvert(),
               py::arg("steps_y").noconvert(), py::arg("sees_from_eye") = false);

@@ -4,6 +4,7 @@
 #include "binding/arrays.h"
 #include "binding/bind.h"
 #include "binding/scene_handle.h"
+#include "binding/subdivision_arrays.h"
 #include "scene/scene_builder.h"
 #include "scene/shadow_catchers.h"
 #include "shading/displaced_scene.h"
@@ -70,7 +71,8 @@ int add_mesh(SceneBuilder& builder, const std::string& name, const Array<float>&
              const OptionalArray<int32_t>& triangle_corners, const OptionalArray<int32_t>& triangle_polygons,
              const OptionalArray<int32_t>& material_indices, const OptionalArray<float>& normals,
              const std::string& normals_domain, const OptionalArray<uint8_t>& sharp_faces,
-             const std::vector<AttributeArgument>& attributes, std::optional<int> replace) {
+             const std::vector<AttributeArgument>& attributes, const std::optional<py::dict>& subdivision,
+             std::optional<int> replace) {
   MeshInput input;
   input.name = name;
   input.positions = vec3_span(positions, name, "positions");
@@ -83,6 +85,8 @@ int add_mesh(SceneBuilder& builder, const std::string& name, const Array<float>&
   if (normals) input.normals = vec3_span(*normals, name, "normals");
   input.sharp_faces = optional_span(sharp_faces, name, "sharp_faces");
   for (const AttributeArgument& attribute : attributes) input.attributes.push_back(to_attribute(attribute, input));
+  std::optional<SubdivisionArrays> subdivided;
+  if (subdivision) input.subdivision = subdivided.emplace(*subdivision, name).input;
   const py::gil_scoped_release nogil;
   return builder.add_mesh(input, replace);
 }
@@ -370,7 +374,8 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
            py::arg("triangle_corners").noconvert() = none, py::arg("triangle_polygons").noconvert() = none,
            py::arg("material_indices").noconvert() = none, py::arg("normals").noconvert() = none,
            py::arg("normals_domain") = "FACE", py::arg("sharp_faces").noconvert() = none,
-           py::arg("attributes") = std::vector<AttributeArgument>{}, py::arg("replace") = none)
+           py::arg("attributes") = std::vector<AttributeArgument>{}, py::arg("subdivision") = none,
+           py::arg("replace") = none)
       .def("add_strands", &add_strands, py::arg("name"), py::arg("positions").noconvert(), py::arg("radii").noconvert(),
            py::arg("strand_offsets").noconvert(), py::arg("material_indices").noconvert() = none,
            py::arg("shape") = "SPLINES", py::arg("attributes") = std::vector<AttributeArgument>{},

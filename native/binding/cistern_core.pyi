@@ -95,6 +95,7 @@ class SceneBuilder:
         normals_domain: str = "FACE",  # FACE (flat), POINT, CORNER
         sharp_faces: NDArray[np.uint8] | None = None,  # (polygons,)
         attributes: Sequence[tuple[str, str, NDArray[np.float32]]] = (),  # (name, domain, (n, 1..4)); UV maps first
+        subdivision: dict[str, Any] | None = None,  # SubdivisionInput of native/scene/scene_builder.h: see set_dicing
         replace: int | None = None,
     ) -> int: ...
     def add_strands(
@@ -223,6 +224,16 @@ class SceneBuilder:
         blade_rotation: float = 0.0,
         aperture_ratio: float = 1.0,
         panorama: dict[str, Any] = ...,  # members of native/scene/camera.h, for PANORAMIC
+    ) -> None: ...
+    def set_dicing(
+        self,
+        owner: str,  # that errors name
+        width: int,
+        height: int,  # of the picture that meshes are subdivided for, as the camera that is set now sees them
+        rate: float = 1.0,  # multiplies the longest edges
+        offscreen_scale: float = 4.0,  # the same of what is not in view
+        most_levels: int = 12,  # edges are halved so often at most
+        ignores_moves: bool = False,  # of instances
     ) -> None: ...
     def set_sheet(
         self,

@@ -61,10 +61,17 @@ bool is_same_mesh(const Mesh& a, const Mesh& b) {
       a.polygons == b.polygons && a.material_slots == b.material_slots && a.corner_count == b.corner_count &&
       a.radii == b.radii && a.strand_shape == b.strand_shape && a.dropped_triangles == b.dropped_triangles;
   const bool has_same_volume = a.volume == b.volume || (a.volume && b.volume && is_same_volume(*a.volume, *b.volume));
-  return has_same_surface && has_same_volume && a.normals_domain == b.normals_domain && a.normals == b.normals &&
-         a.sharp_polygons == b.sharp_polygons &&
+  const bool has_same_cage = a.cage == b.cage || (a.cage && b.cage && *a.cage == *b.cage);
+  return has_same_surface && has_same_volume && has_same_cage && a.normals_domain == b.normals_domain &&
+         a.normals == b.normals && a.sharp_polygons == b.sharp_polygons &&
          std::ranges::equal(a.attributes, b.attributes,
                             [&](const MeshAttribute& x, const MeshAttribute& y) { return is_same_attribute(a, x, y); });
+}
+
+size_t memory_bytes(const SubdivisionCage& cage) {
+  return (cage.offsets.capacity() + cage.vertices.capacity() + cage.sharp_vertices.capacity()) * sizeof(uint32_t) +
+         cage.slots.capacity() * sizeof(uint16_t) + cage.creases.capacity() * sizeof(cage.creases[0]) +
+         (cage.crease_sharpness.capacity() + cage.vertex_sharpness.capacity()) * sizeof(float);
 }
 
 size_t memory_bytes(const Mesh& mesh) {
@@ -73,6 +80,7 @@ size_t memory_bytes(const Mesh& mesh) {
                  mesh.material_slots.capacity() * sizeof(uint16_t) + mesh.normals.capacity() * sizeof(uint32_t) +
                  mesh.sharp_polygons.capacity() + mesh.radii.capacity() * sizeof(float) +
                  mesh.undisplaced_normals.capacity() * sizeof(uint32_t);
+  if (mesh.cage) bytes += memory_bytes(*mesh.cage);
   if (mesh.volume) bytes += mesh.volume->memory_bytes();
   for (const MeshAttribute& attribute : mesh.attributes) {
     bytes += element_count(mesh, attribute) * static_cast<size_t>(attribute.components) * sizeof(float);

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "scene/subdivision_cage.h"
 #include "scene/voxel_volume.h"
 
 namespace cistern {
@@ -65,12 +66,20 @@ struct Mesh {
   std::shared_ptr<const Mesh> undisplaced;
   /// Beside it where that is flat and the shading asks: octahedral normals at its points.
   std::vector<uint32_t> undisplaced_normals;
+  /// Its polygons, where it is to be subdivided for each picture; null for others. See subdivision/dice_mesh.h.
+  std::shared_ptr<const SubdivisionCage> cage;
+  /// The mesh with a cage that this was diced from; null for others.
+  std::shared_ptr<const Mesh> diced_from;
   /// Inside of it, where it is the box of a volume object; null for others.
   std::shared_ptr<const VoxelVolume> volume;
 
   bool is_strands() const { return !radii.empty(); }
   /// Itself unless displacement moved it.
   const Mesh& original() const { return undisplaced ? *undisplaced : *this; }
+  /// What Generated coordinates map to [0, 1].
+  const Bounds3& generated_bounds() const {
+    return original().diced_from ? original().diced_from->bounds : original().bounds;
+  }
   size_t triangle_count() const { return vertices.size(); }
   /// Of its three vertices.
   std::array<Vec3, 3> triangle_positions(size_t triangle) const {

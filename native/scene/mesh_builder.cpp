@@ -153,6 +153,57 @@ void set_material_slots(const MeshInput& input, Mesh& mesh) {
   });
 }
 
+std::vector<float> to_sharpness(std::span<const float> values) {
+  std::vector<float> sharpness(values.begin(), values.end());
+  for (float& s : sharpness) s = std::isfinite(s) ? std::clamp(s, 0.0f, SubdivisionCage::kSharpest) : 0.0f;
+  return sharpness;
+}
+
+void check_points(const MeshInput& input, const char* what, std::span<const int32_t> points) {
+  const auto count = static_cast<int32_t>(input.positions.size());
+  for (const int32_t point : points)
+    if (point < 0 || point >= count)
+      throw Error(input.name, std::string(what) + " have point " + std::to_string(point) +
+                                  ": must be at least 0 and less than " + std::to_string(count));
+}
+
+void check_subdivision(const MeshInput& input) {
+  const SubdivisionInput& s = *input.subdivision;
+  check_points(input, "creases", s.creases);
+  check_points(input, "sharp vertices", s.sharp_vertices);
+  check_length(input, "creases", s.creases.size(), 2 * s.crease_sharpness.size());
+  check_length(input, "sharp vertices", s.sharp_vertices.size(), s.vertex_sharpness.size());
+  if (!(s.pixels > 0.0f) || !(s.length >= 0.0f) || !std::isfinite(s.pixels) || !std::isfinite(s.length))
+    throw Error(input.name, "is subdivided to edges of " + std::to_string(s.pixels) + " pixels and a length of " +
+                                std::to_string(s.length) + ": must be above 0, and at least 0");
+  for (int i = 0; i < s.uv_maps; ++i)
+    if (i >= static_cast<int>(input.attributes.size()) || input.attributes[static_cast<size_t>(i)].components != 2)
+      throw Error(input.name, "attribute " + std::to_string(i) + " is no UV map");
+}
+
+std::shared_ptr<const SubdivisionCage> make_cage(const MeshInput& input) {
+  const SubdivisionInput& s = *input.subdivision;
+  auto cage = std::make_shared<SubdivisionCage>();
+  cage->scheme = s.scheme;
+  cage->uv_smoothing = s.uv_smoothing;
+  cage->keeps_corners = s.keeps_corners;
+  cage->uv_maps = static_cast<uint32_t>(s.uv_maps);
+  cage->pixels = s.pixels;
+  cage->length = s.length;
+  for (size_t polygon = 0; polygon < polygon_count(input); ++polygon)
+    cage->offsets.push_back(static_cast<uint32_t>(corners_of(input, polygon).begin));
+  cage->offsets.push_back(static_cast<uint32_t>(input.corner_vertices.size()));
+  cage->vertices.assign(input.corner_vertices.begin(), input.corner_vertices.end());
+  if (std::ranges::any_of(input.material_indices, [](int32_t i) { return i > 0; }))
+    for (const int32_t index : input.material_indices) cage->slots.push_back(to_slot(index));
+  for (size_t i = 0; i + 1 < s.creases.size(); i += 2)
+    cage->creases.push_back({static_cast<uint32_t>(s.creases[i]), static_cast<uint32_t>(s.creases[i + 1])});
+  cage->crease_sharpness = to_sharpness(s.crease_sharpness);
+  cage->sharp_vertices.assign(s.sharp_vertices.begin(), s.sharp_vertices.end());
+  cage->vertex_sharpness = to_sharpness(s.vertex_sharpness);
+  return cage;
+}
+
 Bounds3 finite_bounds(const std::vector<Vec3>& positions) {
   std::vector<Bounds3> parts(block_count(positions.size(), kBlockSize));
   parallel_blocks(positions.size(), kBlockSize, [&](size_t block, size_t begin, size_t end) {
@@ -171,6 +222,7 @@ Bounds3 finite_bounds(const std::vector<Vec3>& positions) {
 
 Mesh build_mesh(const MeshInput& input) {
   check_input(input);
+  if (input.subdivision) check_subdivision(input);
   Mesh mesh;
   mesh.name = input.name;
   mesh.corner_count = static_cast<uint32_t>(input.corner_vertices.size());
@@ -188,6 +240,7 @@ Mesh build_mesh(const MeshInput& input) {
   mesh.positions.reserve(input.positions.size() + 1);
   mesh.positions.assign(input.positions.begin(), input.positions.end());
   mesh.bounds = finite_bounds(mesh.positions);
+  if (input.subdivision && mesh.triangle_count() > 0) mesh.cage = make_cage(input);
   return mesh;
 }
 

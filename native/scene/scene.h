@@ -62,7 +62,9 @@ struct Scene {
   std::vector<Light> lights;
   Environment environment;
   Camera camera;
-  /// The last of `meshes` are others as displacement moved them, of these handles; only instances refer to them.
+  std::shared_ptr<const DicingView> dicing;  // null: meshes with a cage are shown as they are
+  /// The last of `meshes` are others as they were diced and displacement moved them, of these handles; only instances
+  /// refer to them.
   std::vector<int> displaced_from;
   std::array<std::shared_ptr<const MotionStep>, 2> motion;  // before and after; null: nothing moves
 

@@ -13,6 +13,8 @@
 namespace cistern {
 namespace {
 
+constexpr float kLeastDicingRate = 1e-3f;
+constexpr int kMostDicingLevels = 20;  // halves of halves are told apart by floats
 constexpr Vec3 kDefaultGrey{0.8f, 0.8f, 0.8f};
 
 void check_handle(const std::string& owner, const char* what, int handle, size_t count) {
@@ -215,6 +217,26 @@ void SceneBuilder::set_environment(const Environment& environment) {
 void SceneBuilder::set_camera(const Camera& camera, const std::string& name) {
   check_camera(camera, name);
   scene_.camera = camera;
+}
+
+void SceneBuilder::set_dicing(std::optional<DicingView> view, const std::string& owner) {
+  if (!view) {
+    scene_.dicing = nullptr;
+    return;
+  }
+  const auto check = [&](const char* what, float value, float least) {
+    if (value >= least && std::isfinite(value)) return;
+    throw Error(owner,
+                std::string(what) + " is " + std::to_string(value) + ": must be at least " + std::to_string(least));
+  };
+  check("width", static_cast<float>(view->width), 1.0f);
+  check("height", static_cast<float>(view->height), 1.0f);
+  check("dicing rate", view->rate, kLeastDicingRate);
+  check("offscreen scale", view->offscreen_scale, 1.0f);
+  check("number of subdivisions", static_cast<float>(view->most_levels), 0.0f);
+  view->most_levels = std::min(view->most_levels, kMostDicingLevels);
+  view->camera = scene_.camera;
+  if (!scene_.dicing || !(*scene_.dicing == *view)) scene_.dicing = std::make_shared<const DicingView>(*view);
 }
 
 void SceneBuilder::set_sheet(const SheetInput& input, bool sees_from_eye, const std::string& name) {

@@ -5,11 +5,26 @@
 #include <span>
 #include <unordered_map>
 
+#include "scene/diced_mesh.h"
 #include "scene/displaced_mesh.h"
 #include "scene/scene.h"
 #include "scene/surface_sheet.h"
 
 namespace cistern {
+
+/// See SubdivisionCage; every span is read during the call only.
+struct SubdivisionInput {
+  SubdivisionScheme scheme = SubdivisionScheme::CATMULL_CLARK;
+  UvSmoothing uv_smoothing = UvSmoothing::BOUNDARIES;
+  bool keeps_corners = false;
+  int uv_maps = 0;
+  float pixels = 1.0f;
+  float length = 0.0f;
+  std::span<const int32_t> creases;  // two points to an edge
+  std::span<const float> crease_sharpness;
+  std::span<const int32_t> sharp_vertices;
+  std::span<const float> vertex_sharpness;
+};
 
 /// Polygons as Blender keeps them; every span is read during the call only.
 struct MeshInput {
@@ -27,6 +42,8 @@ struct MeshInput {
   std::span<const Vec3> normals;              // per point or per corner, any length > 0
   std::span<const uint8_t> sharp_faces;       // per polygon, 1 = flat although normals exist; may be empty
   std::vector<MeshAttribute> attributes;
+  /// How the mesh is subdivided for each picture; not set: it is as it is.
+  std::optional<SubdivisionInput> subdivision;
 };
 
 /// Strands of hair; every span is read during the call only.
@@ -85,6 +102,9 @@ class SceneBuilder {
   int add_light(Light light, std::optional<int> replace = {});
   void set_environment(const Environment& environment);
   void set_camera(const Camera& camera, const std::string& name);
+  /// Meshes with a cage are subdivided for the camera that is set now, whatever is set later, in place of
+  /// `view.camera`; without a view they are shown as they are. Throws Error naming `owner`.
+  void set_dicing(std::optional<DicingView> view, const std::string& owner);
   /// Makes the camera that is set look at a sheet instead, for pictures of its size: from right above, or from where it
   /// is; another one takes its place. Instances and meshes of the sheet must not change any more.
   void set_sheet(const SheetInput& input, bool sees_from_eye, const std::string& name);
@@ -103,10 +123,13 @@ class SceneBuilder {
   std::shared_ptr<const Scene> snapshot() const { return std::make_shared<Scene>(scene_); }
   /// What was displaced for earlier snapshots, kept here for later ones by those who displace.
   std::vector<DisplacedMesh>& displaced_meshes() { return displaced_meshes_; }
+  /// The same of what was diced.
+  std::vector<DicedMesh>& diced_meshes() { return diced_meshes_; }
 
  private:
   Scene scene_;
   std::vector<DisplacedMesh> displaced_meshes_;
+  std::vector<DicedMesh> diced_meshes_;
   int default_material_ = -1;
   std::map<std::vector<int>, int> material_set_handles_;
   std::unordered_multimap<std::string, int> object_handles_;  // by name

@@ -16,6 +16,7 @@ constexpr size_t kBlockSize = 1 << 14;  // vertices or corners per task
 
 /// Triangles may differ: those of bent polygons are cut otherwise.
 bool has_same_structure(const Mesh& a, const Mesh& b) {
+  if (a.diced_from || b.diced_from) return false;  // as they are seen at a moment: each another
   return a.positions.size() == b.positions.size() && a.corner_count == b.corner_count &&
          a.normals_domain == b.normals_domain && a.normals.size() == b.normals.size();
 }

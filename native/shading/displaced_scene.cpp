@@ -4,6 +4,8 @@
 #include <map>
 
 #include "shading/displace_mesh.h"
+#include "subdivision/dice_mesh.h"
+#include "subdivision/longest_edge.h"
 
 namespace cistern {
 namespace {
@@ -95,7 +97,7 @@ bool is_made_alike(const DisplacedMesh& before, const DisplacedMesh& now) {
   return before.values == now.values && before.placement.values == now.placement.values;
 }
 
-/// Taken from those that are kept, or made now.
+/// `scene` has the meshes as they are diced. Taken from those that are kept, or made now.
 DisplacedMesh displaced_mesh(const std::vector<DisplacedMesh>& kept, const Scene& scene, uint32_t index) {
   const Instance& instance = scene.instances[index];
   DisplacedMesh displaced;
@@ -121,33 +123,98 @@ bool can_be_displaced(const Scene& scene, const Instance& instance) {
   return mesh && !mesh->is_strands() && mesh->triangle_count() > 0;
 }
 
-}  // namespace
+/// Returns the handle of a mesh that is to be shown in place of another.
+int add_in_place_of(int handle, std::shared_ptr<const Mesh> mesh, Scene& scene) {
+  const size_t own = scene.meshes.size() - scene.displaced_from.size(), other = static_cast<size_t>(handle);
+  scene.displaced_from.push_back(other < own ? handle : scene.displaced_from[other - own]);
+  scene.meshes.push_back(std::move(mesh));
+  return static_cast<int>(scene.meshes.size() - 1);
+}
 
-DisplacedScene displaced_snapshot(SceneBuilder& builder) {
-  const Scene& scene = builder.scene();
-  std::vector<DisplacedMesh> made;
-  if (std::ranges::none_of(scene.materials, displaces)) {
-    builder.displaced_meshes().clear();
-    return {builder.snapshot(), {}};
-  }
-  DisplacedScene result;
-  const auto moved = std::make_shared<Scene>(scene);
-  std::map<std::pair<int, int>, int> handles;  // by mesh and material set; -1: not displaced
+/// Of each mesh with a cage, the instance that shows it largest.
+std::map<int, uint32_t> largest_instances(const Scene& scene) {
+  std::map<int, std::pair<float, uint32_t>> largest;
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
+    if (!can_be_displaced(scene, instance)) continue;
+    const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
+    if (!mesh.cage) continue;
+    const float size = seen_size(*scene.dicing, mesh.bounds, instance.object_to_world);
+    const auto [known, is_new] = largest.try_emplace(instance.mesh, size, i);
+    if (!is_new && size > known->second.first) known->second = {size, i};
+  }
+  std::map<int, uint32_t> instances;
+  for (const auto& [mesh, found] : largest) instances.emplace(mesh, found.second);
+  return instances;
+}
+
+bool is_diced_alike(const DicedMesh& before, const DicedMesh& now) {
+  return before.source == now.source && before.view == now.view &&
+         (now.view.ignores_moves || before.object_to_world == now.object_to_world);
+}
+
+/// Replaces meshes with a cage by what they are diced to.
+void dice_meshes(SceneBuilder& builder, Scene& scene, std::vector<std::string>& warnings) {
+  std::vector<DicedMesh> made;
+  std::map<int, int> handles;
+  if (scene.dicing) {
+    for (const auto& [handle, instance] : largest_instances(scene)) {
+      DicedMesh& diced = made.emplace_back();
+      diced.source = scene.meshes[static_cast<size_t>(handle)];
+      diced.view = *scene.dicing;
+      diced.object_to_world = scene.instances[instance].object_to_world;
+      const auto known = std::ranges::find_if(builder.diced_meshes(),
+                                              [&](const DicedMesh& before) { return is_diced_alike(before, diced); });
+      if (known != builder.diced_meshes().end()) {
+        diced = *known;
+      } else {
+        dice_mesh(diced);
+      }
+      if (!diced.warning.empty()) warnings.push_back(diced.warning);
+      handles[handle] = add_in_place_of(handle, diced.mesh, scene);
+    }
+  }
+  builder.diced_meshes() = std::move(made);
+  for (Instance& instance : scene.instances)
+    if (const auto found = handles.find(instance.mesh); found != handles.end()) instance.mesh = found->second;
+}
+
+void displace_meshes(SceneBuilder& builder, Scene& scene, std::vector<std::string>& warnings) {
+  std::vector<DisplacedMesh> made;
+  std::map<std::pair<int, int>, int> handles;  // by mesh and material set; -1: not displaced
+  for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+    Instance& instance = scene.instances[i];
     if (!can_be_displaced(scene, instance)) continue;
     const auto [known, is_new] = handles.try_emplace({instance.mesh, instance.material_set}, -1);
     if (is_new && std::ranges::any_of(moving_programs(scene, instance), displaces)) {
       made.push_back(displaced_mesh(builder.displaced_meshes(), scene, i));
-      if (!made.back().warning.empty()) result.warnings.push_back(made.back().warning);
-      known->second = static_cast<int>(moved->meshes.size());
-      moved->meshes.push_back(made.back().mesh);
-      moved->displaced_from.push_back(instance.mesh);
+      if (!made.back().warning.empty()) warnings.push_back(made.back().warning);
+      known->second = add_in_place_of(instance.mesh, made.back().mesh, scene);
     }
-    if (known->second >= 0) moved->instances[i].mesh = known->second;
+    if (known->second >= 0) instance.mesh = known->second;
   }
   builder.displaced_meshes() = std::move(made);
-  result.scene = moved;
+}
+
+bool is_shown_as_built(const Scene& scene) {
+  const auto has_cage = [](const std::shared_ptr<const Mesh>& mesh) { return mesh && mesh->cage; };
+  return std::ranges::none_of(scene.materials, displaces) &&
+         !(scene.dicing && std::ranges::any_of(scene.meshes, has_cage));
+}
+
+}  // namespace
+
+DisplacedScene displaced_snapshot(SceneBuilder& builder) {
+  if (is_shown_as_built(builder.scene())) {
+    builder.displaced_meshes().clear();
+    builder.diced_meshes().clear();
+    return {builder.snapshot(), {}};
+  }
+  DisplacedScene result;
+  const auto shown = std::make_shared<Scene>(builder.scene());
+  dice_meshes(builder, *shown, result.warnings);
+  displace_meshes(builder, *shown, result.warnings);
+  result.scene = shown;
   return result;
 }
 

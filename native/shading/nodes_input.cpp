@@ -69,7 +69,7 @@ Vec3 generated_node(const NodeContext& c, BumpShift shift) {
   if ((!c.has_mesh() && !c.is_inside) || is_ball(c)) return object_position(c, shift);
   if (const int own = c.mesh().generated_attribute; own >= 0 && !c.is_inside)
     return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), own).value;
-  const Bounds3& bounds = c.mesh().original().bounds;
+  const Bounds3& bounds = c.mesh().generated_bounds();
   const Vec3 p = original_position(c, shift) - bounds.lower;
   const Vec3 size = bounds.diagonal();
   const auto map = [](float x, float extent) { return extent > 0.0f ? x / extent : 0.5f; };

@@ -138,6 +138,7 @@ class SceneBuilder:
         normals_domain="FACE",
         sharp_faces=None,
         attributes=(),
+        subdivision=None,
         replace=None,
     ) -> None:
         check_array(positions, np.float32, None, 3)
