@@ -5,7 +5,7 @@ import bpy
 from bl_ui import properties_view_layer
 from bpy.types import Context, Panel
 
-from . import ui_bake, ui_data, ui_sampling, ui_shading, ui_viewport
+from . import ui_bake, ui_data, ui_sampling, ui_shading, ui_subdivision, ui_viewport
 from .ui_base import ENGINE, CisternPanel, draw_existing, split_layout
 
 # Blender's general panels that would show settings of other engines, or of features that this engine does not have;
@@ -292,6 +292,7 @@ CLASSES = (
     CISTERN_RENDER_PT_motion_blur,
     CISTERN_RENDER_PT_shutter_curve,
     CISTERN_RENDER_PT_simplify,
+    *ui_subdivision.CLASSES,
     CISTERN_RENDER_PT_performance,
     *ui_bake.CLASSES,
     CISTERN_VIEWLAYER_PT_passes,

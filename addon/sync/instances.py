@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import SyncReport, versions
+from . import SyncReport
 from .changes import EVERYTHING, Changes, original_uid
 from .fluid_grids import gas_domain
 from .instance_values import item_values, may_follow_moves, object_values
@@ -33,6 +33,7 @@ from .placements import (
     is_flattened,
     name_random,
 )
+from .subdivision import subdivision_of
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -295,7 +296,9 @@ class InstanceSync:
     def _mesh(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> PlacedMesh | None:
         if not self._has_shape(obj, instancer) and isinstance(obj.data, bpy.types.Mesh) and len(obj.data.polygons):
             return self.meshes.empty()
-        return self.meshes.placed(obj, original_uid(obj))
+        is_render = self._depsgraph.mode == "RENDER"
+        subdivision = subdivision_of(obj, self._depsgraph.scene_eval, is_render) if self._moment is None else None
+        return self.meshes.placed(obj, original_uid(obj), subdivision)
 
     def _prototype(
         self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey
@@ -303,7 +306,6 @@ class InstanceSync:
         """None for what has no surface, or is hidden from every kind of ray."""
         self._links.read(obj)
         with self._report.about(("object", key)):
-            self._warn_of_what_is_ignored(obj)
             return self._shown(obj, instancer, key)
 
     def _shown(
@@ -382,10 +384,6 @@ class InstanceSync:
             light_group=group_of_object(obj, instancer, self._light_groups),
             is_looked_at=self._moment is None or self._moment.has(obj, instancer),
         )
-
-    def _warn_of_what_is_ignored(self, obj: bpy.types.Object) -> None:
-        if versions.subdivides_adaptively(obj):
-            self._report.warn(f"Object '{obj.name}': adaptive subdivision is not supported, its levels are used")
 
     def _lamp(self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey) -> Lamp | None:
         if is_portal(obj.data):

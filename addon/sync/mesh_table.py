@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Set
+from collections.abc import Hashable, Set
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from .fluid_grids import gas_arrays, gas_domain
 from .meshes import MeshArrays, mesh_arrays
 from .points import point_arrays
 from .strands import StrandArrays, curve_arrays, particle_arrays
+from .subdivision import Subdivision, final_mesh
 from .volume_grids import volume_arrays, volume_version
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ class PlacedMesh:
     """Session id of the evaluated mesh: Blender gives a new one to the result of every evaluation. 0: unknown, as while
     the mesh is edited."""
     warnings: tuple[str, ...] = ()
+    subdivision: Subdivision | None = None
 
 
 @dataclass
@@ -60,21 +62,21 @@ class MeshTable:
         """Whether the meshes of the last sync have the attributes that are wanted now."""
         known = kept.by_owner.values() if self.knows_attributes else ()
         self._by_version = {mesh.version: mesh for mesh in known if mesh.version}
-        self._by_address: dict[int | tuple[int, int], PlacedMesh | None] = {}
+        self._by_address: dict[tuple[int, Hashable], PlacedMesh | None] = {}
         self._by_owner: dict[tuple[int, int], PlacedMesh] = {}
         self._used: set[int] = set()
         self._counts: Counter[int] = Counter()
         self._empty: PlacedMesh | None = None
         self.seconds = 0.0
-        self.exported = 0
+        self.exported = self.exported_cages = 0
 
-    def placed(self, obj: bpy.types.Object, owner: int) -> PlacedMesh | None:
+    def placed(self, obj: bpy.types.Object, owner: int, subdivision: Subdivision | None = None) -> PlacedMesh | None:
         """The mesh that an evaluated object shows; None for one without polygons. `owner` is the object's id."""
-        address = obj.data.as_pointer()
+        address = (obj.data.as_pointer(), subdivision)
         if address not in self._by_address:
             self._report.look_up()
             start = time.perf_counter()
-            self._by_address[address] = self._place(obj, owner)
+            self._by_address[address] = self._place(obj, owner, subdivision)
             self.seconds += time.perf_counter() - start
         return self._by_address[address]
 
@@ -148,7 +150,7 @@ class MeshTable:
             kept.free_handles.append(handle)
         kept.by_owner, kept.attributes = self._by_owner, self._wanted_attributes
 
-    def _place(self, obj: bpy.types.Object, owner: int) -> PlacedMesh | None:
+    def _place(self, obj: bpy.types.Object, owner: int, subdivision: Subdivision | None) -> PlacedMesh | None:
         if isinstance(obj.data, bpy.types.Curves):
             arrays = curve_arrays(obj.data, self._wanted_attributes)
             return self._place_strands(arrays, f"Curves '{obj.data.name}'", obj.data.name, owner)
@@ -157,7 +159,9 @@ class MeshTable:
             return self._place_strands(arrays, f"Point cloud '{obj.data.name}'", obj.data.name, owner)
         key = (owner, self._counts[owner])
         self._counts[owner] += 1
-        mesh = self._by_version.get(obj.data.session_uid) or self._export(obj, key)
+        mesh = self._by_version.get(obj.data.session_uid)
+        if mesh is None or mesh.subdivision != subdivision:
+            mesh = self._export(obj, key, subdivision)
         if mesh is not None:
             self._used.add(mesh.handle)
             self._by_owner[key] = mesh
@@ -171,11 +175,14 @@ class MeshTable:
             return before.handle
         return self._kept.free_handles.pop() if self._kept.free_handles else None
 
-    def _export(self, obj: bpy.types.Object, key: tuple[int, int]) -> PlacedMesh | None:
-        arrays = read_mesh(obj, self._wanted_attributes)
+    def _export(
+        self, obj: bpy.types.Object, key: tuple[int, int], subdivision: Subdivision | None
+    ) -> PlacedMesh | None:
+        arrays = read_mesh(obj, self._wanted_attributes, subdivision)
         if arrays is None:
             return None
         self.exported += 1
+        self.exported_cages += subdivision is not None
         name = obj.data.name
         flat_axis = next((axis for axis in range(3) if not arrays.positions[:, axis].any()), -1)
         handle = self._builder.add_mesh(name, **vars(arrays), replace=self._handle_for(key))
@@ -186,7 +193,8 @@ class MeshTable:
             warnings = (f"Mesh '{name}': coordinates are not finite, {dropped} triangles are left out",)
         elif np.abs(arrays.positions).max(initial=0.0) > _LARGEST_COORDINATE:
             warnings = (f"Mesh '{name}': triangles beyond {_LARGEST_COORDINATE:.1e} m are left out",)
-        return PlacedMesh(handle, flat_axis, 0 if obj.data.is_editmode else obj.data.session_uid, warnings)
+        version = 0 if obj.data.is_editmode else obj.data.session_uid
+        return PlacedMesh(handle, flat_axis, version, warnings, subdivision)
 
     def _place_strands(self, arrays: StrandArrays | None, label: str, name: str, owner: int) -> PlacedMesh | None:
         """`label`: as a warning calls them. Blender does not tell one evaluation of strands from another."""
@@ -209,14 +217,17 @@ class MeshTable:
         return mesh
 
 
-def read_mesh(obj: bpy.types.Object, wanted_attributes: Set[str]) -> MeshArrays | None:
+def read_mesh(
+    obj: bpy.types.Object, wanted_attributes: Set[str], subdivision: Subdivision | None = None
+) -> MeshArrays | None:
     """Arrays of the mesh of an evaluated object; None for one without polygons.
 
     While a mesh is edited, Blender keeps it in another form and has to be asked for a copy."""
     if not obj.data.is_editmode:
-        return mesh_arrays(obj.data, wanted_attributes) if len(obj.data.polygons) else None
+        with final_mesh(obj, subdivision) as mesh:
+            return mesh_arrays(mesh, wanted_attributes, subdivision) if len(mesh.polygons) else None
     mesh = obj.to_mesh()
     try:
-        return mesh_arrays(mesh, wanted_attributes) if len(mesh.polygons) else None
+        return mesh_arrays(mesh, wanted_attributes, subdivision) if len(mesh.polygons) else None
     finally:
         obj.to_mesh_clear()

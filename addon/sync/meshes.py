@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Set
 from dataclasses import dataclass, field
+from typing import Any
 
 import bpy
 import numpy as np
@@ -18,6 +19,7 @@ from .islands import random_per_island
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
 from .nodes.value_names import GENERATED, POINTINESS, RANDOM_PER_ISLAND
 from .pointiness import pointiness
+from .subdivision import Subdivision
 
 # Attribute type -> (property of an element, components). Other types carry nothing a shader can read.
 _READABLE_TYPES = {
@@ -50,9 +52,12 @@ class MeshArrays:
     normals_domain: str = "FACE"
     sharp_faces: NDArray[np.uint8] | None = None
     attributes: list[tuple[str, str, NDArray[np.float32]]] = field(default_factory=list)
+    subdivision: dict[str, Any] | None = None
 
 
-def mesh_arrays(mesh: bpy.types.Mesh, wanted_attributes: Set[str] = frozenset()) -> MeshArrays:
+def mesh_arrays(
+    mesh: bpy.types.Mesh, wanted_attributes: Set[str] = frozenset(), subdivision: Subdivision | None = None
+) -> MeshArrays:
     """Copy a mesh out. All UV maps come along, the active render one first; other attributes when they are wanted."""
     corner_count, polygon_count = len(mesh.loops), len(mesh.polygons)
     offsets = _polygon_offsets(mesh, polygon_count, corner_count)
@@ -70,6 +75,7 @@ def mesh_arrays(mesh: bpy.types.Mesh, wanted_attributes: Set[str] = frozenset())
         normals_domain=normals_domain,
         sharp_faces=sharp.view(np.uint8) if sharp is not None and normals_domain == "CORNER" else None,
         attributes=_attributes(mesh, wanted_attributes),
+        subdivision=None if subdivision is None else subdivision.arguments(mesh),
     )
 
 

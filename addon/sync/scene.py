@@ -18,6 +18,7 @@ from .instances import InstanceSync
 from .light_groups import group_numbers
 from .materials import MaterialContext, MaterialTable, tree_uses
 from .motion import MotionStep, place_steps
+from .subdivision import dice_for_render
 from .world import environment_arguments
 
 if TYPE_CHECKING:
@@ -131,6 +132,9 @@ def _sync(
             camera_object = camera_object.evaluated_get(depsgraph)
         if needs_camera or camera_object is not None:
             camera_now = camera_arguments(scene, camera_object, report)
+            builder.set_camera(**camera_now)
+        if needs_camera and moment is None:
+            dice_for_render(builder, depsgraph, report)
             builder.set_camera(**camera_now)
     with timed(report, "trees"):
         uses = tree_uses(depsgraph)

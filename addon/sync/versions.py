@@ -109,10 +109,15 @@ def cycles_setting(data_block: bpy.types.ID, name: str, default: Any) -> Any:  #
     return getattr(getattr(data_block, "cycles", None), name, default)
 
 
-def subdivides_adaptively(obj: bpy.types.Object) -> bool:
-    """Whether Cycles would, by the last modifier; before 5.0 only where experimental features are on, which is not
-    asked here."""
+def adaptive_edges(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[float, float] | None:
+    """How long the edges of an object may be that its last modifier subdivides adaptively: in pixels, and in its own
+    space, 0 where pixels count. None for others. Before 5.0 it is an experimental feature of Cycles."""
     last = obj.modifiers[-1] if len(obj.modifiers) else None
     if last is None or last.type != "SUBSURF":
-        return False
-    return getattr(last, "use_adaptive_subdivision", cycles_setting(obj, "use_adaptive_subdivision", False))
+        return None
+    if hasattr(last, "use_adaptive_subdivision"):
+        length = last.adaptive_object_edge_length if last.adaptive_space == "OBJECT" else 0.0
+        return (last.adaptive_pixel_size, length) if last.use_adaptive_subdivision else None
+    is_on = cycles_setting(obj, "use_adaptive_subdivision", False)
+    is_on &= cycles_setting(scene, "feature_set", "SUPPORTED") == "EXPERIMENTAL"
+    return (cycles_setting(obj, "dicing_rate", 1.0), 0.0) if is_on else None

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from addon import techniques, ui, ui_data, ui_sampling, ui_shading, ui_viewport
+from addon import techniques, ui, ui_data, ui_sampling, ui_shading, ui_subdivision, ui_viewport
 from tests.blender.engine_fakes import fresh_scene
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -358,3 +358,24 @@ def test_light_groups_have_panels_of_objects_and_worlds():
 def test_light_groups_of_the_view_layer_have_a_panel():
     drawn = draw(ui.CISTERN_VIEWLAYER_PT_passes_lightgroups, view_layer=fresh_scene().view_layers[0])
     assert {"lightgroups", "scene.view_layer_add_lightgroup", "scene.view_layer_remove_lightgroup"} <= set(drawn)
+
+
+def test_adaptive_subdivision_has_panels():
+    scene = fresh_scene()
+    cube, panel = scene.objects["Cube"], ui_subdivision.CISTERN_MODIFIER_PT_subdivision
+    drawn = draw(ui_subdivision.CISTERN_RENDER_PT_subdivision, scene=scene)
+    assert drawn[-1] == "dicing_camera" and "offscreen_dicing_scale" in drawn
+    assert not panel.poll(editor(300, object=cube, scene=scene))
+    modifier = cube.modifiers.new("Subdivision", "SUBSURF")
+    assert panel.poll(editor(300, object=cube, scene=scene))
+    header = []
+    panel.draw_header(SimpleNamespace(layout=RecordingLayout(header)), editor(300, object=cube))
+    assert header == ["use_adaptive_subdivision"]
+    if bpy.app.version < (5, 0, 0):
+        assert draw(panel, object=cube, scene=scene) == ["dicing_rate", "feature_set"]
+        return
+    assert draw(panel, object=cube, scene=scene) == ["adaptive_space", "adaptive_pixel_size"]
+    modifier.adaptive_space = "OBJECT"
+    assert draw(panel, object=cube, scene=scene) == ["adaptive_space", "adaptive_object_edge_length"]
+    cube.modifiers.new("Bevel", "BEVEL")
+    assert not panel.poll(editor(300, object=cube, scene=scene))

@@ -32,7 +32,7 @@ class StillSync:
     def __init__(self, core):
         self.exported = live.Exported(instances=True)
         self.builder = self
-        self.changes, self.cameras = [], []
+        self.changes, self.cameras, self.diced = [], [], []
         self.failure = None
         self.volume_name = ""
 
@@ -45,6 +45,9 @@ class StillSync:
 
     def set_camera(self, **camera):
         self.cameras.append(camera)
+
+    def set_dicing(self, owner, **view):
+        self.diced.append((len(self.cameras), view))
 
     def snapshot(self):
         return SimpleNamespace(volume_name=self.volume_name, warnings=[], has_shadow_catchers=False)
@@ -118,6 +121,26 @@ def test_a_moved_view_only_moves_the_camera(viewport, drawn, scene):
         viewport.draw(engine, moved, depsgraph())
     assert [camera["camera_to_world"][2, 3] for camera in viewport._sync.cameras] == [5.0, 6.0, 7.0]
     assert (len(viewport._sync.changes), viewport._render.requests) == (1, 3)
+
+
+def test_meshes_are_subdivided_for_the_view_that_shows_them_first(viewport, drawn, scene):
+    engine = FakeEngine()
+    viewport.update(engine, fake_context(scene), depsgraph())
+    diced = viewport._sync.diced
+    assert diced == [(1, {"width": viewport_fakes.REGION[0], "height": viewport_fakes.REGION[1]} | diced[0][1])]
+    assert diced[0][1]["rate"] == 8.0 and diced[0][1]["ignores_moves"]
+    moved = fake_context(scene, view_matrix=Matrix.Translation((0.0, 0.0, -6.0)))
+    viewport.draw(engine, moved, depsgraph())
+    assert len(diced) == 1
+    scene.cycles.preview_dicing_rate = 4.0
+    viewport.draw(engine, moved, depsgraph())
+    assert len(diced) == 2 and diced[1][1]["rate"] == 4.0
+    viewport._sync.exported = live.Exported(meshes=1)
+    viewport.update(engine, moved, depsgraph())
+    assert len(diced) == 2
+    viewport._sync.exported = live.Exported(meshes=1, cages=1)
+    viewport.update(engine, moved, depsgraph())
+    assert len(diced) == 3
 
 
 def test_a_resized_region_needs_no_export(viewport, core, drawn, scene):
