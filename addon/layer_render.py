@@ -120,7 +120,8 @@ class LayerRender(SessionRender):
             if len(views) > 1:
                 for builder in builders:
                     place_view_camera(self.engine, self.depsgraph, builder)
-            scene, *others = (builder.snapshot() for builder in builders)
+            scene = exported.builder.snapshot()
+            others = [builder.snapshot(middle=scene) for builder in builders[1:]]
             self.warn_of_volume(scene.volume_name)
             for warning in scene.warnings:
                 self.figures.warn_once(warning)

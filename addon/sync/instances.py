@@ -297,7 +297,7 @@ class InstanceSync:
         if not self._has_shape(obj, instancer) and isinstance(obj.data, bpy.types.Mesh) and len(obj.data.polygons):
             return self.meshes.empty()
         is_render = self._depsgraph.mode == "RENDER"
-        subdivision = subdivision_of(obj, self._depsgraph.scene_eval, is_render) if self._moment is None else None
+        subdivision = subdivision_of(obj, self._depsgraph.scene_eval, is_render)
         return self.meshes.placed(obj, original_uid(obj), subdivision)
 
     def _prototype(

@@ -443,11 +443,11 @@ void bind_scene_builder(py::module_& m) {
       .def("add_material_set", &SceneBuilder::add_material_set, py::arg("materials"), py::arg("owner_name"))
       .def(
           "snapshot",
-          [](SceneBuilder& b) {
-            DisplacedScene displaced = displaced_snapshot(b);
+          [](SceneBuilder& b, const SceneHandle* middle) {
+            DisplacedScene displaced = displaced_snapshot(b, middle ? middle->scene.get() : nullptr);
             return SceneHandle{std::move(displaced.scene), std::move(displaced.warnings)};
           },
-          py::call_guard<py::gil_scoped_release>());
+          py::arg("middle") = py::none(), py::call_guard<py::gil_scoped_release>());
   bind_geometry(builder);
   bind_lights(builder);
   bind_surroundings(builder);

@@ -256,8 +256,9 @@ class SceneBuilder:
     def clear_lights(self) -> None: ...
     def mesh_statistics(self, handle: int) -> dict[str, int]:
         """triangles, dropped_triangles, memory_bytes"""
-    def snapshot(self) -> "Scene":
-        """With meshes as the displacement of their materials moves them."""
+    def snapshot(self, middle: "Scene | None" = None) -> "Scene":
+        """With meshes as they are subdivided for the view of set_dicing, and as the displacement of their materials moves
+        them. `middle`: of a shutter, of which this is another moment; meshes are then subdivided as there."""
 
 class Scene:
     """An immutable snapshot."""

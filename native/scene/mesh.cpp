@@ -1,5 +1,7 @@
 #include "scene/mesh.h"
 
+#include "scene/diced_mesh.h"
+
 namespace cistern {
 namespace {
 
@@ -24,6 +26,10 @@ int Mesh::find_attribute(const std::string& attribute_name) const {
     if (attributes[i].name == attribute_name) return static_cast<int>(i);
   }
   return -1;
+}
+
+const Bounds3& Mesh::generated_bounds() const {
+  return original().dicing ? original().dicing->source->bounds : original().bounds;
 }
 
 uint32_t encode_octahedral(Vec3 n) {

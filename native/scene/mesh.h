@@ -35,6 +35,8 @@ struct MeshAttribute {
   uint32_t name_hash = 0;                 // attribute_name_hash(name), set by SceneBuilder
 };
 
+struct Dicing;
+
 using TriangleIndices = std::array<uint32_t, 3>;
 
 /// What strands are between their keys: round splines [Catmull and Rom 1974], round lines, or nothing but a ball about
@@ -68,8 +70,8 @@ struct Mesh {
   std::vector<uint32_t> undisplaced_normals;
   /// Its polygons, where it is to be subdivided for each picture; null for others. See subdivision/dice_mesh.h.
   std::shared_ptr<const SubdivisionCage> cage;
-  /// The mesh with a cage that this was diced from; null for others.
-  std::shared_ptr<const Mesh> diced_from;
+  /// What this was diced from, and for whom (diced_mesh.h); null for others.
+  std::shared_ptr<const Dicing> dicing;
   /// Inside of it, where it is the box of a volume object; null for others.
   std::shared_ptr<const VoxelVolume> volume;
 
@@ -77,9 +79,7 @@ struct Mesh {
   /// Itself unless displacement moved it.
   const Mesh& original() const { return undisplaced ? *undisplaced : *this; }
   /// What Generated coordinates map to [0, 1].
-  const Bounds3& generated_bounds() const {
-    return original().diced_from ? original().diced_from->bounds : original().bounds;
-  }
+  const Bounds3& generated_bounds() const;
   size_t triangle_count() const { return vertices.size(); }
   /// Of its three vertices.
   std::array<Vec3, 3> triangle_positions(size_t triangle) const {

@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "base/parallel.h"
+#include "scene/diced_mesh.h"
 #include "scene/scene_checks.h"
 
 namespace cistern {
@@ -16,9 +17,10 @@ constexpr size_t kBlockSize = 1 << 14;  // vertices or corners per task
 
 /// Triangles may differ: those of bent polygons are cut otherwise.
 bool has_same_structure(const Mesh& a, const Mesh& b) {
-  if (a.diced_from || b.diced_from) return false;  // as they are seen at a moment: each another
-  return a.positions.size() == b.positions.size() && a.corner_count == b.corner_count &&
-         a.normals_domain == b.normals_domain && a.normals.size() == b.normals.size();
+  const auto pattern_of = [](const Mesh& mesh) { return mesh.dicing ? mesh.dicing->cut_as.get() : nullptr; };
+  return pattern_of(a) == pattern_of(b) && a.positions.size() == b.positions.size() &&
+         a.corner_count == b.corner_count && a.normals_domain == b.normals_domain &&
+         a.normals.size() == b.normals.size();
 }
 
 /// Whether `camera` is one that the middle's can turn into. A camera is never flat: one that is mirrored is another.

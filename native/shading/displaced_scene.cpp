@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <unordered_map>
 
 #include "shading/displace_mesh.h"
 #include "subdivision/dice_mesh.h"
@@ -131,48 +132,69 @@ int add_in_place_of(int handle, std::shared_ptr<const Mesh> mesh, Scene& scene) 
   return static_cast<int>(scene.meshes.size() - 1);
 }
 
-/// Of each mesh with a cage, the instance that shows it largest.
-std::map<int, uint32_t> largest_instances(const Scene& scene) {
-  std::map<int, std::pair<float, uint32_t>> largest;
-  for (uint32_t i = 0; i < scene.instances.size(); ++i) {
-    const Instance& instance = scene.instances[i];
-    if (!can_be_displaced(scene, instance)) continue;
-    const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
-    if (!mesh.cage) continue;
-    const float size = seen_size(*scene.dicing, mesh.bounds, instance.object_to_world);
-    const auto [known, is_new] = largest.try_emplace(instance.mesh, size, i);
-    if (!is_new && size > known->second.first) known->second = {size, i};
-  }
-  std::map<int, uint32_t> instances;
-  for (const auto& [mesh, found] : largest) instances.emplace(mesh, found.second);
-  return instances;
+using Dicings = std::map<int, Dicing>;  // by handle of the source
+
+bool has_cage(const Scene& scene, const Instance& instance) {
+  return can_be_displaced(scene, instance) && scene.meshes[static_cast<size_t>(instance.mesh)]->cage;
 }
 
-bool is_diced_alike(const DicedMesh& before, const DicedMesh& now) {
-  return before.source == now.source && before.view == now.view &&
+/// For the scene's own view, as the instance that shows a mesh largest is placed.
+Dicings own_dicings(const Scene& scene) {
+  std::map<int, float> largest;
+  Dicings dicings;
+  for (const Instance& instance : scene.instances) {
+    if (!has_cage(scene, instance)) continue;
+    const std::shared_ptr<const Mesh>& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
+    const float size = seen_size(*scene.dicing, mesh->bounds, instance.object_to_world);
+    const auto [known, is_new] = largest.try_emplace(instance.mesh, size);
+    if (!is_new && !(size > known->second)) continue;
+    known->second = size;
+    dicings[instance.mesh] = {mesh, mesh, *scene.dicing, instance.object_to_world};
+  }
+  return dicings;
+}
+
+bool has_same_polygons(const Mesh& a, const Mesh& b) {
+  return a.positions.size() == b.positions.size() && a.cage->offsets == b.cage->offsets &&
+         a.cage->vertices == b.cage->vertices;
+}
+
+/// As `middle` shows the same instances.
+Dicings dicings_as(const Scene& middle, const Scene& scene) {
+  std::unordered_map<uint64_t, const Instance*> by_key;
+  for (const Instance& instance : middle.instances)
+    if (instance.key != 0) by_key.try_emplace(instance.key, &instance);
+  Dicings dicings;
+  for (const Instance& instance : scene.instances) {
+    const auto found = has_cage(scene, instance) ? by_key.find(instance.key) : by_key.end();
+    if (found == by_key.end() || found->second->mesh < 0 || dicings.contains(instance.mesh)) continue;
+    const auto& then = middle.meshes[static_cast<size_t>(found->second->mesh)]->dicing;
+    const std::shared_ptr<const Mesh>& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
+    if (then && has_same_polygons(*then->cut_as, *mesh))
+      dicings[instance.mesh] = {mesh, then->cut_as, then->view, then->object_to_world};
+  }
+  return dicings;
+}
+
+bool is_diced_alike(const Dicing& before, const Dicing& now) {
+  return before.source == now.source && before.cut_as == now.cut_as && before.view == now.view &&
          (now.view.ignores_moves || before.object_to_world == now.object_to_world);
 }
 
-/// Replaces meshes with a cage by what they are diced to.
-void dice_meshes(SceneBuilder& builder, Scene& scene, std::vector<std::string>& warnings) {
+/// Replaces meshes by what they are diced to.
+void dice_meshes(const Dicings& dicings, SceneBuilder& builder, Scene& scene, std::vector<std::string>& warnings) {
   std::vector<DicedMesh> made;
   std::map<int, int> handles;
-  if (scene.dicing) {
-    for (const auto& [handle, instance] : largest_instances(scene)) {
-      DicedMesh& diced = made.emplace_back();
-      diced.source = scene.meshes[static_cast<size_t>(handle)];
-      diced.view = *scene.dicing;
-      diced.object_to_world = scene.instances[instance].object_to_world;
-      const auto known = std::ranges::find_if(builder.diced_meshes(),
-                                              [&](const DicedMesh& before) { return is_diced_alike(before, diced); });
-      if (known != builder.diced_meshes().end()) {
-        diced = *known;
-      } else {
-        dice_mesh(diced);
-      }
-      if (!diced.warning.empty()) warnings.push_back(diced.warning);
-      handles[handle] = add_in_place_of(handle, diced.mesh, scene);
+  for (const auto& [handle, dicing] : dicings) {
+    const auto known = std::ranges::find_if(
+        builder.diced_meshes(), [&](const DicedMesh& before) { return is_diced_alike(before.dicing, dicing); });
+    if (known != builder.diced_meshes().end()) {
+      made.push_back(*known);
+    } else {
+      dice_mesh(made.emplace_back(DicedMesh{dicing, {}, {}}));
     }
+    if (!made.back().warning.empty()) warnings.push_back(made.back().warning);
+    handles[handle] = add_in_place_of(handle, made.back().mesh, scene);
   }
   builder.diced_meshes() = std::move(made);
   for (Instance& instance : scene.instances)
@@ -196,23 +218,21 @@ void displace_meshes(SceneBuilder& builder, Scene& scene, std::vector<std::strin
   builder.displaced_meshes() = std::move(made);
 }
 
-bool is_shown_as_built(const Scene& scene) {
-  const auto has_cage = [](const std::shared_ptr<const Mesh>& mesh) { return mesh && mesh->cage; };
-  return std::ranges::none_of(scene.materials, displaces) &&
-         !(scene.dicing && std::ranges::any_of(scene.meshes, has_cage));
-}
-
 }  // namespace
 
-DisplacedScene displaced_snapshot(SceneBuilder& builder) {
-  if (is_shown_as_built(builder.scene())) {
+DisplacedScene displaced_snapshot(SceneBuilder& builder, const Scene* middle) {
+  const Scene& scene = builder.scene();
+  const Dicings dicings = middle != nullptr ? dicings_as(*middle, scene)
+                          : scene.dicing    ? own_dicings(scene)
+                                            : Dicings();
+  if (dicings.empty() && std::ranges::none_of(scene.materials, displaces)) {
     builder.displaced_meshes().clear();
     builder.diced_meshes().clear();
     return {builder.snapshot(), {}};
   }
   DisplacedScene result;
-  const auto shown = std::make_shared<Scene>(builder.scene());
-  dice_meshes(builder, *shown, result.warnings);
+  const auto shown = std::make_shared<Scene>(scene);
+  dice_meshes(dicings, builder, *shown, result.warnings);
   displace_meshes(builder, *shown, result.warnings);
   result.scene = shown;
   return result;

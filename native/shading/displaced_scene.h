@@ -13,7 +13,8 @@ struct DisplacedScene {
 
 /// The builder's snapshot; as SceneBuilder::snapshot where nothing is diced or displaced. A mesh is diced for the
 /// instance that shows it largest, and displaced once for each set of materials it is shown with; both again only when
-/// what they depend on has changed.
-DisplacedScene displaced_snapshot(SceneBuilder& builder);
+/// what they depend on has changed. With `middle`, a snapshot of the middle of a shutter, meshes are cut as those there
+/// that have the same polygons and are shown by instances of the same key; others are as they are.
+DisplacedScene displaced_snapshot(SceneBuilder& builder, const Scene* middle = nullptr);
 
 }  // namespace cistern

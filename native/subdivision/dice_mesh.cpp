@@ -27,11 +27,11 @@ std::string reason_against(const Mesh& mesh, const LimitSurface& surface) {
 
 class Dicer {
  public:
-  Dicer(const std::shared_ptr<const Mesh>& source, const LimitSurface& surface, DicingPattern pattern)
-      : source_(*source), surface_(surface), pattern_(std::move(pattern)) {
-    mesh_.name = source->name;
-    mesh_.diced_from = source;
-    mesh_.generated_attribute = source->generated_attribute;
+  Dicer(const Dicing& dicing, const LimitSurface& surface, DicingPattern pattern)
+      : source_(*dicing.source), surface_(surface), pattern_(std::move(pattern)) {
+    mesh_.name = source_.name;
+    mesh_.dicing = std::make_shared<const Dicing>(dicing);
+    mesh_.generated_attribute = source_.generated_attribute;
     mesh_.normals_domain = normals_domain();
   }
 
@@ -166,30 +166,25 @@ class Dicer {
 }  // namespace
 
 void dice_mesh(DicedMesh& diced, size_t most_triangles) {
-  diced.mesh = diced.source;
-  const LimitSurface surface(*diced.source);
-  if (const std::string reason = reason_against(*diced.source, surface); !reason.empty()) {
-    diced.warning = "Mesh '" + diced.source->name + "' " + reason + ": it is not subdivided adaptively";
+  const Dicing& dicing = diced.dicing;
+  const Mesh &source = *dicing.source, &shape = *dicing.cut_as;
+  diced.mesh = dicing.source;
+  const auto warn = [&](const std::string& text) { diced.warning = "Mesh '" + source.name + "' " + text; };
+  const LimitSurface surface(source), surface_of_shape(shape);
+  if (const std::string reason = reason_against(source, surface); !reason.empty())
+    return warn(reason + ": it is not subdivided adaptively");
+  for (float coarsening = 1.0f; std::isfinite(coarsening); coarsening *= kDoubled) {
+    const LongestEdge longest(dicing.view, *shape.cage, dicing.object_to_world, coarsening);
+    DicingPattern pattern = cut_polygons(shape, surface_of_shape, longest, dicing.view.most_levels, most_triangles);
+    if (pattern.is_too_fine) continue;
+    if (&shape != &source) pattern.limits = surface.points(pattern.points);
+    diced.mesh = std::make_shared<const Mesh>(Dicer(dicing, surface, std::move(pattern)).run());
+    if (coarsening > 1.0f)
+      warn("would be subdivided into more than " + std::to_string(most_triangles) + " triangles: its edges are " +
+           std::to_string(static_cast<int64_t>(coarsening)) + " times as long as asked for");
     return;
   }
-  float coarsening = 1.0f;
-  while (true) {
-    const LongestEdge longest(diced.view, *diced.source->cage, diced.object_to_world, coarsening);
-    DicingPattern pattern = cut_polygons(*diced.source, surface, longest, diced.view.most_levels, most_triangles);
-    if (!pattern.is_too_fine) {
-      diced.mesh = std::make_shared<const Mesh>(Dicer(diced.source, surface, std::move(pattern)).run());
-      break;
-    }
-    coarsening *= kDoubled;
-    if (!std::isfinite(coarsening)) {
-      diced.warning = "Mesh '" + diced.source->name + "' has too many polygons: it is not subdivided adaptively";
-      return;
-    }
-  }
-  if (coarsening > 1.0f)
-    diced.warning = "Mesh '" + diced.source->name + "' would be subdivided into more than " +
-                    std::to_string(most_triangles) + " triangles: its edges are " +
-                    std::to_string(static_cast<int64_t>(coarsening)) + " times as long as asked for";
+  warn("has too many polygons: it is not subdivided adaptively");
 }
 
 }  // namespace cistern

@@ -6,7 +6,7 @@ namespace cistern {
 
 inline constexpr size_t kMostDicedTriangles = size_t{1} << 25;  // of one mesh; 5 GB with what traces them
 
-/// Fills `mesh` and `warning` of what the other members say.
+/// Fills `mesh` and `warning`. Meshes that are cut as the same one have the same points and corners.
 ///
 /// Triangles on the limit surface of the cage whose edges are no longer than the view asks for. They begin as halves of
 /// quads, and of the parts of other polygons; edges that are too long are halved, and triangles with one, two or three

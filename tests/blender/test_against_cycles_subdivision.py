@@ -205,15 +205,22 @@ def test_the_dicing_camera_and_rate_count(empty_scene: bpy.types.Scene) -> None:
     assert triangles(empty_scene) < 0.2 * memory
 
 
-def test_motion_blur_follows_the_object(empty_scene: bpy.types.Scene) -> None:
-    """But not its shape, which would be cut otherwise at each moment."""
-    obj = subdivided(solid(empty_scene, build.material("grey", diffuse)))
-    for frame, x in ((0, -1.0), (2, 1.0)):
-        obj.location.x = x
+def test_motion_blur(empty_scene: bpy.types.Scene) -> None:
+    """Of an object that moves and bends."""
+    obj = subdivided(solid(empty_scene, build.material("grey", diffuse)), pixels=0.5)
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Wide")
+    for point, data in zip(obj.data.vertices, key.data, strict=True):
+        data.co.x = 2.0 * point.co.x if point.co.z > 0.0 else point.co.x
+    for frame, x in ((0, -0.5), (2, 0.5)):
+        obj.location.x, key.value = x, x + 0.5
         obj.keyframe_insert("location", frame=frame)
+        key.keyframe_insert("value", frame=frame)
     empty_scene.render.use_motion_blur = True
     empty_scene.render.motion_blur_shutter = 1.0
     agrees(empty_scene)
+    planted = compare_with_cycles(empty_scene, plant=lambda _: setattr(obj.cycles, "use_deform_motion", False))
+    assert not planted.agrees, planted
 
 
 def test_points_that_are_not_finite_are_told(empty_scene: bpy.types.Scene) -> None:

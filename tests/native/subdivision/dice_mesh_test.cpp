@@ -18,8 +18,7 @@ using test::Cage;
 DicedMesh diced(const std::shared_ptr<const Mesh>& source, const DicingView& view = test::close_view(),
                 size_t most_triangles = kMostDicedTriangles) {
   DicedMesh result;
-  result.source = source;
-  result.view = view;
+  result.dicing = {source, source, view, {}};
   dice_mesh(result, most_triangles);
   return result;
 }
@@ -38,7 +37,7 @@ int open_edges(const std::vector<TriangleIndices>& triangles) {
 }
 
 int exceeding_edges(const Mesh& mesh, const DicingView& view) {
-  const LongestEdge longest(view, *mesh.diced_from->cage, {}, 1.0f);
+  const LongestEdge longest(view, *mesh.dicing->source->cage, {}, 1.0f);
   int count = 0;
   for (size_t t = 0; t < mesh.triangle_count(); ++t) {
     const auto p = mesh.triangle_positions(t);
@@ -71,8 +70,8 @@ TEST_P(DiceMesh, ClosedCagesStayClosed) {
 TEST_P(DiceMesh, NoEdgeIsTooLongAndNoneMuchShorter) {
   for (const Cage& cage : {test::cube(), test::house(), test::square()}) {
     const DicedMesh result = diced(mesh(cage));
-    EXPECT_EQ(exceeding_edges(*result.mesh, result.view), 0);
-    DicingView finer = result.view;
+    EXPECT_EQ(exceeding_edges(*result.mesh, result.dicing.view), 0);
+    DicingView finer = result.dicing.view;
     finer.rate = 0.9f;
     EXPECT_GT(exceeding_edges(*result.mesh, finer), 100);
     finer.rate = 0.25f;  // most edges are longer than that

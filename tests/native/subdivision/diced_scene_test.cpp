@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "base/check.h"
+#include "scene/shutter.h"
 #include "shading/displaced_scene.h"
 #include "shading/program_builder.h"
 #include "subdivision/cages.h"
@@ -96,6 +97,44 @@ TEST_F(DicedScene, DisplacementMovesWhatWasDiced) {
   EXPECT_EQ(later.scene().meshes.size(), 1u);
   for (const int instance : {plain, moved})
     EXPECT_EQ(later.scene().instances[static_cast<size_t>(instance)].mesh, mesh_);
+}
+
+/// The cube's instance, of a key, in a scene of its own.
+std::shared_ptr<const Scene> moment(const test::Cage& cage, Vec3 place, const Scene* middle) {
+  SceneBuilder builder;
+  Instance instance;
+  instance.mesh = builder.add_mesh(cage.mesh());
+  instance.material_set = builder.add_material_set({builder.add_material(mover())}, "Object");
+  instance.object = builder.add_object_name("Object");
+  instance.object_to_world.translation = place;
+  instance.key = 7;
+  builder.add_instance(instance);
+  builder.set_camera(test::close_view().camera, "Camera");
+  if (middle == nullptr) builder.set_dicing(test::close_view(60), "Scene");
+  return displaced_snapshot(builder, middle).scene;
+}
+
+TEST(DicedShutter, ShapesMoveAsTheyAreCutInTheMiddle) {
+  const test::Cage cube = test::cube();
+  test::Cage taller = cube, other = cube;
+  for (Vec3& p : taller.points) p.z *= 3.0f;
+  other.polygons.pop_back();
+  const std::shared_ptr<const Scene> middle = moment(cube, {}, nullptr);
+  const auto half = [&](const test::Cage& cage, Vec3 place) {
+    const std::shared_ptr<const Scene> then = moment(cage, place, middle.get());
+    const std::shared_ptr<const Scene> at = Shutter(middle, std::vector{middle, then}).at(0.75f);
+    return at->meshes[static_cast<size_t>(at->instances[0].mesh)];
+  };
+  const std::shared_ptr<const Mesh> shown = middle->meshes[static_cast<size_t>(middle->instances[0].mesh)];
+  const std::shared_ptr<const Mesh> bent = half(taller, {0.0f, 0.0f, -2.0f});
+  ASSERT_EQ(bent->positions.size(), shown->positions.size());
+  for (size_t i = 0; i < bent->positions.size(); ++i) {
+    const Vec3 before = shown->positions[i], after = bent->positions[i];  // both lifted by 0.1
+    EXPECT_NEAR(after.z - 0.1f, 2.0f * (before.z - 0.1f), 1e-4f);
+    EXPECT_NEAR(after.x, before.x, 1e-4f);
+  }
+  EXPECT_EQ(half(cube, {0.0f, 0.0f, -2.0f})->positions, shown->positions);  // moved, not bent
+  EXPECT_EQ(half(other, {}), shown);                                        // other polygons
 }
 
 TEST_F(DicedScene, BadViewsAreRefused) {
