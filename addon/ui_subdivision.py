@@ -2,9 +2,10 @@
 # ruff: noqa: N801  (Blender wants CATEGORY_PT_name)
 
 import bpy
-from bpy.types import Context, Panel, UILayout
+from bpy.types import Context, Panel
 
-from .ui_base import ENGINE, CisternPanel, split_layout
+from .sync.versions import adaptive_switch
+from .ui_base import CisternPanel, split_layout
 
 
 class CISTERN_RENDER_PT_subdivision(CisternPanel, Panel):
@@ -37,37 +38,23 @@ class CISTERN_MODIFIER_PT_subdivision(CisternPanel, Panel):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        obj = context.object
-        is_last = obj is not None and len(obj.modifiers) > 0 and obj.modifiers[-1].type == "SUBSURF"
-        return context.engine == ENGINE and is_last and switch_owner(obj) is not None
+        return super().poll(context) and context.object is not None and adaptive_switch(context.object) is not None
 
     def draw_header(self, context: Context) -> None:
-        self.layout.prop(switch_owner(context.object), "use_adaptive_subdivision", text="")
+        self.layout.prop(adaptive_switch(context.object), "use_adaptive_subdivision", text="")
 
     def draw(self, context: Context) -> None:
         layout = split_layout(self)
-        obj = context.object
-        layout.active = switch_owner(obj).use_adaptive_subdivision
-        if switch_owner(obj) == obj.modifiers[-1]:
-            draw_edge_lengths(layout, obj.modifiers[-1])
+        switch = adaptive_switch(context.object)
+        layout.active = switch.use_adaptive_subdivision
+        if isinstance(switch, bpy.types.Modifier):
+            layout.prop(switch, "adaptive_space")
+            is_in_pixels = switch.adaptive_space == "PIXEL"
+            layout.prop(switch, "adaptive_pixel_size" if is_in_pixels else "adaptive_object_edge_length")
             return
-        layout.prop(obj.cycles, "dicing_rate")
+        layout.prop(switch, "dicing_rate")
         if context.scene.cycles.feature_set != "EXPERIMENTAL":
             layout.prop(context.scene.cycles, "feature_set")
-
-
-def draw_edge_lengths(layout: UILayout, modifier: bpy.types.SubsurfModifier) -> None:
-    layout.prop(modifier, "adaptive_space")
-    is_in_pixels = modifier.adaptive_space == "PIXEL"
-    layout.prop(modifier, "adaptive_pixel_size" if is_in_pixels else "adaptive_object_edge_length")
-
-
-def switch_owner(obj: bpy.types.Object) -> bpy.types.bpy_struct | None:
-    """What has the switch: from Blender 5.0 on the modifier, before the object by Cycles' add-on."""
-    modifier = obj.modifiers[-1]
-    if hasattr(modifier, "use_adaptive_subdivision"):
-        return modifier
-    return getattr(obj, "cycles", None)
 
 
 CLASSES = (CISTERN_RENDER_PT_subdivision, CISTERN_MODIFIER_PT_subdivision)

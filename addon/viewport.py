@@ -38,7 +38,6 @@ class Viewport:
         self._snapshot: Any = None
         self._has_catchers = False
         self._dicing_rates: dict[str, Any] = {}
-        """Of what is subdivided, for the view as it was then; empty where something new is to be."""
         self._view: View | None = None
         self._job: Job | None = None
         self._hiding: tuple = ()
@@ -96,8 +95,6 @@ class Viewport:
     def _export(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph, changes: Changes) -> None:
         self._hiding = hiding(context.space_data)
         self.warnings = self._sync.sync(depsgraph, changes, context.space_data).warnings
-        if self._sync.exported.cages:
-            self._dicing_rates = {}
         if self._sync.exported.is_anything:
             self._view = None
 
@@ -115,10 +112,9 @@ class Viewport:
         view, rates = viewport_view(context, depsgraph), dicing_rates(depsgraph.scene, is_render=False)
         if view != self._view or rates != self._dicing_rates:
             self._sync.builder.set_camera(**view.camera_arguments())
-            if rates != self._dicing_rates:
-                self._dicing_rates = rates
-                size = {"width": view.width, "height": view.height}
-                self._sync.builder.set_dicing(f"Scene '{depsgraph.scene.name}'", **size, **rates, ignores_moves=True)
+            owner = f"Scene '{depsgraph.scene.name}'"
+            self._sync.builder.set_dicing(owner, view.width, view.height, **rates, stays_diced=True)
+            self._dicing_rates = rates
             self._snapshot, self._view = self._sync.builder.snapshot(), view
             self._has_catchers = self._snapshot.has_shadow_catchers
         job = self._make_job(depsgraph.scene, engine.get_preview_pixel_size(depsgraph.scene))

@@ -149,5 +149,10 @@ def focus_distance(camera_object: bpy.types.Object) -> float:
     return math.fabs(to_camera.dot(camera_object.matrix_world.col[2].to_3d().normalized()))
 
 
+def picture_size(render: bpy.types.RenderSettings) -> tuple[int, int]:
+    """Of the full frame, in pixels."""
+    return _pixels(render.resolution_x, render), _pixels(render.resolution_y, render)
+
+
 def _pixels(size: int, render: bpy.types.RenderSettings) -> int:
     return max(1, int(size * render.resolution_percentage / 100))

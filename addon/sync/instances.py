@@ -33,7 +33,7 @@ from .placements import (
     is_flattened,
     name_random,
 )
-from .subdivision import subdivision_of
+from .subdivision import Subdivision, subdivision_of
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -101,6 +101,7 @@ class InstanceSync:
         space: bpy.types.SpaceView3D | None = None,
         light_groups: Mapping[str, int] | None = None,
         moment: Moment | None = None,
+        subdivides: bool = True,
     ) -> None:
         self._depsgraph = depsgraph
         self._builder = builder
@@ -111,6 +112,7 @@ class InstanceSync:
         self._space = space
         self._light_groups = light_groups or {}
         self._moment = moment
+        self._subdivides = subdivides
         self._value_names = tuple(sorted(wanted.instance_values))
         # Whether the values of objects that were not edited may be those of the last sync.
         self._knows_values = self._value_names == self._kept.placements.value_names
@@ -296,9 +298,16 @@ class InstanceSync:
     def _mesh(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> PlacedMesh | None:
         if not self._has_shape(obj, instancer) and isinstance(obj.data, bpy.types.Mesh) and len(obj.data.polygons):
             return self.meshes.empty()
-        is_render = self._depsgraph.mode == "RENDER"
-        subdivision = subdivision_of(obj, self._depsgraph.scene_eval, is_render)
-        return self.meshes.placed(obj, original_uid(obj), subdivision)
+        return self.meshes.placed(obj, original_uid(obj), self._subdivision(obj))
+
+    def _subdivision(self, obj: bpy.types.Object) -> Subdivision | None:
+        if not self._subdivides:
+            return None
+        found = subdivision_of(obj, self._depsgraph.scene_eval, self._depsgraph.mode == "RENDER")
+        if found is None or not getattr(obj.data, "is_editmode", False):
+            return found
+        self._report.warn(f"Object '{obj.name}': is subdivided by its levels, not adaptively, while it is edited")
+        return None
 
     def _prototype(
         self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey

@@ -28,8 +28,6 @@ class Exported:
 
     materials: int = 0
     meshes: int = 0
-    cages: int = 0
-    """Of these meshes, those that are subdivided for the view."""
     lamps: int = 0
     instances: bool = False
     environment: bool = False
@@ -143,9 +141,7 @@ class LiveSync:
             )
             instances.run()
         self._images.free_unused(kept.builder, materials.finish())
-        self.exported = Exported(
-            materials.compiled, instances.meshes.exported, instances.meshes.exported_cages, instances.lamps.exported
-        )
+        self.exported = Exported(materials.compiled, instances.meshes.exported, instances.lamps.exported)
         self.exported.environment = environment != kept.environment
         kept.environment = environment
         report.seconds["meshes"] = instances.meshes.seconds

@@ -61,14 +61,15 @@ class MeshTable:
         self.knows_attributes = self._wanted_attributes <= kept.attributes
         """Whether the meshes of the last sync have the attributes that are wanted now."""
         known = kept.by_owner.values() if self.knows_attributes else ()
-        self._by_version = {mesh.version: mesh for mesh in known if mesh.version}
+        # With levels of 0, objects with and without adaptive subdivision have one and the same mesh.
+        self._by_version = {(mesh.version, mesh.subdivision): mesh for mesh in known if mesh.version}
         self._by_address: dict[tuple[int, Hashable], PlacedMesh | None] = {}
         self._by_owner: dict[tuple[int, int], PlacedMesh] = {}
         self._used: set[int] = set()
         self._counts: Counter[int] = Counter()
         self._empty: PlacedMesh | None = None
         self.seconds = 0.0
-        self.exported = self.exported_cages = 0
+        self.exported = 0
 
     def placed(self, obj: bpy.types.Object, owner: int, subdivision: Subdivision | None = None) -> PlacedMesh | None:
         """The mesh that an evaluated object shows; None for one without polygons. `owner` is the object's id."""
@@ -109,7 +110,7 @@ class MeshTable:
         self._counts[owner] += 1
         is_volume = isinstance(obj.data, bpy.types.Volume)
         version = volume_version(obj.data, names) if is_volume else 0
-        mesh = self._by_version.get(version)
+        mesh = self._by_version.get((version, None))
         if mesh is None:
             heard = SyncReport(is_stopped=self._report.is_stopped)
             if is_volume:
@@ -124,7 +125,7 @@ class MeshTable:
             handle = self._builder.add_volume(obj.data.name, **vars(arrays), replace=self._handle_for(key))
             mesh = PlacedMesh(handle, -1, version, tuple(heard.warnings))
             if version:
-                self._by_version[version] = mesh
+                self._by_version[version, None] = mesh
         self._used.add(mesh.handle)
         self._by_owner[key] = mesh
         return mesh
@@ -159,9 +160,7 @@ class MeshTable:
             return self._place_strands(arrays, f"Point cloud '{obj.data.name}'", obj.data.name, owner)
         key = (owner, self._counts[owner])
         self._counts[owner] += 1
-        mesh = self._by_version.get(obj.data.session_uid)
-        if mesh is None or mesh.subdivision != subdivision:
-            mesh = self._export(obj, key, subdivision)
+        mesh = self._by_version.get((obj.data.session_uid, subdivision)) or self._export(obj, key, subdivision)
         if mesh is not None:
             self._used.add(mesh.handle)
             self._by_owner[key] = mesh
@@ -171,7 +170,7 @@ class MeshTable:
         """The handle whose mesh is to be replaced; None for a new one."""
         before = self._kept.by_owner.get(key)
         if before is not None and before.handle not in self._used:
-            self._by_version.pop(before.version, None)
+            self._by_version.pop((before.version, before.subdivision), None)
             return before.handle
         return self._kept.free_handles.pop() if self._kept.free_handles else None
 
@@ -182,7 +181,6 @@ class MeshTable:
         if arrays is None:
             return None
         self.exported += 1
-        self.exported_cages += subdivision is not None
         name = obj.data.name
         flat_axis = next((axis for axis in range(3) if not arrays.positions[:, axis].any()), -1)
         handle = self._builder.add_mesh(name, **vars(arrays), replace=self._handle_for(key))

@@ -134,8 +134,7 @@ def _sync(
             camera_now = camera_arguments(scene, camera_object, report)
             builder.set_camera(**camera_now)
         if needs_camera and moment is None:
-            dice_for_render(builder, depsgraph, report)
-            builder.set_camera(**camera_now)
+            dice_for_render(builder, depsgraph, camera_now, report)
     with timed(report, "trees"):
         uses = tree_uses(depsgraph)
         images.begin(scene.frame_current)
@@ -149,7 +148,16 @@ def _sync(
     with timed(report, "world"):
         builder.set_environment(**environment_arguments(depsgraph, materials, light_groups))
     with timed(report, "instances"):
-        instances = InstanceSync(depsgraph, builder, materials, uses, report, light_groups=light_groups, moment=moment)
+        instances = InstanceSync(
+            depsgraph,
+            builder,
+            materials,
+            uses,
+            report,
+            light_groups=light_groups,
+            moment=moment,
+            subdivides=needs_camera,
+        )
         instances.run()
         report.surface_items = instances.surface_items
         if motion:

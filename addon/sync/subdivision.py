@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from . import SyncReport, versions
-from .camera import camera_arguments
+from .camera import camera_arguments, picture_size
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -104,18 +104,17 @@ def _sharpness(mesh: bpy.types.Mesh, name: str, count: int) -> np.ndarray | None
     return np.clip(creases, 0.0, 1.0) * np.float32(_SHARPEST)
 
 
-def dice_for_render(builder: SceneBuilder, depsgraph: bpy.types.Depsgraph, report: SyncReport) -> None:
-    """Tell a builder whom a final render subdivides for: the dicing camera, or the one that it has."""
+def dice_for_render(
+    builder: SceneBuilder, depsgraph: bpy.types.Depsgraph, camera_now: dict[str, Any], report: SyncReport
+) -> None:
+    """Tell a builder whom a final render subdivides for: the dicing camera, or the one whose arguments these are."""
     scene = depsgraph.scene_eval
     camera = versions.cycles_setting(scene, "dicing_camera", None)
     if camera is not None and camera.type == "CAMERA":
         builder.set_camera(**camera_arguments(scene, camera.evaluated_get(depsgraph), report))
-    share = scene.render.resolution_percentage / 100.0
-    size = {
-        "width": max(1, int(scene.render.resolution_x * share)),
-        "height": max(1, int(scene.render.resolution_y * share)),
-    }
-    builder.set_dicing(f"Scene '{scene.name}'", **size, **dicing_rates(scene, is_render=True))
+    width, height = picture_size(scene.render)
+    builder.set_dicing(f"Scene '{scene.name}'", width, height, **dicing_rates(scene, is_render=True))
+    builder.set_camera(**camera_now)
 
 
 def dicing_rates(scene: bpy.types.Scene, is_render: bool) -> dict[str, Any]:

@@ -109,15 +109,25 @@ def cycles_setting(data_block: bpy.types.ID, name: str, default: Any) -> Any:  #
     return getattr(getattr(data_block, "cycles", None), name, default)
 
 
-def adaptive_edges(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[float, float] | None:
-    """How long the edges of an object may be that its last modifier subdivides adaptively: in pixels, and in its own
-    space, 0 where pixels count. None for others. Before 5.0 it is an experimental feature of Cycles."""
+def adaptive_switch(obj: bpy.types.Object) -> bpy.types.bpy_struct | None:
+    """What has the switch `use_adaptive_subdivision` of an object whose last modifier subdivides: from 5.0 on the
+    modifier, before the object, by Cycles' add-on. None for others."""
     last = obj.modifiers[-1] if len(obj.modifiers) else None
     if last is None or last.type != "SUBSURF":
         return None
-    if hasattr(last, "use_adaptive_subdivision"):
-        length = last.adaptive_object_edge_length if last.adaptive_space == "OBJECT" else 0.0
-        return (last.adaptive_pixel_size, length) if last.use_adaptive_subdivision else None
-    is_on = cycles_setting(obj, "use_adaptive_subdivision", False)
-    is_on &= cycles_setting(scene, "feature_set", "SUPPORTED") == "EXPERIMENTAL"
-    return (cycles_setting(obj, "dicing_rate", 1.0), 0.0) if is_on else None
+    return last if hasattr(last, "use_adaptive_subdivision") else getattr(obj, "cycles", None)
+
+
+def adaptive_edges(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[float, float] | None:
+    """How long the edges of an object may be that its last modifier subdivides adaptively: in pixels, and in its own
+    space, 0 where pixels count. None for others. Before 5.0 it is an experimental feature of Cycles."""
+    switch = adaptive_switch(obj)
+    if switch is None or not switch.use_adaptive_subdivision:
+        return None
+    if isinstance(switch, bpy.types.Modifier):
+        return (
+            switch.adaptive_pixel_size,
+            switch.adaptive_object_edge_length if switch.adaptive_space == "OBJECT" else 0.0,
+        )
+    is_on = cycles_setting(scene, "feature_set", "SUPPORTED") == "EXPERIMENTAL"
+    return (switch.dicing_rate, 0.0) if is_on else None

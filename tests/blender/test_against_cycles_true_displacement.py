@@ -245,18 +245,6 @@ def test_motion_blur(empty_scene: bpy.types.Scene) -> None:
     agrees(empty_scene)
 
 
-def test_adaptive_subdivision_is_warned_of(empty_scene: bpy.types.Scene) -> None:
-    sphere = displaced_sphere(empty_scene)
-    modifier = sphere.modifiers.new("Subdivision", "SUBSURF")
-    prepare(empty_scene, 8, 8)
-    settings = modifier if hasattr(modifier, "use_adaptive_subdivision") else sphere.cycles
-    for is_adaptive in (False, True):
-        settings.use_adaptive_subdivision = is_adaptive
-        render(empty_scene, "CISTERN", 1, 1)
-        warnings = addon.report.last[0].warnings
-        assert ["'sphere': adaptive" in warning for warning in warnings] == [True] * is_adaptive, warnings
-
-
 def test_what_leaves_the_world_stays_and_is_warned_of(empty_scene: bpy.types.Scene) -> None:
     displaced_sphere(empty_scene)
     for node in bpy.data.materials["moved"].node_tree.nodes:

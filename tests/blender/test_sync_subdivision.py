@@ -10,6 +10,7 @@ from bpy.app.handlers import persistent
 from addon.sync.changes import EVERYTHING, read_changes
 from addon.sync.live import LiveSync
 from addon.sync.meshes import mesh_arrays
+from addon.sync.scene import sync_scene
 from addon.sync.subdivision import Subdivision, subdivision_of
 from tests.blender import fake_core
 from tests.support import blender_scenes as build
@@ -119,16 +120,51 @@ def live(cube: bpy.types.Object) -> Iterator[Live]:
 
 
 def test_viewports_know_what_is_to_be_subdivided(live: Live, cube: bpy.types.Object) -> None:
-    assert live.sync.exported.cages == 1 and live.meshes()[0]["subdivision"]["pixels"] == 1.0
+    assert live.meshes()[0]["subdivision"]["pixels"] == 1.0
     has_base = bpy.app.version >= (4, 5, 0)  # before, the levels of the modifier come first
     assert len(live.meshes()[0]["positions"]) == (8 if has_base else 26)
     cube.location.x = 1.0
     bpy.context.view_layer.update()
-    assert live.sync.exported.cages == 0 and len(live.meshes()) == 1
+    assert len(live.meshes()) == 1
     cube.data.vertices[0].co.x = 2.0
     cube.data.update()
     bpy.context.view_layer.update()
-    assert live.sync.exported.cages == 1 and len(live.meshes()) == 2
+    assert len(live.meshes()) == 2
     cube.modifiers.new("Bevel", "BEVEL").show_viewport = False
     bpy.context.view_layer.update()
-    assert live.sync.exported.cages == 0 and live.meshes()[-1]["subdivision"] is None
+    assert len(live.meshes()) == 3 and live.meshes()[-1]["subdivision"] is None
+
+
+def test_a_mesh_that_is_shared_is_exported_both_ways(live: Live, cube: bpy.types.Object) -> None:
+    """Levels of 0 leave the mesh itself."""
+    cube.modifiers[0].levels = 0
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Plain", cube.data))
+    bpy.context.view_layer.update()
+    count = len(live.meshes())
+    assert {mesh["subdivision"] is None for mesh in live.meshes()[-2:]} == {True, False}
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Empty", None))
+    bpy.context.view_layer.update()
+    assert len(live.meshes()) == count
+
+
+def test_what_is_edited_is_subdivided_by_its_levels(cube: bpy.types.Object) -> None:
+    subdivide(cube)
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        builder = fake_core.SceneBuilder()
+        report = sync_scene(bpy.context.evaluated_depsgraph_get(), builder, core=fake_core)
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    [mesh] = builder.of("add_mesh")
+    assert mesh["subdivision"] is None and len(mesh["positions"]) == 26
+    assert any("'Cube'" in warning and "edited" in warning for warning in report.warnings)
+
+
+def test_without_a_camera_levels_count(cube: bpy.types.Object) -> None:
+    """As for bakes, whose sheets lie on the mesh as Blender has it."""
+    subdivide(cube)
+    builder = fake_core.SceneBuilder()
+    sync_scene(bpy.context.evaluated_depsgraph_get(), builder, core=fake_core, needs_camera=False)
+    [mesh] = builder.of("add_mesh")
+    assert mesh["subdivision"] is None and len(mesh["positions"]) == 26
+    assert not builder.of("set_dicing")

@@ -46,8 +46,8 @@ class StillSync:
     def set_camera(self, **camera):
         self.cameras.append(camera)
 
-    def set_dicing(self, owner, **view):
-        self.diced.append((len(self.cameras), view))
+    def set_dicing(self, owner, width, height, **view):
+        self.diced.append((len(self.cameras), (width, height), view))
 
     def snapshot(self):
         return SimpleNamespace(volume_name=self.volume_name, warnings=[], has_shadow_catchers=False)
@@ -123,24 +123,21 @@ def test_a_moved_view_only_moves_the_camera(viewport, drawn, scene):
     assert (len(viewport._sync.changes), viewport._render.requests) == (1, 3)
 
 
-def test_meshes_are_subdivided_for_the_view_that_shows_them_first(viewport, drawn, scene):
+def test_meshes_are_subdivided_for_the_view(viewport, drawn, scene):
+    """What is there already stays as it is."""
     engine = FakeEngine()
     viewport.update(engine, fake_context(scene), depsgraph())
     diced = viewport._sync.diced
-    assert diced == [(1, {"width": viewport_fakes.REGION[0], "height": viewport_fakes.REGION[1]} | diced[0][1])]
-    assert diced[0][1]["rate"] == 8.0 and diced[0][1]["ignores_moves"]
+    [(cameras, size, view)] = diced
+    assert (cameras, size, view["rate"], view["stays_diced"]) == (1, viewport_fakes.REGION, 8.0, True)
     moved = fake_context(scene, view_matrix=Matrix.Translation((0.0, 0.0, -6.0)))
     viewport.draw(engine, moved, depsgraph())
-    assert len(diced) == 1
+    assert [cameras for cameras, *_ in diced] == [1, 2]
+    viewport.draw(engine, moved, depsgraph())
+    assert len(diced) == 2
     scene.cycles.preview_dicing_rate = 4.0
     viewport.draw(engine, moved, depsgraph())
-    assert len(diced) == 2 and diced[1][1]["rate"] == 4.0
-    viewport._sync.exported = live.Exported(meshes=1)
-    viewport.update(engine, moved, depsgraph())
-    assert len(diced) == 2
-    viewport._sync.exported = live.Exported(meshes=1, cages=1)
-    viewport.update(engine, moved, depsgraph())
-    assert len(diced) == 3
+    assert len(diced) == 3 and diced[2][2]["rate"] == 4.0
 
 
 def test_a_resized_region_needs_no_export(viewport, core, drawn, scene):
