@@ -88,11 +88,11 @@ void bind_camera(py::class_<SceneBuilder>& builder) {
   builder.def(
       "set_dicing",
       [](SceneBuilder& b, const std::string& owner, int width, int height, float rate, float offscreen_scale,
-         int most_levels, bool ignores_moves) {
-        b.set_dicing(DicingView{{}, width, height, rate, offscreen_scale, most_levels, ignores_moves}, owner);
+         int most_levels, bool stays_diced) {
+        b.set_dicing(DicingView{{}, width, height, rate, offscreen_scale, most_levels, stays_diced}, owner);
       },
       py::arg("owner"), py::arg("width"), py::arg("height"), py::arg("rate") = 1.0f, py::arg("offscreen_scale") = 4.0f,
-      py::arg("most_levels") = 12, py::arg("ignores_moves") = false);
+      py::arg("most_levels") = 12, py::arg("stays_diced") = false);
   builder.def("set_sheet", &set_sheet, py::arg("name"), py::arg("width"), py::arg("height"), py::arg("instance"),
               py::arg("polygons").noconvert(), py::arg("points").noconvert(), py::arg("steps_x").noconvert(),
               py::arg("steps_y").noconvert(), py::arg("sees_from_eye") = false);

@@ -233,7 +233,7 @@ class SceneBuilder:
         rate: float = 1.0,  # multiplies the longest edges
         offscreen_scale: float = 4.0,  # the same of what is not in view
         most_levels: int = 12,  # edges are halved so often at most
-        ignores_moves: bool = False,  # of instances
+        stays_diced: bool = False,  # what was diced stays as it is wherever instances and the camera go
     ) -> None: ...
     def set_sheet(
         self,

@@ -52,8 +52,8 @@ struct DicingView {
   float rate = 1.0f;             // multiplies the longest edges of all meshes
   float offscreen_scale = 4.0f;  // the same of what the camera does not have in view
   int most_levels = 12;          // edges are halved so often at most
-  /// Instances may move and leave what was diced as it is.
-  bool ignores_moves = false;
+  /// What was diced stays as it is wherever instances and the camera go, until another rate is asked for.
+  bool stays_diced = false;
   friend bool operator==(const DicingView&, const DicingView&) = default;
 };
 

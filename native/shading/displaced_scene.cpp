@@ -176,9 +176,13 @@ Dicings dicings_as(const Scene& middle, const Scene& scene) {
   return dicings;
 }
 
+/// Whether what was diced is what it would be diced to now, or may stay.
 bool is_diced_alike(const Dicing& before, const Dicing& now) {
-  return before.source == now.source && before.cut_as == now.cut_as && before.view == now.view &&
-         (now.view.ignores_moves || before.object_to_world == now.object_to_world);
+  if (before.source != now.source || before.cut_as != now.cut_as) return false;
+  const DicingView &was = before.view, &is = now.view;
+  if (is.stays_diced)
+    return was.rate == is.rate && was.offscreen_scale == is.offscreen_scale && was.most_levels == is.most_levels;
+  return was == is && before.object_to_world == now.object_to_world;
 }
 
 /// Replaces meshes by what they are diced to.

@@ -1,6 +1,7 @@
 #include "subdivision/cut_edges.h"
 
 #include <algorithm>
+#include <numeric>
 #include <tuple>
 
 #include "base/parallel.h"
@@ -13,8 +14,9 @@ constexpr size_t kEnoughSquares = 4096;  // to keep threads busy
 
 }  // namespace
 
-CutEdges::CutEdges(SquareGrid& grid, const LimitSurface& surface, const LongestEdge& longest, int most_levels)
-    : grid_(grid) {
+CutEdges::CutEdges(SquareGrid& grid, const LimitSurface& surface, const LongestEdge& longest, int most_levels,
+                   size_t most_triangles)
+    : grid_(grid), budget_(most_triangles) {
   while (true) {
     find_edges(most_levels);
     grid_points_ = surface.points(grid.places());
@@ -22,13 +24,16 @@ CutEdges::CutEdges(SquareGrid& grid, const LimitSurface& surface, const LongestE
     grid.refine();
   }
   cuts_.resize(edges_.size());
+  std::vector<uint32_t> by_square(edges_.size());  // patches are costly to go to
+  std::iota(by_square.begin(), by_square.end(), 0u);
+  std::ranges::sort(by_square, {}, [&](uint32_t i) { return std::pair(edges_[i].square, i); });
   parallel_blocks(edges_.size(), kEdgesAtOnce, [&](size_t, size_t begin, size_t end) {
     LimitSurface::Patch patch(surface);
     for (size_t i = begin; i < end; ++i) {
-      const Edge& edge = edges_[i];
+      const Edge& edge = edges_[by_square[i]];
       if (edge.middle != kNowhere) continue;
       halve(edge, patch, longest, {0.0f, grid_points_[edge.low]}, {1.0f, grid_points_[edge.high]}, edge.levels,
-            cuts_[i]);
+            cuts_[by_square[i]]);
     }
   });
   first_cut_.resize(edges_.size() + 1);
@@ -87,12 +92,13 @@ CagePlace CutEdges::place(const Edge& edge, float t) const {
 }
 
 void CutEdges::halve(const Edge& edge, LimitSurface::Patch& patch, const LongestEdge& longest, const Cut& from,
-                     const Cut& to, int levels, std::vector<Cut>& cuts) const {
-  if (levels == 0 || !longest.is_exceeded(from.at.position, to.at.position)) return;
+                     const Cut& to, int levels, std::vector<Cut>& cuts) {
+  if (levels == 0 || budget_.is_exceeded() || !longest.is_exceeded(from.at.position, to.at.position)) return;
   const float t = 0.5f * (from.t + to.t);
   const Cut half{t, patch.at(place(edge, t))};
   halve(edge, patch, longest, from, half, levels - 1, cuts);
   cuts.push_back(half);
+  budget_.take(1);  // a triangle beside it at least
   halve(edge, patch, longest, half, to, levels - 1, cuts);
 }
 

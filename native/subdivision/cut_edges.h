@@ -2,6 +2,7 @@
 
 #include "subdivision/longest_edge.h"
 #include "subdivision/square_grid.h"
+#include "subdivision/triangle_budget.h"
 
 namespace cistern {
 
@@ -14,8 +15,11 @@ class CutEdges {
     LimitSurface::Point at;
   };
 
-  /// `grid` is refined for as long as all sides would be halved anyway, and there are few squares.
-  CutEdges(SquareGrid& grid, const LimitSurface& surface, const LongestEdge& longest, int most_levels);
+  /// `grid` is refined for as long as all sides would be halved anyway, and there are few squares. Incomplete where
+  /// even one triangle for each cut is more than `most_triangles`.
+  CutEdges(SquareGrid& grid, const LimitSurface& surface, const LongestEdge& longest, int most_levels,
+           size_t most_triangles);
+  bool is_complete() const { return !budget_.is_exceeded(); }
 
   /// Of a side of a square.
   uint32_t edge_at(size_t square, size_t side) const { return edge_at_[4 * square + side]; }
@@ -49,9 +53,10 @@ class CutEdges {
   bool are_all_exceeded(const LongestEdge& longest) const;
   CagePlace place(const Edge& edge, float t) const;
   void halve(const Edge& edge, LimitSurface::Patch& patch, const LongestEdge& longest, const Cut& from, const Cut& to,
-             int levels, std::vector<Cut>& cuts) const;
+             int levels, std::vector<Cut>& cuts);
 
   const SquareGrid& grid_;
+  TriangleBudget budget_;
   std::vector<Edge> edges_;
   std::vector<uint32_t> edge_at_;
   std::vector<LimitSurface::Point> grid_points_;

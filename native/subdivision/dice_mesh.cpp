@@ -1,6 +1,7 @@
 #include "subdivision/dice_mesh.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "base/parallel.h"
 #include "subdivision/dicing_pattern.h"
@@ -18,11 +19,36 @@ bool is_near(Vec3 p) {
          std::abs(p.z) <= kFarthestCagePoint;  // false for what is not a number
 }
 
+/// How many a SquareGrid has at least.
+size_t least_squares(const SubdivisionCage& cage) {
+  size_t count = 0;
+  for (size_t i = 0; i < cage.polygon_count(); ++i) count += cage.size(i) == 4 ? 1 : cage.size(i);
+  return count;
+}
+
 /// Empty where the mesh can be diced.
-std::string reason_against(const Mesh& mesh, const LimitSurface& surface) {
+std::string reason_against(const Mesh& mesh, const LimitSurface& surface, size_t most_triangles) {
+  if (2 * least_squares(*mesh.cage) > most_triangles / 2) return "has too many polygons";
+  for (size_t i = 0; i < mesh.cage->polygon_count(); ++i)
+    if (mesh.cage->size(i) < 3) return "has polygons with fewer than three corners";
   if (!std::ranges::all_of(mesh.positions, is_near)) return "has points that are not finite or too far away";
   if (!surface.exists()) return "has polygons that OpenSubdiv refuses";
   return "";
+}
+
+/// Whether more than two polygons share an edge, which then is a crease.
+bool has_edges_of_many(const SubdivisionCage& cage) {
+  std::vector<std::pair<uint32_t, uint32_t>> edges;
+  edges.reserve(cage.vertices.size());
+  for (size_t polygon = 0; polygon < cage.polygon_count(); ++polygon) {
+    const uint32_t size = cage.size(polygon), first = cage.offsets[polygon];
+    for (uint32_t i = 0; i < size; ++i)
+      edges.push_back(std::minmax(cage.vertices[first + i], cage.vertices[first + (i + 1) % size]));
+  }
+  std::ranges::sort(edges);
+  for (size_t i = 2; i < edges.size(); ++i)
+    if (edges[i] == edges[i - 2]) return true;
+  return false;
 }
 
 class Dicer {
@@ -58,7 +84,8 @@ class Dicer {
     if (source_.normals_domain == Domain::FACE || is_linear()) return source_.normals_domain;
     const auto stays = [](float sharpness) { return sharpness >= SubdivisionCage::kSharpest; };
     const bool has_creases = std::ranges::any_of(source_.cage->crease_sharpness, stays);
-    return has_creases || !source_.sharp_polygons.empty() ? Domain::CORNER : Domain::POINT;
+    return has_creases || !source_.sharp_polygons.empty() || has_edges_of_many(*source_.cage) ? Domain::CORNER
+                                                                                              : Domain::POINT;
   }
 
   void set_points() {
@@ -170,21 +197,23 @@ void dice_mesh(DicedMesh& diced, size_t most_triangles) {
   const Mesh &source = *dicing.source, &shape = *dicing.cut_as;
   diced.mesh = dicing.source;
   const auto warn = [&](const std::string& text) { diced.warning = "Mesh '" + source.name + "' " + text; };
-  const LimitSurface surface(source), surface_of_shape(shape);
-  if (const std::string reason = reason_against(source, surface); !reason.empty())
+  const LimitSurface surface(source);
+  std::optional<LimitSurface> of_shape;
+  if (&shape != &source) of_shape.emplace(shape);
+  if (const std::string reason = reason_against(source, surface, most_triangles); !reason.empty())
     return warn(reason + ": it is not subdivided adaptively");
-  for (float coarsening = 1.0f; std::isfinite(coarsening); coarsening *= kDoubled) {
+  for (float coarsening = 1.0f;; coarsening *= kDoubled) {
     const LongestEdge longest(dicing.view, *shape.cage, dicing.object_to_world, coarsening);
-    DicingPattern pattern = cut_polygons(shape, surface_of_shape, longest, dicing.view.most_levels, most_triangles);
+    DicingPattern pattern =
+        cut_polygons(shape, of_shape ? *of_shape : surface, longest, dicing.view.most_levels, most_triangles);
     if (pattern.is_too_fine) continue;
-    if (&shape != &source) pattern.limits = surface.points(pattern.points);
+    if (of_shape) pattern.limits = surface.points(pattern.points);
     diced.mesh = std::make_shared<const Mesh>(Dicer(dicing, surface, std::move(pattern)).run());
     if (coarsening > 1.0f)
       warn("would be subdivided into more than " + std::to_string(most_triangles) + " triangles: its edges are " +
            std::to_string(static_cast<int64_t>(coarsening)) + " times as long as asked for");
     return;
   }
-  warn("has too many polygons: it is not subdivided adaptively");
 }
 
 }  // namespace cistern

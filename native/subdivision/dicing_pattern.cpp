@@ -1,7 +1,6 @@
 #include "subdivision/dicing_pattern.h"
 
 #include <algorithm>
-#include <atomic>
 
 #include "base/parallel.h"
 #include "subdivision/cut_edges.h"
@@ -9,7 +8,7 @@
 namespace cistern {
 namespace {
 
-constexpr size_t kSquaresAtOnce = 16;
+constexpr size_t kBlocks = 256, kMostSquaresAtOnce = 16;
 
 /// Cuts one square after the other.
 class SquareCutter {
@@ -26,24 +25,27 @@ class SquareCutter {
   static constexpr uint32_t kInside = 1u << 31;
 
   SquareCutter(const SquareGrid& grid, const LimitSurface& surface, const CutEdges& cuts, const LongestEdge& longest,
-               int most_levels)
-      : grid_(grid), cuts_(cuts), longest_(longest), most_levels_(most_levels), patch_(surface) {}
+               int most_levels, TriangleBudget& budget)
+      : grid_(grid), cuts_(cuts), longest_(longest), most_levels_(most_levels), budget_(budget), patch_(surface) {}
 
-  /// False once there are more triangles than that.
-  bool cut(size_t number, size_t most_triangles) {
+  /// Not to the end where there are too many triangles.
+  void cut(size_t number) {
     square_ = &grid_.squares()[number];
     first_ = static_cast<uint32_t>(result_.corners.size());
+    first_triangle_ = result_.triangles.size();
     vertices_.clear();
     edges_.clear();
     pieces_.clear();
     begin(number);
+    size_t counted = 2;  // all squares have begun with as many
     while (!pieces_.empty()) {
       next_.clear();
       for (const Piece& piece : pieces_) cut(piece);
       std::swap(pieces_, next_);
-      if (result_.triangles.size() + pieces_.size() > most_triangles) return false;
+      const size_t triangles = result_.triangles.size() - first_triangle_ + pieces_.size();
+      if (!budget_.take(triangles - counted)) return;
+      counted = triangles;
     }
-    return true;
   }
   Result& result() { return result_; }
 
@@ -191,10 +193,12 @@ class SquareCutter {
   const CutEdges& cuts_;
   const LongestEdge& longest_;
   int most_levels_;
+  TriangleBudget& budget_;
   LimitSurface::Patch patch_;
   Result result_;
   const SquareGrid::Square* square_ = nullptr;
-  uint32_t first_ = 0;  // of the square's points among the corners
+  uint32_t first_ = 0;         // of the square's points among the corners
+  size_t first_triangle_ = 0;  // the same of its triangles
   std::vector<Vertex> vertices_;
   std::vector<Edge> edges_;
   std::vector<Piece> pieces_, next_;
@@ -222,22 +226,21 @@ void append(DicingPattern& pattern, const SquareCutter::Result& part) {
 
 DicingPattern cut_polygons(const Mesh& mesh, const LimitSurface& surface, const LongestEdge& longest, int most_levels,
                            size_t most_triangles) {
-  SquareGrid grid(mesh);
-  const CutEdges cuts(grid, surface, longest, most_levels);
-  const size_t squares = grid.squares().size();
-  std::vector<SquareCutter::Result> parts(block_count(squares, kSquaresAtOnce));
-  std::atomic<size_t> triangles{0};
-  std::atomic<bool> is_too_fine{false};
-  parallel_blocks(squares, kSquaresAtOnce, [&](size_t block, size_t begin, size_t end) {
-    SquareCutter cutter(grid, surface, cuts, longest, most_levels);
-    for (size_t i = begin; i < end && !is_too_fine; ++i)
-      if (!cutter.cut(i, most_triangles)) is_too_fine = true;
-    parts[block] = std::move(cutter.result());
-    if ((triangles += parts[block].triangles.size()) > most_triangles) is_too_fine = true;
-  });
   DicingPattern pattern;
-  pattern.is_too_fine = is_too_fine;
-  if (is_too_fine) return pattern;
+  SquareGrid grid(mesh);
+  const CutEdges cuts(grid, surface, longest, most_levels, most_triangles);
+  TriangleBudget budget(most_triangles);
+  const size_t squares = grid.squares().size(), at_once = std::clamp<size_t>(squares / kBlocks, 1, kMostSquaresAtOnce);
+  std::vector<SquareCutter::Result> parts(block_count(squares, at_once));
+  pattern.is_too_fine = !cuts.is_complete() || !budget.take(2 * squares);
+  if (pattern.is_too_fine) return pattern;
+  parallel_blocks(squares, at_once, [&](size_t block, size_t begin, size_t end) {
+    SquareCutter cutter(grid, surface, cuts, longest, most_levels, budget);
+    for (size_t i = begin; i < end && !budget.is_exceeded(); ++i) cutter.cut(i);
+    parts[block] = std::move(cutter.result());
+  });
+  pattern.is_too_fine = budget.is_exceeded();
+  if (pattern.is_too_fine) return pattern;
   cuts.for_each_point([&](const CagePlace& place, const LimitSurface::Point& limit) {
     pattern.points.push_back(place);
     pattern.limits.push_back(limit);

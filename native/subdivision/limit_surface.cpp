@@ -71,6 +71,7 @@ struct UvValues {
 };
 
 void ignore_error(Far::ErrorType, const char*) {}
+void ignore_warning(const char*) {}
 
 /// Coordinates as OpenSubdiv has them.
 Vec2 to_patch(const Bfr::Parameterization& parameterization, const CagePlace& place) {
@@ -191,7 +192,10 @@ LimitSurface::LimitSurface(const Mesh& mesh) : data_(std::make_unique<Data>(mesh
   using RefinerFactory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
   const auto scheme = cage.scheme == SubdivisionScheme::LINEAR ? Sdc::SCHEME_BILINEAR : Sdc::SCHEME_CATMARK;
   static std::once_flag silenced;
-  std::call_once(silenced, [] { Far::SetErrorCallback(ignore_error); });
+  std::call_once(silenced, [] {
+    Far::SetErrorCallback(ignore_error);
+    Far::SetWarningCallback(ignore_warning);
+  });
   data_->refiner.reset(RefinerFactory::Create(topology, RefinerFactory::Options(scheme, scheme_options(cage))));
   if (data_->refiner) data_->factory = std::make_unique<Factory>(*data_->refiner);
 }

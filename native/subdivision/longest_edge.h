@@ -17,7 +17,6 @@ class LongestEdge {
 
  private:
   float pixel_size(Vec3 a, Vec3 b) const;
-  float beyond_view(Vec3 a, Vec3 b) const;
 
   const DicingView& view_;
   Transform object_to_world_, world_to_camera_;
@@ -25,7 +24,8 @@ class LongestEdge {
   float pixels_, length_;
 };
 
-/// How many pixels a unit of an object's space takes at the most, where it is nearest; of its bounds.
+/// How many pixels a unit of an object's space takes at the most, where it is nearest, less beyond the sides of the
+/// picture; by its bounds.
 float seen_size(const DicingView& view, const Bounds3& bounds, const Transform& object_to_world);
 
 }  // namespace cistern

@@ -270,19 +270,58 @@ TEST(DiceMeshBadInput, StaysAsItIs) {
   EXPECT_NE(result.warning.find("'cage' has points that are not finite"), std::string::npos) << result.warning;
 }
 
+TEST(DiceMeshBadInput, PolygonsOfTwoCornersAreRefused) {
+  Cage thin = test::cube();
+  thin.polygons.push_back({0, 7});
+  const DicedMesh result = diced(thin.mesh());
+  EXPECT_EQ(result.mesh, result.dicing.source);
+  EXPECT_NE(result.warning.find("fewer than three corners"), std::string::npos) << result.warning;
+}
+
 TEST(DiceMeshBadInput, OddPolygonsAreSurvived) {
   Cage repeated = test::cube();
   repeated.polygons[2] = {0, 1, 1, 4};
   Cage crossing = test::cube();
   crossing.polygons.push_back({0, 3, 5, 6});
   crossing.polygons.push_back(crossing.polygons[0]);
-  Cage thin = test::cube();
-  thin.polygons.push_back({0, 7});
-  for (const Cage& cage : {repeated, crossing, thin}) {
+  for (const Cage& cage : {repeated, crossing}) {
     const DicedMesh result = diced(cage.mesh());
-    EXPECT_TRUE(result.mesh);
+    EXPECT_EQ(result.warning, "");
+    EXPECT_GT(result.mesh->triangle_count(), 1000u);
+    EXPECT_EQ(exceeding_edges(*result.mesh, result.dicing.view), 0);
     for (const Vec3& p : result.mesh->positions) EXPECT_TRUE(is_finite(p));
   }
+}
+
+TEST(DiceMeshBadInput, EdgesOfThreePolygonsPartNormals) {
+  Cage pages{{{0.0f, -1.0f, 0.0f}, {0.0f, 1.0f, 0.0f}}, {}};
+  for (const Vec3 away : {Vec3{1.0f, 0.0f, 0.0f}, Vec3{-0.5f, 0.0f, 0.8f}, Vec3{-0.5f, 0.0f, -0.8f}}) {
+    const auto first = static_cast<int32_t>(pages.points.size());
+    pages.points.push_back(pages.points[1] + away);
+    pages.points.push_back(pages.points[0] + away);
+    pages.polygons.push_back({0, 1, first, first + 1});
+  }
+  EXPECT_EQ(diced(pages.mesh()).mesh->normals_domain, Domain::CORNER);
+  pages.polygons.pop_back();
+  EXPECT_EQ(diced(pages.mesh()).mesh->normals_domain, Domain::POINT);
+}
+
+TEST(DiceMeshLimits, CutsOfEdgesCountToo) {
+  Cage grid;
+  constexpr int32_t kSide = 60;
+  for (int32_t i = 0; i < kSide * kSide; ++i)
+    grid.points.push_back({static_cast<float>(i % kSide), static_cast<float>(i / kSide), 0.0f});
+  for (int32_t y = 0; y + 1 < kSide; ++y)
+    for (int32_t x = 0; x + 1 < kSide; ++x) {
+      const int32_t p = x + kSide * y;
+      grid.polygons.push_back({p, p + 1, p + 1 + kSide, p + kSide});
+    }
+  DicingView view = test::close_view();
+  view.most_levels = 20;
+  // A million to each edge at first: terabytes, if they were all made.
+  const DicedMesh result = diced(grid.mesh([](MeshInput& input) { input.subdivision->length = 1e-6f; }), view, 100000);
+  EXPECT_LE(result.mesh->triangle_count(), 100000u);
+  EXPECT_NE(result.warning, "");
 }
 
 }  // namespace

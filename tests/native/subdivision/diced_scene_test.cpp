@@ -24,11 +24,11 @@ class DicedScene : public testing::Test {
     look();
   }
 
-  void look(int pixels = 60, bool ignores_moves = false) {
+  void look(int pixels = 60, bool stays_diced = false) {
     DicingView view = test::close_view(pixels);
     builder_.set_camera(view.camera, "Camera");
     view.camera = {};  // the one that is set counts
-    view.ignores_moves = ignores_moves;
+    view.stays_diced = stays_diced;
     builder_.set_dicing(view, "Scene");
   }
   int add(Vec3 place, const std::vector<int>& materials = {}, std::optional<int> replace = {}) {
@@ -69,12 +69,16 @@ TEST_F(DicedScene, IsDicedAnewOnlyWhenSomethingChanged) {
   EXPECT_NE(shown(cube), first);
 }
 
-TEST_F(DicedScene, MovesMayBeIgnored) {
+TEST_F(DicedScene, MayStayWhereverThingsGo) {
   look(60, true);
   const int cube = add({});
   const std::shared_ptr<const Mesh> first = shown(cube);
   add({0.0f, 0.0f, -1.0f}, {}, cube);
   EXPECT_EQ(shown(cube), first);
+  look(90, true);
+  EXPECT_EQ(shown(cube), first);
+  look(90);
+  EXPECT_NE(shown(cube), first);
 }
 
 TEST_F(DicedScene, IsDicedForTheInstanceThatShowsItLargest) {
@@ -83,7 +87,10 @@ TEST_F(DicedScene, IsDicedForTheInstanceThatShowsItLargest) {
   const int far = add({0.0f, 0.0f, -5.0f});
   EXPECT_EQ(shown(far)->triangle_count(), alone);
   builder_.remove_instance(near);
-  EXPECT_LT(shown(far)->triangle_count(), alone / 2);
+  const size_t far_alone = shown(far)->triangle_count();
+  EXPECT_LT(far_alone, alone / 2);
+  add({0.0f, 0.0f, 5.0f});  // behind the camera, and nearer
+  EXPECT_EQ(shown(far)->triangle_count(), far_alone);
 }
 
 TEST_F(DicedScene, DisplacementMovesWhatWasDiced) {
