@@ -23,6 +23,8 @@ from .views import place_view_camera, view_names
 if TYPE_CHECKING:
     from types import ModuleType
 
+    from cistern_core import SceneBuilder
+
     from .engine import CisternEngine
     from .sync import SyncReport
     from .sync.scene import SceneSync
@@ -120,12 +122,21 @@ class LayerRender(SessionRender):
             if len(views) > 1:
                 for builder in builders:
                     place_view_camera(self.engine, self.depsgraph, builder)
-            scene = exported.builder.snapshot()
-            others = [builder.snapshot(middle=scene) for builder in builders[1:]]
+            scene = self.snapshot(exported.builder)
+            others = [self.snapshot(builder, middle=scene) for builder in builders[1:]]
             self.warn_of_volume(scene.volume_name)
             for warning in scene.warnings:
                 self.figures.warn_once(warning)
             self.render_view(Moments(scene, tuple(others)), view, Span(index / len(views), 1 / len(views)))
+
+    def snapshot(self, builder: SceneBuilder, middle: Any = None) -> Any:  # noqa: ANN401
+        """Raises SyncStoppedError once the user pressed Esc."""
+        from .sync import SyncStoppedError
+
+        scene = builder.snapshot(middle=middle, is_stopped=self.engine.is_stop_wanted)
+        if scene is None:
+            raise SyncStoppedError
+        return scene
 
     def render_view(self, moments: Moments, view: str, span: Span) -> None:
         """Render a view and hand over its pixels."""

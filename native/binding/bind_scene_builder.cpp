@@ -1,6 +1,8 @@
+#include <pybind11/functional.h>
 #include <pybind11/stl.h>
 
 #include "base/murmur_hash.h"
+#include "base/stop_poll.h"
 #include "binding/arrays.h"
 #include "binding/bind.h"
 #include "binding/scene_handle.h"
@@ -443,11 +445,14 @@ void bind_scene_builder(py::module_& m) {
       .def("add_material_set", &SceneBuilder::add_material_set, py::arg("materials"), py::arg("owner_name"))
       .def(
           "snapshot",
-          [](SceneBuilder& b, const SceneHandle* middle) {
-            DisplacedScene displaced = displaced_snapshot(b, middle ? middle->scene.get() : nullptr);
-            return SceneHandle{std::move(displaced.scene), std::move(displaced.warnings)};
+          [](SceneBuilder& b, const SceneHandle* middle, std::function<bool()> is_stopped) {
+            StopPoll poll(std::move(is_stopped));
+            DisplacedScene displaced =
+                displaced_snapshot(b, middle ? middle->scene.get() : nullptr, [&] { return poll(); });
+            if (!displaced.scene) return std::optional<SceneHandle>();
+            return std::optional(SceneHandle{std::move(displaced.scene), std::move(displaced.warnings)});
           },
-          py::arg("middle") = py::none(), py::call_guard<py::gil_scoped_release>());
+          py::arg("middle") = py::none(), py::arg("is_stopped") = py::none(), NoGil());
   bind_geometry(builder);
   bind_lights(builder);
   bind_surroundings(builder);

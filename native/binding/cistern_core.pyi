@@ -6,7 +6,7 @@ the value and what is allowed, and leaves the builder as it was. Lengths are met
 scene-linear. Matrices are row-major, object to world.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum
 from typing import Any
 
@@ -256,9 +256,9 @@ class SceneBuilder:
     def clear_lights(self) -> None: ...
     def mesh_statistics(self, handle: int) -> dict[str, int]:
         """triangles, dropped_triangles, memory_bytes"""
-    def snapshot(self, middle: "Scene | None" = None) -> "Scene":
+    def snapshot(self, middle: "Scene | None" = None, is_stopped: Callable[[], bool] | None = None) -> "Scene | None":
         """With meshes as they are subdivided for the view of set_dicing, and as the displacement of their materials moves
-        them. `middle`: of a shutter, of which this is another moment; meshes are then subdivided as there."""
+        them. `middle`: of a shutter, of which this is another moment; meshes are then subdivided as there. None once `is_stopped` said so, which is asked every 20 ms."""
 
 class Scene:
     """An immutable snapshot."""

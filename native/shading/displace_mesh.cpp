@@ -99,9 +99,10 @@ class Displacer {
     if (source_.normals_domain == Domain::FACE) flat_normals_ = smooth_normals(source_);
   }
 
-  void run() {
+  void run(const std::function<bool()>& is_stopped) {
     find_corners();
-    move_vertices();
+    move_vertices(is_stopped);
+    if (is_stopped && is_stopped()) return;
     renew_normals();
     keep_normals_for_bump();
     mesh_.bounds = {};
@@ -144,12 +145,13 @@ class Displacer {
     return point;
   }
 
-  void move_vertices() {
+  void move_vertices(const std::function<bool()>& is_stopped) {
     const Transform world_to_object = inverse(instance().object_to_world);
     const size_t count = mesh_.positions.size();
     std::vector<Vec3> moved(count);
     std::vector<size_t> kept(block_count(count, kBlockSize));
     parallel_blocks(count, kBlockSize, [&](size_t block, size_t begin, size_t end) {
+      if (is_stopped && is_stopped()) return;
       for (size_t v = begin; v < end; ++v) {
         moved[v] = mesh_.positions[v];
         if (corner_of_[v] == kNoCorner) continue;
@@ -220,8 +222,9 @@ class Displacer {
 
 }  // namespace
 
-void displace_mesh(DisplacedMesh& displaced, const Scene& scene, uint32_t instance) {
-  Displacer(displaced, scene, instance).run();
+void displace_mesh(DisplacedMesh& displaced, const Scene& scene, uint32_t instance,
+                   const std::function<bool()>& is_stopped) {
+  Displacer(displaced, scene, instance).run(is_stopped);
 }
 
 }  // namespace cistern

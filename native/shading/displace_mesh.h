@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "scene/displaced_mesh.h"
 
 namespace cistern {
@@ -13,7 +15,10 @@ namespace cistern {
 /// Flat faces stay flat in a mesh of them; among smooth ones they become smooth. A mesh comes apart where the normals
 /// of a point differ from one smooth corner to another (Cycles up to 5.0). A vertex whose displacement is not finite or
 /// leads beyond kFarthestCoordinate stays where it is, and is warned of.
-void displace_mesh(DisplacedMesh& displaced, const Scene& scene, uint32_t instance);
+///
+/// The mesh is null once `is_stopped` was true, if there is such a question: it is asked from any thread, all the time.
+void displace_mesh(DisplacedMesh& displaced, const Scene& scene, uint32_t instance,
+                   const std::function<bool()>& is_stopped = {});
 
 inline constexpr float kFarthestCoordinate = 1e18f;  // in object space; rays reach a little further
 

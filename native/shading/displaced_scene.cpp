@@ -11,6 +11,7 @@
 namespace cistern {
 namespace {
 
+using IsStopped = std::function<bool()>;
 using Programs = std::vector<std::shared_ptr<const MaterialProgram>>;
 
 bool displaces(const std::shared_ptr<const MaterialProgram>& program) { return program && program->displaces(); }
@@ -99,7 +100,8 @@ bool is_made_alike(const DisplacedMesh& before, const DisplacedMesh& now) {
 }
 
 /// `scene` has the meshes as they are diced. Taken from those that are kept, or made now.
-DisplacedMesh displaced_mesh(const std::vector<DisplacedMesh>& kept, const Scene& scene, uint32_t index) {
+DisplacedMesh displaced_mesh(const std::vector<DisplacedMesh>& kept, const Scene& scene, uint32_t index,
+                             const IsStopped& is_stopped) {
   const Instance& instance = scene.instances[index];
   DisplacedMesh displaced;
   displaced.source = scene.meshes[static_cast<size_t>(instance.mesh)];
@@ -113,7 +115,7 @@ DisplacedMesh displaced_mesh(const std::vector<DisplacedMesh>& kept, const Scene
     displaced.mesh = known->mesh;
     displaced.warning = known->warning;
   } else {
-    displace_mesh(displaced, scene, index);
+    displace_mesh(displaced, scene, index, is_stopped);
   }
   return displaced;
 }
@@ -185,8 +187,9 @@ bool is_diced_alike(const Dicing& before, const Dicing& now) {
   return was == is && before.object_to_world == now.object_to_world;
 }
 
-/// Replaces meshes by what they are diced to.
-void dice_meshes(const Dicings& dicings, SceneBuilder& builder, Scene& scene, std::vector<std::string>& warnings) {
+/// Replaces meshes by what they are diced to; false once stopped.
+bool dice_meshes(const Dicings& dicings, SceneBuilder& builder, DisplacedScene& result, Scene& scene,
+                 const IsStopped& is_stopped) {
   std::vector<DicedMesh> made;
   std::map<int, int> handles;
   for (const auto& [handle, dicing] : dicings) {
@@ -195,17 +198,20 @@ void dice_meshes(const Dicings& dicings, SceneBuilder& builder, Scene& scene, st
     if (known != builder.diced_meshes().end()) {
       made.push_back(*known);
     } else {
-      dice_mesh(made.emplace_back(DicedMesh{dicing, {}, {}}));
+      dice_mesh(made.emplace_back(DicedMesh{dicing, {}, {}}), is_stopped);
     }
-    if (!made.back().warning.empty()) warnings.push_back(made.back().warning);
+    if (!made.back().mesh) return false;
+    if (!made.back().warning.empty()) result.warnings.push_back(made.back().warning);
     handles[handle] = add_in_place_of(handle, made.back().mesh, scene);
   }
   builder.diced_meshes() = std::move(made);
   for (Instance& instance : scene.instances)
     if (const auto found = handles.find(instance.mesh); found != handles.end()) instance.mesh = found->second;
+  return true;
 }
 
-void displace_meshes(SceneBuilder& builder, Scene& scene, std::vector<std::string>& warnings) {
+/// The same of displacement.
+bool displace_meshes(SceneBuilder& builder, DisplacedScene& result, Scene& scene, const IsStopped& is_stopped) {
   std::vector<DisplacedMesh> made;
   std::map<std::pair<int, int>, int> handles;  // by mesh and material set; -1: not displaced
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
@@ -213,18 +219,20 @@ void displace_meshes(SceneBuilder& builder, Scene& scene, std::vector<std::strin
     if (!can_be_displaced(scene, instance)) continue;
     const auto [known, is_new] = handles.try_emplace({instance.mesh, instance.material_set}, -1);
     if (is_new && std::ranges::any_of(moving_programs(scene, instance), displaces)) {
-      made.push_back(displaced_mesh(builder.displaced_meshes(), scene, i));
-      if (!made.back().warning.empty()) warnings.push_back(made.back().warning);
+      made.push_back(displaced_mesh(builder.displaced_meshes(), scene, i, is_stopped));
+      if (!made.back().mesh) return false;
+      if (!made.back().warning.empty()) result.warnings.push_back(made.back().warning);
       known->second = add_in_place_of(instance.mesh, made.back().mesh, scene);
     }
     if (known->second >= 0) instance.mesh = known->second;
   }
   builder.displaced_meshes() = std::move(made);
+  return true;
 }
 
 }  // namespace
 
-DisplacedScene displaced_snapshot(SceneBuilder& builder, const Scene* middle) {
+DisplacedScene displaced_snapshot(SceneBuilder& builder, const Scene* middle, const IsStopped& is_stopped) {
   const Scene& scene = builder.scene();
   const Dicings dicings = middle != nullptr ? dicings_as(*middle, scene)
                           : scene.dicing    ? own_dicings(scene)
@@ -236,9 +244,8 @@ DisplacedScene displaced_snapshot(SceneBuilder& builder, const Scene* middle) {
   }
   DisplacedScene result;
   const auto shown = std::make_shared<Scene>(scene);
-  dice_meshes(dicings, builder, *shown, result.warnings);
-  displace_meshes(builder, *shown, result.warnings);
-  result.scene = shown;
+  if (dice_meshes(dicings, builder, result, *shown, is_stopped) && displace_meshes(builder, result, *shown, is_stopped))
+    result.scene = shown;
   return result;
 }
 

@@ -15,8 +15,8 @@ constexpr size_t kEnoughSquares = 4096;  // to keep threads busy
 }  // namespace
 
 CutEdges::CutEdges(SquareGrid& grid, const LimitSurface& surface, const LongestEdge& longest, int most_levels,
-                   size_t most_triangles)
-    : grid_(grid), budget_(most_triangles) {
+                   TriangleBudget& budget)
+    : grid_(grid), budget_(budget) {
   while (true) {
     find_edges(most_levels);
     grid_points_ = surface.points(grid.places());
@@ -31,6 +31,7 @@ CutEdges::CutEdges(SquareGrid& grid, const LimitSurface& surface, const LongestE
     LimitSurface::Patch patch(surface);
     for (size_t i = begin; i < end; ++i) {
       const Edge& edge = edges_[by_square[i]];
+      if (budget_.is_stopped()) return;
       if (edge.middle != kNowhere) continue;
       halve(edge, patch, longest, {0.0f, grid_points_[edge.low]}, {1.0f, grid_points_[edge.high]}, edge.levels,
             cuts_[by_square[i]]);

@@ -16,10 +16,9 @@ class CutEdges {
   };
 
   /// `grid` is refined for as long as all sides would be halved anyway, and there are few squares. Incomplete where
-  /// even one triangle for each cut is more than `most_triangles`.
+  /// the budget ends, of which each cut takes one triangle.
   CutEdges(SquareGrid& grid, const LimitSurface& surface, const LongestEdge& longest, int most_levels,
-           size_t most_triangles);
-  bool is_complete() const { return !budget_.is_exceeded(); }
+           TriangleBudget& budget);
 
   /// Of a side of a square.
   uint32_t edge_at(size_t square, size_t side) const { return edge_at_[4 * square + side]; }
@@ -56,7 +55,7 @@ class CutEdges {
              int levels, std::vector<Cut>& cuts);
 
   const SquareGrid& grid_;
-  TriangleBudget budget_;
+  TriangleBudget& budget_;
   std::vector<Edge> edges_;
   std::vector<uint32_t> edge_at_;
   std::vector<LimitSurface::Point> grid_points_;

@@ -28,7 +28,8 @@ size_t least_squares(const SubdivisionCage& cage) {
 
 /// Empty where the mesh can be diced.
 std::string reason_against(const Mesh& mesh, const LimitSurface& surface, size_t most_triangles) {
-  if (2 * least_squares(*mesh.cage) > most_triangles / 2) return "has too many polygons";
+  constexpr size_t kMostOfSquare = 6;  // triangles, of one whose sides are all halved for others
+  if (kMostOfSquare * least_squares(*mesh.cage) > most_triangles) return "has too many polygons";
   for (size_t i = 0; i < mesh.cage->polygon_count(); ++i)
     if (mesh.cage->size(i) < 3) return "has polygons with fewer than three corners";
   if (!std::ranges::all_of(mesh.positions, is_near)) return "has points that are not finite or too far away";
@@ -192,7 +193,7 @@ class Dicer {
 
 }  // namespace
 
-void dice_mesh(DicedMesh& diced, size_t most_triangles) {
+void dice_mesh(DicedMesh& diced, const std::function<bool()>& is_stopped, size_t most_triangles) {
   const Dicing& dicing = diced.dicing;
   const Mesh &source = *dicing.source, &shape = *dicing.cut_as;
   diced.mesh = dicing.source;
@@ -204,8 +205,12 @@ void dice_mesh(DicedMesh& diced, size_t most_triangles) {
     return warn(reason + ": it is not subdivided adaptively");
   for (float coarsening = 1.0f;; coarsening *= kDoubled) {
     const LongestEdge longest(dicing.view, *shape.cage, dicing.object_to_world, coarsening);
-    DicingPattern pattern =
-        cut_polygons(shape, of_shape ? *of_shape : surface, longest, dicing.view.most_levels, most_triangles);
+    DicingPattern pattern = cut_polygons(shape, of_shape ? *of_shape : surface, longest, dicing.view.most_levels,
+                                         most_triangles, is_stopped);
+    if (is_stopped && is_stopped()) {
+      diced.mesh = nullptr;
+      return;
+    }
     if (pattern.is_too_fine) continue;
     if (of_shape) pattern.limits = surface.points(pattern.points);
     diced.mesh = std::make_shared<const Mesh>(Dicer(dicing, surface, std::move(pattern)).run());

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "scene/diced_mesh.h"
 
 namespace cistern {
@@ -12,6 +14,9 @@ inline constexpr size_t kMostDicedTriangles = size_t{1} << 25;  // of one mesh; 
 /// quads, and of the parts of other polygons; edges that are too long are halved, and triangles with one, two or three
 /// such edges cut into two, three or four, until none is. Whether an edge is too long depends on its ends alone: what
 /// shares it agrees, and nothing comes apart. Where that gives more than `most_triangles`, lengths are doubled.
-void dice_mesh(DicedMesh& diced, size_t most_triangles = kMostDicedTriangles);
+///
+/// `mesh` is null once `is_stopped` was true, if there is such a question: it is asked from any thread, all the time.
+void dice_mesh(DicedMesh& diced, const std::function<bool()>& is_stopped = {},
+               size_t most_triangles = kMostDicedTriangles);
 
 }  // namespace cistern

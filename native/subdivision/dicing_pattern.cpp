@@ -225,22 +225,22 @@ void append(DicingPattern& pattern, const SquareCutter::Result& part) {
 }  // namespace
 
 DicingPattern cut_polygons(const Mesh& mesh, const LimitSurface& surface, const LongestEdge& longest, int most_levels,
-                           size_t most_triangles) {
+                           size_t most_triangles, const std::function<bool()>& is_stopped) {
   DicingPattern pattern;
   SquareGrid grid(mesh);
-  const CutEdges cuts(grid, surface, longest, most_levels, most_triangles);
-  TriangleBudget budget(most_triangles);
+  TriangleBudget budget_of_cuts(most_triangles, is_stopped), budget(most_triangles, is_stopped);
+  const CutEdges cuts(grid, surface, longest, most_levels, budget_of_cuts);
   const size_t squares = grid.squares().size(), at_once = std::clamp<size_t>(squares / kBlocks, 1, kMostSquaresAtOnce);
   std::vector<SquareCutter::Result> parts(block_count(squares, at_once));
-  pattern.is_too_fine = !cuts.is_complete() || !budget.take(2 * squares);
-  if (pattern.is_too_fine) return pattern;
+  pattern.is_too_fine = budget_of_cuts.is_exceeded() || !budget.take(2 * squares);
+  if (pattern.is_too_fine || budget.is_stopped()) return pattern;
   parallel_blocks(squares, at_once, [&](size_t block, size_t begin, size_t end) {
     SquareCutter cutter(grid, surface, cuts, longest, most_levels, budget);
-    for (size_t i = begin; i < end && !budget.is_exceeded(); ++i) cutter.cut(i);
+    for (size_t i = begin; i < end && !budget.is_exceeded() && !budget.is_stopped(); ++i) cutter.cut(i);
     parts[block] = std::move(cutter.result());
   });
   pattern.is_too_fine = budget.is_exceeded();
-  if (pattern.is_too_fine) return pattern;
+  if (pattern.is_too_fine || budget.is_stopped()) return pattern;
   cuts.for_each_point([&](const CagePlace& place, const LimitSurface::Point& limit) {
     pattern.points.push_back(place);
     pattern.limits.push_back(limit);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "subdivision/limit_surface.h"
 #include "subdivision/longest_edge.h"
 
@@ -15,8 +17,8 @@ struct DicingPattern {
   bool is_too_fine = false;        // it would have more triangles than are allowed, and has none
 };
 
-/// The same for any number of threads.
+/// The same for any number of threads. Once `is_stopped`, if there is such a question, what comes back is of no use.
 DicingPattern cut_polygons(const Mesh& mesh, const LimitSurface& surface, const LongestEdge& longest, int most_levels,
-                           size_t most_triangles);
+                           size_t most_triangles, const std::function<bool()>& is_stopped);
 
 }  // namespace cistern

@@ -174,7 +174,7 @@ class FakeExport:
 
     def __init__(self):
         FakeExport.instances += 1
-        self.builder = SimpleNamespace(snapshot=lambda: SNAPSHOT, set_camera=self.set_camera)
+        self.builder = SimpleNamespace(snapshot=lambda **_: SNAPSHOT, set_camera=self.set_camera)
 
     def set_camera(self, **camera):
         FakeExport.cameras.append(camera)

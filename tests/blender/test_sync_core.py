@@ -90,3 +90,16 @@ def test_frame_after_frame_gives_the_same_scene(scene, sync) -> None:
     bpy.ops.mesh.primitive_cube_add()
     counts = {sync()[0].builder.snapshot().triangle_count for _ in range(3)}
     assert counts == {12}
+
+
+def test_esc_stops_subdivision(scene, sync) -> None:
+    bpy.ops.mesh.primitive_plane_add()
+    modifier = bpy.context.object.modifiers.new("Subdivision", "SUBSURF")
+    if hasattr(modifier, "use_adaptive_subdivision"):
+        modifier.use_adaptive_subdivision = True
+    else:
+        scene.cycles.feature_set, bpy.context.object.cycles.use_adaptive_subdivision = "EXPERIMENTAL", True
+    scene.cycles.dicing_rate = 0.1  # the picture has 4 x 4 pixels
+    exporter, _ = sync()
+    assert exporter.builder.snapshot(is_stopped=lambda: True) is None
+    assert exporter.builder.snapshot(is_stopped=lambda: False).triangle_count > 100

@@ -19,7 +19,7 @@ DicedMesh diced(const std::shared_ptr<const Mesh>& source, const DicingView& vie
                 size_t most_triangles = kMostDicedTriangles) {
   DicedMesh result;
   result.dicing = {source, source, view, {}};
-  dice_mesh(result, most_triangles);
+  dice_mesh(result, {}, most_triangles);
   return result;
 }
 

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "base/check.h"
 #include "scene/shutter.h"
 #include "shading/displaced_scene.h"
@@ -104,6 +106,23 @@ TEST_F(DicedScene, DisplacementMovesWhatWasDiced) {
   EXPECT_EQ(later.scene().meshes.size(), 1u);
   for (const int instance : {plain, moved})
     EXPECT_EQ(later.scene().instances[static_cast<size_t>(instance)].mesh, mesh_);
+}
+
+TEST_F(DicedScene, StopsAndGoesOnLater) {
+  const int cube = add({}, {builder_.add_material(mover())});
+  for (const int calls : {0, 1, 5, 50}) {
+    std::atomic<int> left{calls};
+    const cistern::DisplacedScene stopped = displaced_snapshot(builder_, nullptr, [&] { return left-- <= 0; });
+    EXPECT_FALSE(stopped.scene) << calls;
+    EXPECT_TRUE(builder_.displaced_meshes().empty());
+  }
+  const std::shared_ptr<const Mesh> whole = shown(cube);
+  EXPECT_EQ(whole->undisplaced->dicing->source, builder_.scene().meshes[0]);
+  const auto never_asked = [] {
+    ADD_FAILURE() << "nothing is left to do";
+    return false;
+  };
+  EXPECT_TRUE(displaced_snapshot(builder_, nullptr, never_asked).scene);
 }
 
 /// The cube's instance, of a key, in a scene of its own.
