@@ -26,14 +26,13 @@ size_t least_squares(const SubdivisionCage& cage) {
   return count;
 }
 
-/// Empty where the mesh can be diced.
-std::string reason_against(const Mesh& mesh, const LimitSurface& surface, size_t most_triangles) {
+/// Empty where nothing speaks against it.
+std::string reason_against_dicing(const Mesh& mesh, size_t most_triangles) {
   constexpr size_t kMostOfSquare = 6;  // triangles, of one whose sides are all halved for others
   if (kMostOfSquare * least_squares(*mesh.cage) > most_triangles) return "has too many polygons";
   for (size_t i = 0; i < mesh.cage->polygon_count(); ++i)
     if (mesh.cage->size(i) < 3) return "has polygons with fewer than three corners";
   if (!std::ranges::all_of(mesh.positions, is_near)) return "has points that are not finite or too far away";
-  if (!surface.exists()) return "has polygons that OpenSubdiv refuses";
   return "";
 }
 
@@ -198,11 +197,12 @@ void dice_mesh(DicedMesh& diced, const std::function<bool()>& is_stopped, size_t
   const Mesh &source = *dicing.source, &shape = *dicing.cut_as;
   diced.mesh = dicing.source;
   const auto warn = [&](const std::string& text) { diced.warning = "Mesh '" + source.name + "' " + text; };
+  const auto refuse = [&](const std::string& reason) { warn(reason + ": it is not subdivided adaptively"); };
+  if (const std::string reason = reason_against_dicing(source, most_triangles); !reason.empty()) return refuse(reason);
   const LimitSurface surface(source);
+  if (!surface.exists()) return refuse("has polygons that OpenSubdiv refuses");
   std::optional<LimitSurface> of_shape;
   if (&shape != &source) of_shape.emplace(shape);
-  if (const std::string reason = reason_against(source, surface, most_triangles); !reason.empty())
-    return warn(reason + ": it is not subdivided adaptively");
   for (float coarsening = 1.0f;; coarsening *= kDoubled) {
     const LongestEdge longest(dicing.view, *shape.cage, dicing.object_to_world, coarsening);
     DicingPattern pattern = cut_polygons(shape, of_shape ? *of_shape : surface, longest, dicing.view.most_levels,
@@ -216,7 +216,7 @@ void dice_mesh(DicedMesh& diced, const std::function<bool()>& is_stopped, size_t
     diced.mesh = std::make_shared<const Mesh>(Dicer(dicing, surface, std::move(pattern)).run());
     if (coarsening > 1.0f)
       warn("would be subdivided into more than " + std::to_string(most_triangles) + " triangles: its edges are " +
-           std::to_string(static_cast<int64_t>(coarsening)) + " times as long as asked for");
+           std::to_string(static_cast<int64_t>(std::min(coarsening, 1e9f))) + " times as long as asked for");
     return;
   }
 }

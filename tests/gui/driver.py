@@ -74,6 +74,15 @@ def window() -> bpy.types.Window:
     return max(bpy.context.window_manager.windows, key=lambda window: window.width * window.height)
 
 
+def subdivide(obj: bpy.types.Object) -> None:
+    """Adaptively."""
+    modifier = obj.modifiers.new("Subdivision", "SUBSURF")
+    if hasattr(modifier, "use_adaptive_subdivision"):
+        modifier.use_adaptive_subdivision = True
+    else:
+        bpy.context.scene.cycles.feature_set, obj.cycles.use_adaptive_subdivision = "EXPERIMENTAL", True
+
+
 def view3d() -> bpy.types.Area:
     return max((a for a in window().screen.areas if a.type == "VIEW_3D"), key=lambda area: area.width * area.height)
 

@@ -23,6 +23,7 @@ def scenario() -> Iterator[float]:
     yield from shadow_catcher()
     yield from edits()
     yield from undo_and_redo()
+    yield from subdivision()
     yield from delete()
     yield from edit_mesh()
     yield from cell_views()
@@ -156,6 +157,17 @@ def undo_and_redo() -> Iterator[float]:
     yield 1.0
     yield from settle("redone")
     driver.expect(redness() < 0.001, "the cube is blue again")
+
+
+def subdivision() -> Iterator[float]:
+    cube = bpy.data.objects["Cube"]
+    share = redness()
+    driver.subdivide(cube)
+    yield from settle("adaptive_subdivision")
+    driver.expect(0.3 * share < redness() < 0.9 * share, "the cube is a ball")
+    cube.modifiers.clear()
+    yield from settle("without_subdivision")
+    driver.expect(redness() > 0.9 * share, "the cube is a cube again")
 
 
 def delete() -> Iterator[float]:

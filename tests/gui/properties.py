@@ -17,6 +17,7 @@ TABS = (
     ("VIEW_LAYER", "Cube"),
     ("WORLD", "Cube"),
     ("OBJECT", "Cube"),
+    ("MODIFIER", "Cube"),
     ("MATERIAL", "Cube"),
     ("DATA", "Light"),
     ("DATA", "Panel"),
@@ -27,6 +28,7 @@ TABS = (
 def scenario() -> Iterator[float]:
     bpy.context.scene.render.engine = "CISTERN"
     bpy.data.objects["Camera"].data.type = "PANO"
+    driver.subdivide(bpy.data.objects["Cube"])
     open_all_panels()
     panel = bpy.data.objects.new("Panel", bpy.data.lights.new("Panel", "AREA"))
     bpy.context.scene.collection.objects.link(panel)
