@@ -22,7 +22,12 @@ REPOSITORY = ADDON.parent
 LEFT_OUT = {"README.md", "package.py", "extension_build", "__pycache__"}
 
 # Debian packages whose libraries the core's wheel bundles; their licences go into the zip.
-BUNDLED_PACKAGES = {"embree": "libembree3-3", "onetbb": "libtbb12"}
+BUNDLED_PACKAGES = {
+    "embree": "libembree3-3",
+    "onetbb": "libtbb12",
+    "opensubdiv": "libosdcpu3.5.0",
+    "libgomp": "libgomp1",
+}
 
 # Of the oldest systems that the README names. A newer one than this can come in by a single function of the C library.
 NEWEST_GLIBC = (2, 34)
