@@ -192,7 +192,9 @@ bool dice_meshes(const Dicings& dicings, SceneBuilder& builder, DisplacedScene& 
                  const IsStopped& is_stopped) {
   std::vector<DicedMesh> made;
   std::map<int, int> handles;
-  for (const auto& [handle, dicing] : dicings) {
+  for (const auto& entry : dicings) {
+    const int handle = entry.first;
+    const Dicing& dicing = entry.second;
     const auto known = std::ranges::find_if(
         builder.diced_meshes(), [&](const DicedMesh& before) { return is_diced_alike(before.dicing, dicing); });
     if (known != builder.diced_meshes().end()) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "scene/scene_builder.h"
 
 namespace cistern {

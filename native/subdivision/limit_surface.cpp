@@ -114,7 +114,7 @@ struct LimitSurface::Data {
           polygon = place.polygon;
           is_prepared = prepare(static_cast<int>(polygon), surface);
           if (!is_prepared) continue;
-          points.resize(static_cast<size_t>(surface.GetNumPatchPoints() * width));
+          points.resize(static_cast<size_t>(surface.GetNumPatchPoints()) * static_cast<size_t>(width));
           surface.PreparePatchPoints(control, layout, points.data(), layout);
         }
         const Vec2 uv = to_patch(surface.GetParameterization(), place);
@@ -134,18 +134,19 @@ struct LimitSurface::Data {
         const float u = place.uv.x, v = place.uv.y;
         for (size_t k = 0; k < width; ++k) {
           const auto value = [&](size_t corner) {
-            const size_t number = first + corner % size;
+            const size_t number =
+                first + corner % size;  // NOLINT(clang-analyzer-core.DivideZero): never 0, see dice_mesh
             return attribute.values[(attribute.domain == Domain::POINT ? cage.vertices[number] : number) * width + k];
           };
           float at[4];
           if (size == 4) {
             for (size_t corner = 0; corner < 4; ++corner) at[corner] = value(corner);
           } else {
-            float sum = 0.0f;
-            for (size_t corner = 0; corner < size; ++corner) sum += value(corner);
+            float mean = 0.0f;
+            for (size_t corner = 0; corner < size; ++corner) mean += value(corner) / static_cast<float>(size);
             at[0] = value(place.part);
             at[1] = 0.5f * (at[0] + value(place.part + 1));
-            at[2] = sum / static_cast<float>(size);
+            at[2] = mean;
             at[3] = 0.5f * (at[0] + value(place.part + size - 1));
           }
           out[i * width + k] = (1.0f - v) * ((1.0f - u) * at[0] + u * at[1]) + v * ((1.0f - u) * at[3] + u * at[2]);
@@ -218,7 +219,7 @@ struct LimitSurface::Patch::Data {
     is_prepared = surface.factory->InitVertexSurface(static_cast<int>(to), &vertex_surface);
     if (!is_prepared) return;
     const PointDescriptor layout(3);
-    points.resize(static_cast<size_t>(3 * vertex_surface.GetNumPatchPoints()));
+    points.resize(3 * static_cast<size_t>(vertex_surface.GetNumPatchPoints()));
     vertex_surface.PreparePatchPoints(&surface.mesh.positions.front().x, layout, points.data(), layout);
     const SubdivisionCage& cage = *surface.mesh.cage;
     const auto corner = [&](uint32_t i) { return surface.mesh.positions[cage.vertices[cage.offsets[to] + i]]; };
