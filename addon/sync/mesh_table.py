@@ -226,6 +226,6 @@ def read_mesh(
             return mesh_arrays(mesh, wanted_attributes, subdivision) if len(mesh.polygons) else None
     mesh = obj.to_mesh()
     try:
-        return mesh_arrays(mesh, wanted_attributes, subdivision) if len(mesh.polygons) else None
+        return mesh_arrays(mesh, wanted_attributes) if len(mesh.polygons) else None
     finally:
         obj.to_mesh_clear()

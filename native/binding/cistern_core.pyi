@@ -258,7 +258,8 @@ class SceneBuilder:
         """triangles, dropped_triangles, memory_bytes"""
     def snapshot(self, middle: "Scene | None" = None, is_stopped: Callable[[], bool] | None = None) -> "Scene | None":
         """With meshes as they are subdivided for the view of set_dicing, and as the displacement of their materials moves
-        them. `middle`: of a shutter, of which this is another moment; meshes are then subdivided as there. None once `is_stopped` said so, which is asked every 20 ms."""
+        them. `middle`: of a shutter, of which this is another moment; meshes are then subdivided as there. None once
+        `is_stopped` said so, which is asked every 20 ms."""
 
 class Scene:
     """An immutable snapshot."""

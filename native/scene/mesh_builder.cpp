@@ -176,6 +176,7 @@ void check_subdivision(const MeshInput& input) {
   if (!(s.pixels > 0.0f) || !(s.length >= 0.0f) || !std::isfinite(s.pixels) || !std::isfinite(s.length))
     throw Error(input.name, "is subdivided to edges of " + std::to_string(s.pixels) + " pixels and a length of " +
                                 std::to_string(s.length) + ": must be above 0, and at least 0");
+  if (s.uv_maps < 0) throw Error(input.name, "has " + std::to_string(s.uv_maps) + " UV maps: must be at least 0");
   for (int i = 0; i < s.uv_maps; ++i)
     if (i >= static_cast<int>(input.attributes.size()) || input.attributes[static_cast<size_t>(i)].components != 2)
       throw Error(input.name, "attribute " + std::to_string(i) + " is no UV map");

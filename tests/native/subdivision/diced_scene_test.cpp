@@ -202,6 +202,8 @@ TEST(SubdivisionInput, BadOnesAreRefused) {
   EXPECT_NE(no_size.find("edges of 0.0"), std::string::npos) << no_size;
   const std::string no_map = message([&](SubdivisionInput& s) { s.uv_maps = 1; });
   EXPECT_NE(no_map.find("attribute 0 is no UV map"), std::string::npos) << no_map;
+  const std::string negative = message([&](SubdivisionInput& s) { s.uv_maps = -1; });
+  EXPECT_NE(negative.find("has -1 UV maps"), std::string::npos) << negative;
 }
 
 }  // namespace
