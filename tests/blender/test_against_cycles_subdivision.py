@@ -22,7 +22,7 @@ from tests.support.slow_cases import marked
 pytestmark = pytest.mark.usefixtures("registered_addon")
 needs_object_space = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="new in Blender 5.0")
 needs_cycles_4_5 = pytest.mark.skipif(
-    bpy.app.version < (4, 5, 0), reason="Cycles 4.2 knows no creases or corners, and has other attributes on polygons"
+    bpy.app.version < (4, 5, 0), reason="Cycles 4.2 has no creases or corners, other attributes, no blur of shapes"
 )
 
 # Blocks of coordinates shown as light, which has no noise: near points where other than four quads meet Cycles follows
@@ -113,6 +113,7 @@ def test_creases(empty_scene: bpy.types.Scene, crease: float) -> None:
     agrees(empty_scene, lambda: setattr(obj.modifiers[-1], "use_creases", False), floor)
 
 
+@needs_cycles_4_5
 def test_sharp_points(empty_scene: bpy.types.Scene) -> None:
     obj = subdivided(solid(empty_scene, build.material("grey", diffuse)))
     values = obj.data.attributes.new("crease_vert", "FLOAT", "POINT")
@@ -211,6 +212,7 @@ def test_the_dicing_camera_and_rate_count(empty_scene: bpy.types.Scene) -> None:
     assert triangles(empty_scene) < 0.2 * memory
 
 
+@needs_cycles_4_5
 def test_motion_blur(empty_scene: bpy.types.Scene) -> None:
     """Of an object that moves and bends."""
     obj = subdivided(solid(empty_scene, build.material("grey", diffuse)), pixels=0.5)
