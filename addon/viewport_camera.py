@@ -100,11 +100,17 @@ def is_panorama(camera: bpy.types.Object | None) -> bool:
 def panorama(camera: bpy.types.Object, render: bpy.types.RenderSettings, window: Window) -> dict[str, Any]:
     """The panorama fills the frame that Blender draws for a perspective camera with that lens. Arguments that replace
     those of such a camera."""
-    from .sync.camera import panorama_arguments, window_arguments
+    from .sync.camera import panorama_arguments, panorama_window, window_arguments
 
     left, bottom, right, top = camera_frame(camera, render, window)
     width, height = right - left, top - bottom
-    around_frame = (-left / width, (1.0 - left) / width, -bottom / height, (1.0 - bottom) / height)
+    shift_x, _, shift_y, _ = panorama_window(camera.data)
+    around_frame = (
+        shift_x - left / width,
+        shift_x + (1.0 - left) / width,
+        shift_y - bottom / height,
+        shift_y + (1.0 - bottom) / height,
+    )
     return {
         "type": "PANORAMIC",
         "panorama": panorama_arguments(camera.data, render),

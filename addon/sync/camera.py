@@ -14,7 +14,6 @@ from . import SyncError, SyncReport
 
 # (left, right, bottom, top)
 Window = tuple[float, float, float, float]
-WHOLE_PANORAMA: Window = (0.0, 1.0, 0.0, 1.0)
 
 # f-stops below this would open the lens without bound; Blender's own slider ends at 0.1.
 _SMALLEST_FSTOP = 1e-5
@@ -45,7 +44,7 @@ def camera_arguments(
     if scene.render.use_multiview and camera.type != "ORTHO" and camera.stereo.use_spherical_stereo:
         report.warn(f"Camera '{camera_object.name}': spherical stereo is not supported, the eyes look side by side")
     is_panorama = camera.type == "PANO"
-    window = WHOLE_PANORAMA if is_panorama else camera_window(camera, scene.render)
+    window = panorama_window(camera) if is_panorama else camera_window(camera, scene.render)
     return {
         "name": camera_object.name,
         "type": CAMERA_TYPES.get(camera.type, "PERSPECTIVE"),
@@ -60,6 +59,11 @@ def camera_arguments(
 
 def window_arguments(window: Window) -> dict[str, float]:
     return dict(zip(("left", "right", "bottom", "top"), window, strict=True))
+
+
+def panorama_window(camera: bpy.types.Camera) -> Window:
+    """Of the full frame: a shift is in widths and heights of the picture, whatever its shape and the fit of the sensor."""
+    return camera.shift_x, camera.shift_x + 1.0, camera.shift_y, camera.shift_y + 1.0
 
 
 def panorama_arguments(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> dict[str, Any]:

@@ -128,6 +128,24 @@ def test_panorama(empty_scene: bpy.types.Scene, kind: str, number: int, size: tu
     assert result.agrees, result
 
 
+@pytest.mark.parametrize("size", [(64, 40), (40, 64)])
+@pytest.mark.parametrize("kind", PANORAMAS)
+def test_shifted_panorama(empty_scene: bpy.types.Scene, kind: str, size: tuple[int, int]) -> None:
+    camera = panoramic(empty_scene, kind, 0)
+    camera.shift_x, camera.shift_y, camera.sensor_fit = 0.15, -0.1, "VERTICAL"
+    result = compare_with_cycles(empty_scene, size=size)
+    assert result.agrees, result
+
+
+def test_shift_that_panoramas_lose_is_seen(empty_scene: bpy.types.Scene) -> None:
+    panoramic(empty_scene, "EQUIRECTANGULAR", 0).shift_x = 0.02
+
+    def plant(scene: bpy.types.Scene) -> None:
+        scene.camera.data.shift_x = 0.0
+
+    assert not compare_with_cycles(empty_scene, plant=plant).agrees
+
+
 def test_panorama_with_a_lens(empty_scene: bpy.types.Scene) -> None:
     camera = panoramic(empty_scene, "FISHEYE_EQUIDISTANT", 1)
     camera.dof.use_dof, camera.dof.aperture_fstop, camera.dof.focus_distance = True, 0.1, 2.2
@@ -138,7 +156,7 @@ def test_panorama_with_a_lens(empty_scene: bpy.types.Scene) -> None:
 @pytest.mark.parametrize("kind", ["EQUIRECTANGULAR", "FISHEYE_EQUISOLID"])
 def test_window_coordinates_of_panoramas(empty_scene: bpy.types.Scene, kind: str) -> None:
     """Of surfaces and of the world."""
-    panoramic(empty_scene, kind, 0)
+    panoramic(empty_scene, kind, 0).shift_x = 0.1
 
     def window(tree: build.Nodes) -> bpy.types.NodeSocket:
         return tree.nodes.new("ShaderNodeTexCoord").outputs["Window"]
