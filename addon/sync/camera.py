@@ -62,7 +62,7 @@ def window_arguments(window: Window) -> dict[str, float]:
 
 
 def panorama_window(camera: bpy.types.Camera) -> Window:
-    """Of the full frame: a shift is in widths and heights of the picture, whatever its shape and the fit of the sensor."""
+    """Of the full frame: a shift is in widths and heights of the picture, whatever the fit of the sensor."""
     return camera.shift_x, camera.shift_x + 1.0, camera.shift_y, camera.shift_y + 1.0
 
 

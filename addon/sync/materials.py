@@ -318,7 +318,9 @@ def _reads_generated(node: bpy.types.Node) -> bool:
     if node.bl_idname.startswith("ShaderNodeTex"):
         return "Vector" in free and node.bl_idname not in _WITHOUT_GENERATED
     anisotropy = node.inputs.get("Anisotropic") or node.inputs.get("Anisotropy")
-    is_anisotropic = anisotropy is not None and (anisotropy.is_linked or anisotropy.default_value != 0.0)
+    is_anisotropic = anisotropy is not None and (
+        anisotropy.is_linked or getattr(anisotropy, "default_value", 0.0) != 0.0
+    )
     return is_anisotropic and "Tangent" in free
 
 

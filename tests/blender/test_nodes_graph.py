@@ -13,8 +13,8 @@ from node_trees import Context, Tree, socket
 
 from addon.sync import versions
 from addon.sync.nodes import compile_light, compile_material, compile_world
-from addon.sync.nodes.compiler import VALUE_NODES
-from addon.sync.nodes.enums import MATH_OPERATIONS
+from addon.sync.nodes.compiler import VALUE_NODES, Compiler, NodeView, TreeKind
+from addon.sync.nodes.enums import MAP_RANGE_TYPES, MATH_OPERATIONS
 from addon.sync.nodes.graph import Scope
 
 SCENES = "CISTERN_TEST_SCENES"
@@ -196,6 +196,35 @@ def test_unknown_nodes_make_one_warning(empty_scene, monkeypatch):
     context = Context()
     assert emission_color(tree, context) == (2.5, 2.25, 2.0)
     assert context.warnings == ["Material 'Exotic': nodes replaced by their defaults: Invert Color, Fresnel"]
+
+
+def test_a_node_that_cannot_be_read_costs_the_node_alone(empty_scene, monkeypatch):
+    """Nodes of later versions and of other programs may lack what a handler reads."""
+
+    def stumble(node, output):
+        raise AttributeError("no default_value")
+
+    monkeypatch.setitem(VALUE_NODES, "ShaderNodeInvert", stumble)
+    tree = Tree("Foreign")
+    tree.shown(tree.set(tree.node("ShaderNodeInvert"), Color=(0.5, 0.25, 0.0, 1.0)), "Color")
+    context = Context()
+    assert emission_color(tree, context) == (0.5, 0.25, 0.0)
+    assert any("Foreign" in text and "no default_value" in text for text in context.warnings)
+
+
+@pytest.mark.parametrize(("chosen", "said"), [("", "does not know"), ("FUTURE", "FUTURE is not supported")])
+def test_choices_of_another_blender_become_the_default(empty_scene, chosen, said):
+    """Files of other versions hold choices that read as '' here."""
+    tree = Tree("Foreign")
+    mapping = tree.node("ShaderNodeMapRange")
+    compiler = Compiler("Foreign", "Material 'Foreign'", Context(), TreeKind.SURFACE)
+    properties = SimpleNamespace(properties=mapping.bl_rna.properties)
+    foreign = SimpleNamespace(name="Map", interpolation_type=chosen, bl_rna=properties)
+    view = NodeView(compiler, SimpleNamespace(owner=None), foreign)
+    assert view.choice("interpolation_type", MAP_RANGE_TYPES) == MAP_RANGE_TYPES.index("LINEAR")
+    assert view.choice("interpolation_type", {"SMOOTHSTEP": 7}) == 7  # not even the default is known
+    compiler.report()
+    assert said in compiler.context.warnings[0] and "Foreign" in compiler.context.warnings[0]
 
 
 def test_nodes_of_eevee_count_as_not_linked(empty_scene):

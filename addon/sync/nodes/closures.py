@@ -51,7 +51,7 @@ def principled(node: NodeView, weight: Value) -> None:
         *_thin_film(node),
     ]
     multiple_scattering = node.node.distribution == "MULTI_GGX"
-    method = SUBSURFACE_METHODS.index(node.node.subsurface_method)
+    method = node.choice("subsurface_method", SUBSURFACE_METHODS)
     node.compiler.code.closure(
         "CLOSURE_PRINCIPLED", inputs, (int(multiple_scattering), method, int(films_cover_metal()))
     )
@@ -105,7 +105,7 @@ def _warn_thin_wall(node: NodeView) -> None:
 
 
 def _distribution(node: NodeView) -> tuple[int]:
-    return (DISTRIBUTIONS.index(node.node.distribution),)
+    return (node.choice("distribution", DISTRIBUTIONS),)
 
 
 @closure_node("ShaderNodeBsdfDiffuse")
@@ -159,7 +159,7 @@ def sheen(node: NodeView, weight: Value) -> None:
 @closure_node("ShaderNodeBsdfToon")
 def toon(node: NodeView, weight: Value) -> None:
     inputs = (weight, *node.values("Color, Size, Smooth"), node.normal())
-    node.compiler.code.closure("CLOSURE_TOON", inputs, (TOON_COMPONENTS.index(node.node.component),))
+    node.compiler.code.closure("CLOSURE_TOON", inputs, (node.choice("component", TOON_COMPONENTS),))
 
 
 @closure_node("ShaderNodeSubsurfaceScattering")
@@ -167,7 +167,7 @@ def subsurface_scattering(node: NodeView, weight: Value) -> None:
     if node.node.falloff == "BURLEY":
         node.warn("Christensen-Burley subsurface scattering is rendered as random walk")
     inputs = (weight, *node.values("Color, Radius, Scale, IOR, Roughness, Anisotropy"), node.normal())
-    node.compiler.code.closure("CLOSURE_SUBSURFACE", inputs, (SUBSURFACE_METHODS.index(node.node.falloff),))
+    node.compiler.code.closure("CLOSURE_SUBSURFACE", inputs, (node.choice("falloff", SUBSURFACE_METHODS),))
 
 
 @closure_node("ShaderNodeHoldout")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence, Set
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from enum import Enum
 from types import ModuleType
-from typing import Protocol
+from typing import Any, Protocol
 
 import bpy
 from numpy.typing import NDArray
@@ -220,11 +221,21 @@ class Compiler:
             return self.warn_of_eevee(port.node)
         else:
             handler = VALUE_NODES.get(port.node.bl_idname)
-            value = handler(NodeView(self, port.scope, port.node), port.socket.identifier) if handler else None
+            value = self.read(port, handler, port.socket.identifier) if handler else None
             if value is None:
                 self.unsupported(port.node, port.socket.name if handler else "")
                 value = substitute(port)
         return None if value is None else self.code.convert(value, letter)
+
+    def read(self, port: Port, handler: Callable[[NodeView, Any], Any], argument: str | Value) -> Any:  # noqa: ANN401
+        """What the handler answers of the port's node. Nodes of later versions or of other programs may hold what
+        nobody thought of: that costs the node, with a warning, and not the picture."""
+        try:
+            return handler(NodeView(self, port.scope, port.node), argument)
+        except (AttributeError, LookupError, TypeError, ValueError) as error:
+            traceback.print_exc()
+            self.warn(f"node '{port.node.name}' cannot be read ({type(error).__name__}: {error}): its default is used")
+            return None
 
     def _dead_end(self, port: Port) -> Value | None:
         """A muted node without a way through counts as no link; a broken group as its default."""
@@ -268,6 +279,17 @@ class NodeView:
         """As the user sees it: Blender puts a number before the names of nodes of the trees that it has resolved."""
         number, _, name = self.node.name.partition("_")
         return name if self.scope.owner is not None and number.isdigit() else self.node.name
+
+    def choice(self, setting: str, known: Sequence[str] | Mapping[str, int]) -> int:
+        """What the core calls the choice that the user has made; with a warning the default, where a file comes from
+        another Blender and this one, or the core, does not know the choice."""
+        chosen = getattr(self.node, setting)
+        if chosen not in known:
+            default = self.node.bl_rna.properties[setting].default
+            what = f"{chosen} is not supported" if chosen else "a value that this Blender does not know"
+            chosen = default if default in known else next(iter(known))
+            self.warn(f"node '{self.name}': {setting.replace('_', ' ')}: {what}, {chosen} is used")
+        return known[chosen] if isinstance(known, Mapping) else known.index(chosen)
 
     def port(self, identifier: str) -> Port | None:
         socket = socket_named(self.node.inputs, identifier)
@@ -349,13 +371,13 @@ def flatten_shader(compiler: Compiler, port: Port, weight: Value) -> None:
     if handler is None:
         compiler.unsupported(source.node)
         handler = CLOSURE_NODES["unsupported"]
-    handler(NodeView(compiler, source.scope, source.node), weight)
+    compiler.read(source, handler, weight)
 
 
 def _add_to_medium(compiler: Compiler, source: Port, weight: Value) -> None:
     """Shaders of surfaces are nothing there, as in Cycles."""
     handler = VOLUME_NODES.get(source.node.bl_idname)
     if handler is not None:
-        handler(NodeView(compiler, source.scope, source.node), weight)
+        compiler.read(source, handler, weight)
     elif source.socket.name == "Volume":
         compiler.unsupported(source.node)

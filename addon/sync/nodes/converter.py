@@ -21,14 +21,14 @@ def math_node(node: NodeView, output: str) -> Value | None:
     if node.node.operation not in MATH_OPERATIONS:
         return None
     inputs = node.values("Value, Value_001, Value_002")
-    return node.emit("MATH", inputs, (MATH_OPERATIONS.index(node.node.operation), int(node.node.use_clamp)))
+    return node.emit("MATH", inputs, (node.choice("operation", MATH_OPERATIONS), int(node.node.use_clamp)))
 
 
 @value_node("ShaderNodeMix")
 def mix(node: NodeView, output: str) -> Value | None:
     kind, clamp = node.node.data_type, int(node.node.clamp_factor)
     if kind == "RGBA":
-        flags = (BLEND_TYPES.index(node.node.blend_type), clamp, int(node.node.clamp_result))
+        flags = (node.choice("blend_type", BLEND_TYPES), clamp, int(node.node.clamp_result))
         return _mix_color(node, ("Factor_Float", "A_Color", "B_Color"), flags)
     if kind == "FLOAT":
         return node.emit("MIX_FLOAT", node.values("Factor_Float, A_Float, B_Float"), (clamp,))
@@ -40,7 +40,7 @@ def mix(node: NodeView, output: str) -> Value | None:
 
 @value_node("ShaderNodeMixRGB")
 def mix_rgb(node: NodeView, output: str) -> Value:
-    flags = (BLEND_TYPES.index(node.node.blend_type), 1, int(node.node.use_clamp))
+    flags = (node.choice("blend_type", BLEND_TYPES), 1, int(node.node.use_clamp))
     return _mix_color(node, ("Fac", "Color1", "Color2"), flags)
 
 
@@ -56,12 +56,12 @@ def _mix_color(node: NodeView, identifiers: tuple[str, str, str], flags: tuple[i
 
 @value_node("ShaderNodeClamp")
 def clamp_node(node: NodeView, output: str) -> Value:
-    return node.emit("CLAMP", node.values("Value, Min, Max"), (CLAMP_TYPES.index(node.node.clamp_type),))
+    return node.emit("CLAMP", node.values("Value, Min, Max"), (node.choice("clamp_type", CLAMP_TYPES),))
 
 
 @value_node("ShaderNodeMapRange")
 def map_range(node: NodeView, output: str) -> Value:
-    kind = MAP_RANGE_TYPES.index(node.node.interpolation_type)
+    kind = node.choice("interpolation_type", MAP_RANGE_TYPES)
     if node.node.data_type == "FLOAT":
         inputs = node.values("Value, From Min, From Max, To Min, To Max, Steps")
         value = node.emit("MAP_RANGE", inputs, (kind, int(node.node.clamp)))

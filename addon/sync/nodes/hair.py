@@ -26,7 +26,7 @@ def principled_hair(node: NodeView, weight: Value) -> None:
         *(roughness, radial, constant(0.0) if is_elliptic else node.value("Coat")),
         *node.values("IOR, Offset"),
     )
-    node.compiler.code.closure("CLOSURE_HAIR", inputs, (HAIR_PARAMETRIZATIONS.index(node.node.parametrization),))
+    node.compiler.code.closure("CLOSURE_HAIR", inputs, (node.choice("parametrization", HAIR_PARAMETRIZATIONS),))
 
 
 def _variation(node: NodeView, amount: str) -> Value | None:

@@ -73,14 +73,14 @@ def image_texture(node: NodeView, output: str) -> Value:
     tiles = tiles[:1] if is_box else tiles  # box projections never leave the first tile
     if max(tiles) < 0:
         return constant(1.0) if output == "Alpha" else constant(*MISSING_IMAGE, COLOR)
-    projection = enums.PROJECTIONS.index(tree_node.projection)
+    projection = node.choice("projection", enums.PROJECTIONS)
     if is_box:
         projection |= round(100.0 * tree_node.projection_blend) << 8
     if not tree_node.outputs["Alpha"].is_linked:
         projection |= COLOR_STAYS_MULTIPLIED
     parameters = (
-        enums.INTERPOLATIONS[tree_node.interpolation],
-        enums.EXTENSIONS.index(tree_node.extension),
+        node.choice("interpolation", enums.INTERPOLATIONS),
+        node.choice("extension", enums.EXTENSIONS),
         projection,
     )
     vector = texture_vector(node, uv_coordinate)
@@ -96,8 +96,8 @@ def environment_texture(node: NodeView, output: str) -> Value:
     index = _image_index(node)
     if index < 0:
         return constant(*MISSING_IMAGE, COLOR)
-    projection = enums.ENVIRONMENT_PROJECTIONS.index(node.node.projection)
-    parameters = (index, enums.INTERPOLATIONS[node.node.interpolation], projection)
+    projection = node.choice("projection", enums.ENVIRONMENT_PROJECTIONS)
+    parameters = (index, node.choice("interpolation", enums.INTERPOLATIONS), projection)
     return node.emit("ENVIRONMENT_IMAGE", (texture_vector(node, position),), parameters)
 
 
@@ -111,15 +111,15 @@ def checker(node: NodeView, output: str) -> Value:
 
 @value_node("ShaderNodeTexGradient")
 def gradient(node: NodeView, output: str) -> Value:
-    kind = enums.GRADIENT_TYPES.index(node.node.gradient_type)
+    kind = node.choice("gradient_type", enums.GRADIENT_TYPES)
     return node.emit("GRADIENT", (texture_vector(node),), (kind,))
 
 
 @value_node("ShaderNodeTexNoise")
 def noise(node: NodeView, output: str) -> Value:
     tree_node = node.node
-    kind = enums.NOISE_TYPES.index(tree_node.noise_type)
-    parameters = (enums.DIMENSIONS[tree_node.noise_dimensions], int(tree_node.normalize), kind)
+    kind = node.choice("noise_type", enums.NOISE_TYPES)
+    parameters = (node.choice("noise_dimensions", enums.DIMENSIONS), int(tree_node.normalize), kind)
     inputs = (texture_vector(node), *node.values("W, Scale, Detail, Roughness, Lacunarity, Offset, Gain, Distortion"))
     return node.emit("NOISE_COLOR" if output == "Color" else "NOISE", inputs, parameters)
 
@@ -129,9 +129,9 @@ def voronoi(node: NodeView, output: str) -> Value | None:
     if output == "W":
         return None
     tree_node = node.node
-    dimensions = enums.DIMENSIONS[tree_node.voronoi_dimensions]
-    metric = enums.VORONOI_METRICS.index(tree_node.distance)
-    feature = enums.VORONOI_FEATURES.index(tree_node.feature)
+    dimensions = node.choice("voronoi_dimensions", enums.DIMENSIONS)
+    metric = node.choice("distance", enums.VORONOI_METRICS)
+    feature = node.choice("feature", enums.VORONOI_FEATURES)
     names = "W, Scale, Detail, Roughness, Lacunarity, Smoothness, Exponent, Randomness"
     inputs = (texture_vector(node), *node.values(names))
     kind = output.upper() if output in ("Color", "Position") else "DISTANCE"
@@ -141,10 +141,10 @@ def voronoi(node: NodeView, output: str) -> Value | None:
 @value_node("ShaderNodeTexWave")
 def wave(node: NodeView, output: str) -> Value:
     tree_node = node.node
-    direction = tree_node.bands_direction if tree_node.wave_type == "BANDS" else tree_node.rings_direction
+    direction = "bands_direction" if tree_node.wave_type == "BANDS" else "rings_direction"
     inputs = node.values("Scale, Distortion, Detail, Detail Scale, Detail Roughness, Phase Offset")
-    profile = enums.WAVE_PROFILES.index(tree_node.wave_profile)
-    parameters = (enums.WAVE_TYPES.index(tree_node.wave_type), enums.WAVE_DIRECTIONS[direction], profile)
+    profile = node.choice("wave_profile", enums.WAVE_PROFILES)
+    parameters = (node.choice("wave_type", enums.WAVE_TYPES), node.choice(direction, enums.WAVE_DIRECTIONS), profile)
     return node.emit("WAVE", (texture_vector(node), *inputs), parameters)
 
 
@@ -152,7 +152,7 @@ def wave(node: NodeView, output: str) -> Value:
 def white_noise(node: NodeView, output: str) -> Value:
     """Its unlinked vector is the socket's zero, not a coordinate."""
     op = "WHITE_NOISE_COLOR" if output == "Color" else "WHITE_NOISE"
-    return node.emit(op, node.values("Vector, W"), (enums.DIMENSIONS[node.node.noise_dimensions],))
+    return node.emit(op, node.values("Vector, W"), (node.choice("noise_dimensions", enums.DIMENSIONS),))
 
 
 @value_node("ShaderNodeTexBrick")
@@ -173,6 +173,4 @@ def magic(node: NodeView, output: str) -> Value:
 @value_node("ShaderNodeTexGabor")
 def gabor(node: NodeView, output: str) -> Value:
     inputs = (texture_vector(node), *node.values("Scale, Frequency, Anisotropy, Orientation 2D, Orientation 3D"))
-    return node.emit(
-        "GABOR", inputs, (enums.GABOR_TYPES.index(node.node.gabor_type), enums.GABOR_OUTPUTS.index(output))
-    )
+    return node.emit("GABOR", inputs, (node.choice("gabor_type", enums.GABOR_TYPES), enums.GABOR_OUTPUTS.index(output)))

@@ -24,7 +24,7 @@ def vector_constant(x: float, y: float, z: float) -> Value:
 
 @value_node("ShaderNodeMapping")
 def mapping(node: NodeView, output: str) -> Value:
-    kind = MAPPING_TYPES.index(node.node.vector_type)
+    kind = node.choice("vector_type", MAPPING_TYPES)
     location = node.value("Location", vector_constant(0.0, 0.0, 0.0))  # absent for VECTOR and NORMAL in some versions
     inputs = (node.value("Vector"), location, *node.values("Rotation, Scale"))
     return node.emit("MAPPING", inputs, (kind,))
@@ -36,7 +36,7 @@ def normal_map(node: NodeView, output: str) -> Value:
     if node.node.space.startswith("BLENDER_"):  # baked by Blender before 2.5: y and z point the other way
         flip = [constant(*xyz, COLOR) for xyz in ((1.0, -1.0, -1.0), (0.0, 1.0, 1.0))]
         color = node.vector_math("MULTIPLY_ADD", color, *flip).retyped(COLOR)
-    space = NORMAL_MAP_SPACES[node.node.space]
+    space = node.choice("space", NORMAL_MAP_SPACES)
     uv_map = node.compiler.code.program.attribute(node.node.uv_map)
     directx = getattr(node.node, "convention", "OPENGL") == "DIRECTX"
     return node.emit(
@@ -110,19 +110,18 @@ def vector_math(node: NodeView, output: str) -> Value | None:
 
 @value_node("ShaderNodeVectorRotate")
 def vector_rotate(node: NodeView, output: str) -> Value:
-    kind = ROTATION_TYPES.index(node.node.rotation_type)
+    kind = node.choice("rotation_type", ROTATION_TYPES)
     inputs = node.values("Vector, Center, Axis, Angle, Rotation")
     return node.emit("VECTOR_ROTATE", inputs, (kind, int(node.node.invert)))
 
 
 @value_node("ShaderNodeVectorTransform")
 def vector_transform(node: NodeView, output: str) -> Value:
-    tree_node = node.node
-    spaces = (SPACES.index(tree_node.convert_from), SPACES.index(tree_node.convert_to))
+    spaces = (node.choice("convert_from", SPACES), node.choice("convert_to", SPACES))
     vector = node.value("Vector")
     if spaces[0] == spaces[1]:
         return vector
-    return node.emit("VECTOR_TRANSFORM", (vector,), (TRANSFORM_KINDS.index(tree_node.vector_type), *spaces))
+    return node.emit("VECTOR_TRANSFORM", (vector,), (node.choice("vector_type", TRANSFORM_KINDS), *spaces))
 
 
 @value_node("ShaderNodeTangent")
