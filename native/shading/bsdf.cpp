@@ -65,12 +65,20 @@ float bump_shadowing(Vec3 ns, Vec3 n, Vec3 wi, bool corrects) {
   return 2.0f / (1.0f + std::sqrt(1.0f + tan_squared));
 }
 
+/// Whether the lobe is lit from above ns where ng does not agree that it is above; see evaluate_bsdf.
+template <class Model>
+bool is_lit_from_behind(const Lobe& lobe, bool is_above) {
+  if constexpr (std::is_same_v<Model, MicrofacetLobe>) return is_above && !is_smooth(lobe);
+  return kIsDiffuse<Model>;
+}
+
 /// `is_above`: on the side of ns; `can_leave`: ng agrees.
 LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, bool is_above, bool can_leave) {
   return std::visit(
       [&](const auto& model) -> LobeEvaluation {
         using Model = std::decay_t<decltype(model)>;
-        if ((dot(model.n, wi) > 0.0f) != is_above || (!kIsDiffuse<Model> && !can_leave)) return {};
+        if ((dot(model.n, wi) > 0.0f) != is_above) return {};
+        if (!can_leave && !is_lit_from_behind<Model>(lobe, is_above)) return {};
         LobeEvaluation evaluation = evaluate_lobe(model, bsdf.wo, wi);
         if constexpr (kIsDiffuse<Model>) {
           const float shadowing = bump_shadowing(bump_reference(bsdf), model.n, wi, bsdf.corrects_bumps);

@@ -22,12 +22,6 @@ Vec3 ray_end(const Vec3& position, float clearance, float distance, const Vec3& 
   return offset_origin(position, clearance + kEndRounding * distance, normal, -wi);
 }
 
-/// Where a shadow ray towards `wi` leaves a surface: moved off it.
-Vec3 ray_start(const Scene& scene, const SurfacePoint& point, const Vec3& wi) {
-  const ShadowOrigin start = shadow_origin(scene, point, wi);
-  return offset_origin(start.position, point.clearance, start.side, start.side);
-}
-
 Ray ray_between(Vec3 origin, Vec3 target) {
   const Vec3 segment = target - origin;
   const float distance = length(segment);
@@ -37,7 +31,7 @@ Ray ray_between(Vec3 origin, Vec3 target) {
 /// Both ends are moved off their surfaces, and the ray joins the moved ends: one end alone would let light at grazing
 /// angles occlude itself.
 Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLight& light) {
-  const Vec3 origin = ray_start(scene, point, light.wi);
+  const Vec3 origin = leave_surface(scene, point, light.wi);
   if (!std::isfinite(light.distance)) return {origin, light.wi};
   Vec3 target = point.position + light.wi * light.distance;
   if (light.normal != Vec3{}) target = ray_end(target, light.clearance, light.distance, light.normal, light.wi);
@@ -132,7 +126,7 @@ Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone
   return Rgb(0.0f);
 }
 
-/// `ray_start` of several.
+/// `leave_surface` of several.
 Vec3Lanes ray_starts(const Scene& scene, const SurfaceLanes& points, const Vec3Lanes& wi, const LaneMask& is_asked) {
   Lanes side = 1.0f;
   where(!(dot(points.ns, wi) > 0.0f), side) = -1.0f;
@@ -140,7 +134,7 @@ Vec3Lanes ray_starts(const Scene& scene, const SurfaceLanes& points, const Vec3L
   const LaneMask is_lifted = is_asked && side * dot(points.ng, wi) < 0.0f;
   if (none_of(is_lifted)) return starts;
   for (size_t i = 0; i < kLanes; ++i)
-    if (is_lifted[i]) starts.set(i, ray_start(scene, *points.points[i], wi.at(i)));
+    if (is_lifted[i]) starts.set(i, leave_surface(scene, *points.points[i], wi.at(i)));
   return starts;
 }
 
