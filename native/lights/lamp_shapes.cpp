@@ -159,6 +159,9 @@ LightBounds ball_bounds(const BallLamp& lamp) {
     std::tie(bounds.axis, bounds.cos_normals) = world_cone(lamp);
     bounds.cos_emission = 1.0f;  // the cone of normals holds all its light
   }
+  // Nobody receives more than from a lamp that fills the hemisphere or, of a spot, its cone.
+  const float filled = bounds.cos_normals > 0.0f ? 1.0f - sqr(bounds.cos_normals) : 1.0f;
+  if (lamp.radius > 0.0f && filled > 0.0f) bounds.near_distance2 = sqr(lamp.radius) / filled;
   return bounds;
 }
 

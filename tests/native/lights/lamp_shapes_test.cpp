@@ -4,6 +4,7 @@
 
 #include "base/frame.h"
 #include "lights/light_scenes.h"
+#include "lights/light_tree.h"
 #include "support/statistics.h"
 
 namespace cistern::test {
@@ -56,6 +57,18 @@ double irradiance_from_the_side(double height, double apart) {
 }
 
 // --- Irradiance against closed forms ------------------------------------------------------------------------------
+
+TEST(LampIrradiance, OfSoftSpotsIsEstimatedUpCloseToo) {
+  for (const float height : {0.01f, 0.1f, 0.3f, 1.0f, 3.0f}) {
+    SpotLight light{{{0.0f, 0.0f, height}, 0.2f, Rgb(2.0f), true}, {}, std::cos(0.5f), 0.01f};
+    light.world_to_local.translation = {0.0f, 0.0f, -height};
+    const Lamp lamp = make_lamp(make_light(light));
+    const LightTree tree(std::vector{lamp_bounds(lamp)});
+    const double ratio = tree.irradiance_estimate({}, {0.0f, 0.0f, 1.0f}) / irradiance(lamp);
+    EXPECT_GT(ratio, 0.8) << height;
+    EXPECT_LT(ratio, 1.5) << height;
+  }
+}
 
 TEST(LampIrradiance, PointLightsFollowTheirFalloff) {
   const double d2 = 0.04 + 0.01 + 9.0, cosine = 3.0 / std::sqrt(d2);
