@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .. import versions
 from ..colour import image_colour
-from ..sky import multiple_scattering, preetham, single_scattering
+from ..sky import hosek_wilkie, multiple_scattering, preetham, single_scattering
 from ..sky.table import Atmosphere, to_rgb
 from .compiler import NodeView, value_node
 from .enums import HORIZON_PROJECTION, INTERPOLATIONS, ROTATION_TYPES
@@ -20,7 +20,6 @@ from .vector import vector_constant
 
 SMALLEST_SUN = 0.0005  # radians, as Cycles has it
 HALF_PI = 0.5 * math.pi
-HOSEK_OVER_PREETHAM = 0.16  # mean radiance in Cycles; 0.11 to 0.29 for suns 8 degrees up and higher
 
 
 @dataclass(frozen=True)
@@ -44,12 +43,14 @@ class Sky:
     atmosphere: Atmosphere | None = None
     turbidity: float = 0.0
     sun_elevation: float = 0.0
+    ground_albedo: float = 0.0
 
     def table(self) -> NDArray[np.float32]:
         """XYZ, as `addon/sync/sky` lays it out."""
+        if self.kind == "HOSEK_WILKIE":
+            return hosek_wilkie.sky_table(self.sun_elevation, self.turbidity, self.ground_albedo)
         if self.atmosphere is None:
-            brightness = HOSEK_OVER_PREETHAM if self.kind == "HOSEK_WILKIE" else 1.0
-            return brightness * preetham.sky_table(self.sun_elevation, self.turbidity)
+            return preetham.sky_table(self.sun_elevation, self.turbidity)
         if self.kind == "MULTIPLE_SCATTERING":
             return multiple_scattering.sky_table(self.atmosphere)
         return single_scattering.sky_table(self.atmosphere, as_before_5=self.kind == "NISHITA")
@@ -60,10 +61,9 @@ def sky_texture(node: NodeView, output: str) -> Value:
     sky = node.node
     direction = texture_vector(node)
     if sky.sky_type in ("PREETHAM", "HOSEK_WILKIE"):
-        if sky.sky_type == "HOSEK_WILKIE":
-            node.warn("Sky Texture of type Hosek / Wilkie is not supported: Preetham's sky, as bright, is used")
         place = _place_of(sky.sun_direction)
-        return _table(node, direction, Sky(sky.sky_type, None, sky.turbidity, place.elevation), place)
+        albedo = sky.ground_albedo if sky.sky_type == "HOSEK_WILKIE" else 0.0
+        return _table(node, direction, Sky(sky.sky_type, None, sky.turbidity, place.elevation, albedo), place)
     place = _wrapped_place(sky.sun_elevation, sky.sun_rotation)
     aerosol = sky.aerosol_density if hasattr(sky, "aerosol_density") else sky.dust_density
     atmosphere = Atmosphere(place.elevation, sky.altitude, sky.air_density, aerosol, sky.ozone_density)
