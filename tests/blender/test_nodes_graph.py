@@ -383,6 +383,21 @@ def test_surfaces_are_nothing_in_a_volume(empty_scene):
     assert context.warnings == []
 
 
+@pytest.mark.parametrize(
+    "idname", ["ShaderNodeVolumeAbsorption", "ShaderNodeVolumeScatter", "ShaderNodeVolumePrincipled"]
+)
+def test_volumes_are_nothing_on_a_surface(empty_scene, idname):
+    """As in Cycles; importers of glTF add them there."""
+    tree = Tree()
+    add = tree.node("ShaderNodeAddShader")
+    tree.link(tree.node("ShaderNodeBsdfDiffuse"), "BSDF", add, "Shader")
+    tree.link(tree.node(idname), "Volume", add, "Shader_001")
+    tree.link(add, "Shader", tree.output, "Surface")
+    context = Context()
+    assert [closure.op for closure in tree.compile(context).closures] == ["CLOSURE_DIFFUSE"]
+    assert not context.warnings
+
+
 def test_other_phase_functions_warn(empty_scene):
     if not hasattr(bpy.types.ShaderNodeVolumeScatter, "phase"):
         pytest.skip("this Blender has one phase function")

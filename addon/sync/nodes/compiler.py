@@ -368,6 +368,8 @@ def flatten_shader(compiler: Compiler, port: Port, weight: Value) -> None:
         compiler.warn_of_eevee(source.node)
         return
     handler = CLOSURE_NODES.get(source.node.bl_idname)
+    if handler is None and source.node.bl_idname in VOLUME_NODES:
+        return  # nothing on a surface, as in Cycles
     if handler is None:
         compiler.unsupported(source.node)
         handler = CLOSURE_NODES["unsupported"]
