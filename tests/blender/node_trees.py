@@ -79,3 +79,15 @@ def shown_value(build: Callable[[Tree], tuple[bpy.types.Node, str]]) -> Any:
     tree.shown(node, output)
     (closure,) = tree.compile().closures
     return closure.inputs[2 if socket(node.outputs, output).type == "VALUE" else 1]
+
+
+def emission_color(tree: Tree, context: Context | None = None):
+    (closure,) = tree.compile(context).closures
+    return closure.inputs[1]
+
+
+def shown_as_colour(tree: Tree, node: bpy.types.Node) -> bpy.types.Node:
+    emission = tree.node("ShaderNodeEmission")
+    tree.tree.links.new(emission.inputs["Color"], node.outputs[0])
+    tree.link(emission, "Emission", tree.output, "Surface")
+    return emission

@@ -21,6 +21,7 @@ from .graph import (
     Scope,
     Socket,
     entry_of,
+    is_foreign,
     is_group,
     is_lost,
     is_pass_through,
@@ -219,6 +220,8 @@ class Compiler:
                 value = self.input_or_default(entry)
         elif port.node.bl_idname in EEVEE_ALONE:
             return self.warn_of_eevee(port.node)
+        elif is_foreign(port.node):
+            return self.warn(f"node '{port.node.name}' is of another program: it counts as not linked, as in Cycles")
         else:
             handler = VALUE_NODES.get(port.node.bl_idname)
             value = self.read(port, handler, port.socket.identifier) if handler else None

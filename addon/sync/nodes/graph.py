@@ -144,6 +144,11 @@ def is_group(node: Node) -> bool:
     return node.bl_idname in ("ShaderNodeGroup", "ShaderNodeCustomGroup")
 
 
+def is_foreign(node: Node) -> bool:
+    """Whether it is not Blender's own, as in files made with another render engine, which may not be here."""
+    return node.type == "CUSTOM" and not is_group(node)
+
+
 def entry_of(output: Port) -> Port | None:
     """The input whose value leaves through this output of a pass-through node; None if nothing does."""
     node, scope = output.node, output.scope
