@@ -172,6 +172,7 @@ void add_subsurface(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const i
   const bool is_skin = subsurface_method(parameters[1]) == SubsurfaceMethod::SKIN;
   Subsurface subsurface{specular_normal(n, point), weight, saturate(p.base_color()), p.subsurface_radius()};
   subsurface.is_skin = is_skin;
+  subsurface.is_profile = subsurface_method(parameters[1]) == SubsurfaceMethod::BURLEY;
   set_boundary(subsurface, is_skin ? p.subsurface_ior() : ior, p.roughness(), p.subsurface_anisotropy());
   add_subsurface(bsdf, subsurface, least_radius(point));
 }

@@ -91,6 +91,7 @@ void add_subsurface_closure(Bsdf& bsdf, std::span<const Vec3> in, const int32_t*
   const Rgb radius = non_negative(to_rgb(in[2]) * in[3].x);
   Subsurface subsurface{n, Rgb(in[0].x), saturate(to_rgb(in[1])), radius};
   subsurface.is_skin = subsurface_method(parameters[0]) == SubsurfaceMethod::SKIN;
+  subsurface.is_profile = subsurface_method(parameters[0]) == SubsurfaceMethod::BURLEY;
   set_boundary(subsurface, in[4].x, in[5].x, in[6].x);
   add_subsurface(bsdf, subsurface, least_radius(point));
 }

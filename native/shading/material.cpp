@@ -40,16 +40,23 @@ void as_program_takes(const SurfacePoint& point, const MaterialProgram& program,
   body(uncorrected);
 }
 
-/// Strands have no inside that rays could wander in.
-void keep_on_strands(const Scene& scene, const SurfacePoint& point, Bsdf& bsdf) {
+/// Strands have no inside that rays could wander in. As in Cycles profiles are for what is seen, or by way of mirrors:
+/// what rays scattered diffusely meet is plain diffuse, or folds that a profile reaches across would light each other.
+void keep_on_surface(const Scene& scene, const SurfacePoint& point, const PathState& path, Bsdf& bsdf) {
   const Instance& instance = scene.instances[point.instance];
-  if (!scene.meshes[static_cast<size_t>(instance.mesh)]->is_strands()) return;
-  for (; bsdf.subsurface_count > 0; --bsdf.subsurface_count) {
-    const Subsurface& below = bsdf.subsurfaces[static_cast<size_t>(bsdf.subsurface_count - 1)];
+  const bool is_strand = scene.meshes[static_cast<size_t>(instance.mesh)]->is_strands();
+  int kept = 0;
+  for (int i = 0; i < bsdf.subsurface_count; ++i) {
+    const Subsurface& below = bsdf.subsurfaces[static_cast<size_t>(i)];
+    if (!is_strand && !(below.is_profile && path.diffuse_depth > 0)) {
+      bsdf.subsurfaces[static_cast<size_t>(kept++)] = below;
+      continue;
+    }
     const Rgb weight = below.weight * below.albedo;
     bsdf.total_sample_weight -= below.sample_weight;
     add_lobe(bsdf, LambertLobe{below.n}, weight, below.sample_weight, weight);
   }
+  bsdf.subsurface_count = kept;
 }
 
 /// `scale` times as dense and as bright.
@@ -96,7 +103,7 @@ Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const Path
           add_closure(bsdf, closure.op, in, closure.parameters, taken);
         });
   });
-  if (bsdf.subsurface_count > 0) keep_on_strands(scene, point, bsdf);
+  if (bsdf.subsurface_count > 0) keep_on_surface(scene, point, path, bsdf);
   return bsdf;
 }
 

@@ -16,7 +16,7 @@
 #include "transport/path_throughput.h"
 #include "transport/path_tracer.h"
 #include "transport/path_walk_state.h"
-#include "transport/subsurface_walk.h"
+#include "transport/subsurface_profile.h"
 #include "transport/uneven_media.h"
 
 namespace cistern {

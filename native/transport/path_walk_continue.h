@@ -95,8 +95,9 @@ inline bool Walk<Kind>::scatter(const SurfacePoint& point, const Bsdf& bsdf, flo
 
 template <class Kind>
 bool Walk<Kind>::scatter_below(const SurfacePoint& entry, const BsdfSample& sample, float p_scatter) {
+  const auto find_exit = sample.subsurface->is_profile ? exit_by_profile : walk_below;
   const std::optional<SubsurfaceExit> exit =
-      walk_below(context_.accel, entry, *sample.subsurface, state_.depth, sampler_);
+      find_exit(context_.accel, entry, *sample.subsurface, state_.depth, sampler_);
   if (!exit) return false;
   const Rgb weight = sample.smooth_weight * exit->weight * (1.0f / p_scatter);
   if constexpr (Kind::splits) scatter_kinds({}, weight);

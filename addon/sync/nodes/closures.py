@@ -164,8 +164,6 @@ def toon(node: NodeView, weight: Value) -> None:
 
 @closure_node("ShaderNodeSubsurfaceScattering")
 def subsurface_scattering(node: NodeView, weight: Value) -> None:
-    if node.node.falloff == "BURLEY":
-        node.warn("Christensen-Burley subsurface scattering is rendered as random walk")
     inputs = (weight, *node.values("Color, Radius, Scale, IOR, Roughness, Anisotropy"), node.normal())
     node.compiler.code.closure("CLOSURE_SUBSURFACE", inputs, (node.choice("falloff", SUBSURFACE_METHODS),))
 
