@@ -78,6 +78,7 @@ struct MicrofacetLobe {
   float alpha_x = 0.0f, alpha_y = 0.0f;
   float ior = 1.0f;  // of the far side relative to the near one
   bool reflects = true, transmits = false;
+  bool is_beckmann = false;  // else GGX
   FresnelModel fresnel = FresnelModel::NONE;
   Rgb f0,
       f90_or_b;  // GENERALIZED_SCHLICK: F0, F90; F82_TINT: F0, b; those they are without their film; CONDUCTOR: n, k

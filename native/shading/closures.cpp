@@ -8,9 +8,10 @@
 namespace cistern {
 namespace {
 
-constexpr int kMultipleScattering = 1;  // the distribution called MULTI_GGX
+constexpr int kMultipleScattering = 1, kBeckmann = 2;  // the distributions called MULTI_GGX and BECKMANN
 
 bool compensates(const int32_t* parameters) { return parameters[0] == kMultipleScattering; }
+bool is_beckmann(const int32_t* parameters) { return parameters[0] == kBeckmann; }
 
 void add_diffuse_closure(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoint& point) {
   constexpr float kSmooth = 1e-5f;
@@ -35,6 +36,7 @@ void add_glossy(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters,
     const float y = anisotropy < 0.0f ? alpha * squeeze : alpha / squeeze;
     set_anisotropy(lobe, make_anisotropy(x, y, in[6], in[4].x, lobe.n));
   }
+  lobe.is_beckmann = is_beckmann(parameters);
   std::optional<Rgb> mean;
   if (compensates(parameters)) mean = color;
   add_microfacet(bsdf, lobe, in[0].x * color, mean);
@@ -44,6 +46,7 @@ void add_glass(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, 
   const Rgb color = non_negative(to_rgb(in[1]));
   MicrofacetLobe lobe =
       make_refraction(specular_normal(closure_normal(in[4], point), point), clamp01(in[2].x), in[3].x, point, true);
+  lobe.is_beckmann = is_beckmann(parameters);
   lobe.fresnel = FresnelModel::GENERALIZED_SCHLICK;
   lobe.f0 = Rgb(f0_from_ior(lobe.ior));
   lobe.f90_or_b = Rgb(1.0f);
@@ -54,9 +57,10 @@ void add_glass(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, 
   add_microfacet(bsdf, lobe, Rgb(in[0].x), mean);
 }
 
-void add_refraction(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoint& point) {
+void add_refraction(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
   const Vec3 n = specular_normal(closure_normal(in[4], point), point);
   MicrofacetLobe lobe = make_refraction(n, in[2].x, in[3].x, point, false);
+  lobe.is_beckmann = is_beckmann(parameters);
   add_microfacet(bsdf, lobe, in[0].x * to_rgb(in[1]), {});
 }
 
@@ -78,6 +82,7 @@ void add_metallic(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameter
   const Vec3 n = closure_normal(in[6], point);
   MicrofacetLobe lobe = make_microfacet(specular_normal(n, point), 0.0f);
   set_anisotropy(lobe, disney_anisotropy(clamp01(in[3].x), clamp01(in[4].x), in[7], in[5].x, n));
+  lobe.is_beckmann = is_beckmann(parameters);
   const Rgb average_reflectance = parameters[1] != 0 ? set_conductor(lobe, in) : set_f82(lobe, in);
   put_film_on(lobe, {in[8].x, in[9].x});
   std::optional<Rgb> mean;
@@ -151,7 +156,7 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
     case Op::CLOSURE_GLASS:
       return add_glass(bsdf, inputs, parameters, point);
     case Op::CLOSURE_REFRACTION:
-      return add_refraction(bsdf, inputs, point);
+      return add_refraction(bsdf, inputs, parameters, point);
     case Op::CLOSURE_TRANSLUCENT: {
       const Vec3 straight = closure_normal(inputs[2], point), n = specular_normal(straight, point);
       const Rgb weight = inputs[0].x * to_rgb(inputs[1]);

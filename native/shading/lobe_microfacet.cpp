@@ -1,6 +1,7 @@
 #include "shading/lobe_microfacet.h"
 
 #include "shading/albedo_tables.h"
+#include "shading/beckmann.h"
 #include "shading/fresnel.h"
 #include "shading/ggx.h"
 
@@ -129,7 +130,8 @@ LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, const Vec3& wo, const V
   const float cos_wi = dot(lobe.n, wi);
   const bool is_transmission = cos_wi < 0.0f;
   if (cos_wi == 0.0f || !(is_transmission ? lobe.transmits : lobe.reflects) || is_delta(lobe)) return {};
-  if (!lobe.transmits && lobe.alpha_x == lobe.alpha_y) return evaluate_isotropic_reflection(lobe, wo, wi, cos_wi);
+  if (!lobe.transmits && !lobe.is_beckmann && lobe.alpha_x == lobe.alpha_y)
+    return evaluate_isotropic_reflection(lobe, wo, wi, cos_wi);
   const Frame frame = frame_of(lobe);
   const Vec3 o = frame.to_local(wo), i = frame.to_local(wi);
   if (o.z <= 0.0f) return {};
@@ -142,10 +144,12 @@ LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, const Vec3& wo, const V
   if (cos_o <= 0.0f || (cos_i < 0.0f) != is_transmission) return {};
 
   const GgxAlpha alpha = alpha_of(lobe);
-  const float lambda_o = ggx_lambda(alpha, o), lambda_i = ggx_lambda(alpha, i);
+  const auto lambda = [&](Vec3 w) { return lobe.is_beckmann ? beckmann_lambda(alpha, w) : ggx_lambda(alpha, w); };
+  const float lambda_o = lambda(o), lambda_i = lambda(i);
   // Jacobian dh / dwi times cos_o.
   const float jacobian = is_transmission ? sqr(lobe.ior) * std::abs(cos_i) * cos_o / norm_squared : 0.25f;
-  const float common = ggx_normal_density(alpha, h) * jacobian / o.z;
+  const float normals = lobe.is_beckmann ? beckmann_normal_density(alpha, h) : ggx_normal_density(alpha, h);
+  const float common = normals * jacobian / o.z;
   const FresnelTerms terms = facet_fresnel(lobe, cos_o);
   const float p_reflect = terms.reflection_probability();
   const Rgb f = is_transmission ? terms.transmittance : terms.reflectance;
@@ -157,7 +161,8 @@ std::optional<Vec3> sample_lobe(const MicrofacetLobe& lobe, const Vec3& wo, floa
   const Frame frame = frame_of(lobe);
   const Vec3 o = frame.to_local(wo);
   if (o.z <= 0.0f) return {};
-  const Vec3 h = sample_ggx_visible_normal(alpha_of(lobe), o, u);
+  const Vec3 h = lobe.is_beckmann ? sample_beckmann_visible_normal(alpha_of(lobe), o, u)
+                                  : sample_ggx_visible_normal(alpha_of(lobe), o, u);
   if (!lobe.transmits) {
     const Vec3 i = reflect(o, h);
     return i.z > 0.0f ? std::optional(frame.to_world(i)) : std::nullopt;

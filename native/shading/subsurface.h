@@ -18,7 +18,7 @@ struct Subsurface {
   float alpha = 1.0f;  // and the GGX width there
   /// Below is living tissue: half of the light enters diffusely, and the radius is how far light gets in all.
   bool is_skin = false;
-  bool is_profile = false;  // there is no walk: light leaves as far away as a DiffusionProfile says
+  bool is_profile = false;     // there is no walk: light leaves as far away as a DiffusionProfile says
   float sample_weight = 0.0f;  // unnormalised probability of being chosen among the lobes
 };
 

@@ -107,6 +107,26 @@ TEST(Lobe, ReflectionSamplerFollowsItsDensity) {
   EXPECT_LT(p_value(lobe, wo, no_jacobian, 30), kThreshold);
 }
 
+MicrofacetLobe beckmann(MicrofacetLobe lobe) {
+  lobe.is_beckmann = true;
+  return lobe;
+}
+
+TEST(Lobe, BeckmannSamplersFollowTheirDensity) {
+  uint64_t seed = 400;
+  for (float roughness : {0.3f, 0.6f, 1.0f})
+    for (float cosine : {0.1f, 0.6f, 0.9f}) {
+      const Vec3 wo = at_angle(kFrame, cosine);
+      EXPECT_GT(p_value(beckmann(reflection(roughness)), wo, ++seed), kThreshold) << roughness << " " << cosine;
+      EXPECT_GT(p_value(beckmann(anisotropic(sqr(roughness), 0.3f)), wo, ++seed), kThreshold) << roughness;
+      EXPECT_GT(p_value(beckmann(glass(roughness, 1.5f)), wo, ++seed), kThreshold) << roughness << " " << cosine;
+    }
+  // Planted bug: the density of GGX.
+  const Vec3 wo = at_angle(kFrame, 0.6f);
+  const auto of_ggx = [&](Vec3 wi) { return evaluate_lobe(reflection(0.5f), wo, wi).pdf; };
+  EXPECT_LT(p_value(beckmann(reflection(0.5f)), wo, of_ggx, 400), kThreshold);
+}
+
 TEST(Lobe, RefractionSamplersFollowTheirDensityBothWays) {
   uint64_t seed = 60;
   for (float ior : {1.5f, 1.0f / 1.5f})
