@@ -9,34 +9,39 @@ namespace cistern {
 
 // The hashes behind Blender's procedural textures: bit-exact, because a user's texture must keep its look.
 
-/// Bob Jenkins' lookup3 of 1 to 4 words. [burtleburtle.net/bob/c/lookup3.c, public domain]
+using std::rotl;
+
+/// Bob Jenkins' lookup3 of 1 to 4 words, or of lanes of such. [burtleburtle.net/bob/c/lookup3.c, public domain]
+template <typename Word, size_t kCount>
+inline Word hash_of_words(const std::array<Word, kCount>& words) {
+  static_assert(kCount >= 1 && kCount <= 4);
+  Word a(0xdeadbeefu + (static_cast<uint32_t>(kCount) << 2) + 13u);
+  Word b = a, c = a;
+  a += words[0];  // words that are not there are 0
+  if constexpr (kCount > 1) b += words[1];
+  if constexpr (kCount > 2) c += words[2];
+  if constexpr (kCount == 4) {
+    a = (a - c) ^ rotl(c, 4), c += b;
+    b = (b - a) ^ rotl(a, 6), a += c;
+    c = (c - b) ^ rotl(b, 8), b += a;
+    a = (a - c) ^ rotl(c, 16), c += b;
+    b = (b - a) ^ rotl(a, 19), a += c;
+    c = (c - b) ^ rotl(b, 4), b += a;
+    a += words[3];
+  }
+  c = (c ^ b) - rotl(b, 14);
+  a = (a ^ c) - rotl(c, 11);
+  b = (b ^ a) - rotl(a, 25);
+  c = (c ^ b) - rotl(b, 16);
+  a = (a ^ c) - rotl(c, 4);
+  b = (b ^ a) - rotl(a, 14);
+  c = (c ^ b) - rotl(b, 24);
+  return c;
+}
+
 template <typename... Words>
 inline uint32_t hash_words(Words... words) {
-  constexpr uint32_t kCount = sizeof...(Words);
-  static_assert(kCount >= 1 && kCount <= 4);
-  const std::array<uint32_t, 4> k{static_cast<uint32_t>(words)...};
-  uint32_t a = 0xdeadbeefu + (kCount << 2) + 13u;
-  uint32_t b = a, c = a;
-  a += k[0];
-  b += k[1];  // words that are not there are 0
-  c += k[2];
-  if constexpr (kCount == 4) {
-    a = (a - c) ^ std::rotl(c, 4), c += b;
-    b = (b - a) ^ std::rotl(a, 6), a += c;
-    c = (c - b) ^ std::rotl(b, 8), b += a;
-    a = (a - c) ^ std::rotl(c, 16), c += b;
-    b = (b - a) ^ std::rotl(a, 19), a += c;
-    c = (c - b) ^ std::rotl(b, 4), b += a;
-    a += k[3];
-  }
-  c = (c ^ b) - std::rotl(b, 14);
-  a = (a ^ c) - std::rotl(c, 11);
-  b = (b ^ a) - std::rotl(a, 25);
-  c = (c ^ b) - std::rotl(b, 16);
-  a = (a ^ c) - std::rotl(c, 4);
-  b = (b ^ a) - std::rotl(a, 14);
-  c = (c ^ b) - std::rotl(b, 24);
-  return c;
+  return hash_of_words(std::array<uint32_t, sizeof...(Words)>{static_cast<uint32_t>(words)...});
 }
 
 /// Hash of the bits of 1 to 4 floats, in [0, 1].

@@ -1,5 +1,9 @@
 #include "shading/nodes_noise.h"
 
+#include <immintrin.h>
+
+#include <algorithm>
+
 #include "shading/nodes_hash.h"
 
 namespace cistern {
@@ -14,32 +18,53 @@ constexpr float kMaxCoordinate = 1e18f;
 constexpr float kMaxDetail = 15.0f;
 constexpr float kLeastWeight = 0.001f;  // octaves of hybrid noise below it are left out
 
-template <size_t N>
-uint32_t hash_cell(const std::array<uint32_t, N>& c) {
-  if constexpr (N == 1) return hash_words(c[0]);
-  if constexpr (N == 2) return hash_words(c[0], c[1]);
-  if constexpr (N == 3) return hash_words(c[0], c[1], c[2]);
-  if constexpr (N == 4) return hash_words(c[0], c[1], c[2], c[3]);
-}
-
 float negate_if(float v, uint32_t condition) { return condition != 0 ? -v : v; }
 
-/// Dot product of the offset with one of a few lattice directions.
+/// One for each of eight corners of a cell: along x, then y, then z.
+struct WordLanes {
+  __m256i v;
+  explicit WordLanes(__m256i lanes) : v(lanes) {}
+  explicit WordLanes(uint32_t same) : v(_mm256_set1_epi32(static_cast<int>(same))) {}
+  WordLanes& operator+=(const WordLanes& other) { return *this = *this + other; }
+  friend WordLanes operator+(const WordLanes& a, const WordLanes& b) { return WordLanes(_mm256_add_epi32(a.v, b.v)); }
+  friend WordLanes operator-(const WordLanes& a, const WordLanes& b) { return WordLanes(_mm256_sub_epi32(a.v, b.v)); }
+  friend WordLanes operator^(const WordLanes& a, const WordLanes& b) { return WordLanes(_mm256_xor_si256(a.v, b.v)); }
+  friend WordLanes operator&(const WordLanes& a, const WordLanes& b) { return WordLanes(_mm256_and_si256(a.v, b.v)); }
+};
+WordLanes shift_left(const WordLanes& a, int bits) { return WordLanes(_mm256_slli_epi32(a.v, bits)); }
+WordLanes rotl(const WordLanes& a, int bits) {
+  return WordLanes(_mm256_or_si256(_mm256_slli_epi32(a.v, bits), _mm256_srli_epi32(a.v, 32 - bits)));
+}
+WordLanes is_less(const WordLanes& a, uint32_t b) {
+  return WordLanes(_mm256_cmpgt_epi32(WordLanes(b).v, a.v));  // of small numbers
+}
+
+__m256 select(const WordLanes& mask, __m256 if_set, __m256 if_clear) {
+  return _mm256_blendv_ps(if_clear, if_set, _mm256_castsi256_ps(mask.v));
+}
+/// Negated where that bit of h is set.
+__m256 negate_by(__m256 v, const WordLanes& h, int bit) {
+  const WordLanes sign = shift_left(h & WordLanes(1u << bit), 31 - bit);
+  return _mm256_xor_ps(v, _mm256_castsi256_ps(sign.v));
+}
+
+/// Dot products of the offsets with one of a few lattice directions each.
 template <size_t N>
-float gradient(uint32_t hash, const Point<N>& d) {
-  if constexpr (N == 1) {
-    return negate_if(static_cast<float>(1 + (hash & 7)), hash & 8) * d[0];
-  } else if constexpr (N == 2) {
-    const uint32_t h = hash & 7;
-    return negate_if(h < 4 ? d[0] : d[1], h & 1) + negate_if(2.0f * (h < 4 ? d[1] : d[0]), h & 2);
+__m256 gradients(const WordLanes& hash, const std::array<__m256, N>& d) {
+  if constexpr (N == 2) {
+    const WordLanes h = hash & WordLanes(7u), low = is_less(h, 4);
+    const __m256 other = select(low, d[1], d[0]);
+    return _mm256_add_ps(negate_by(select(low, d[0], d[1]), h, 0), negate_by(_mm256_add_ps(other, other), h, 1));
   } else if constexpr (N == 3) {
-    const uint32_t h = hash & 15;
-    const float other = h == 12 || h == 14 ? d[0] : d[2];
-    return negate_if(h < 8 ? d[0] : d[1], h & 1) + negate_if(h < 4 ? d[1] : other, h & 2);
+    const WordLanes h = hash & WordLanes(15u),
+                    is_x = WordLanes(_mm256_cmpeq_epi32((h & WordLanes(13u)).v, WordLanes(12u).v));
+    return _mm256_add_ps(negate_by(select(is_less(h, 8), d[0], d[1]), h, 0),
+                         negate_by(select(is_less(h, 4), d[1], select(is_x, d[0], d[2])), h, 1));
   } else {
-    const uint32_t h = hash & 31;
-    return negate_if(h < 24 ? d[0] : d[1], h & 1) + negate_if(h < 16 ? d[1] : d[2], h & 2) +
-           negate_if(h < 8 ? d[2] : d[3], h & 4);
+    const WordLanes h = hash & WordLanes(31u);
+    const __m256 u = negate_by(select(is_less(h, 24), d[0], d[1]), h, 0);
+    const __m256 v = negate_by(select(is_less(h, 16), d[1], d[2]), h, 1);
+    return _mm256_add_ps(_mm256_add_ps(u, v), negate_by(select(is_less(h, 8), d[2], d[3]), h, 2));
   }
 }
 
@@ -50,11 +75,40 @@ float wrap_coordinate(float x) {
   return std::fmod(x, kPeriod) + (std::abs(x) >= 10.0f * kPeriod ? 0.5f : 0.0f);
 }
 
+float mixed(float a, float b, float t) { return a * (1.0f - t) + b * t; }
+
+/// Neighbours mixed, a first: within halves of the lanes.
+__m256 mixed_pairs(__m256 v, float t) {
+  const float s = 1.0f - t;
+  const __m256 weighed = _mm256_mul_ps(v, _mm256_setr_ps(s, t, s, t, s, t, s, t));
+  return _mm256_hadd_ps(weighed, weighed);
+}
+
+/// Of the corners along x, y and z; of four dimensions those with that `last` bit.
+template <size_t N>
+float mixed_corners(const std::array<uint32_t, N>& cell, const Point<N>& offset, const Point<N>& blend, uint32_t last) {
+  const __m256i bits[] = {_mm256_setr_epi32(0, 1, 0, 1, 0, 1, 0, 1), _mm256_setr_epi32(0, 0, 1, 1, 0, 0, 1, 1),
+                          _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1), _mm256_set1_epi32(static_cast<int>(last))};
+  std::array<__m256, N> d;
+  const auto corner = [&](size_t i) {
+    d[i] = _mm256_sub_ps(_mm256_set1_ps(offset[i]), _mm256_cvtepi32_ps(bits[i]));
+    return WordLanes(cell[i]) + WordLanes(bits[i]);
+  };
+  const WordLanes hash = [&] {
+    if constexpr (N == 2) return hash_of_words(std::array{corner(0), corner(1)});
+    if constexpr (N == 3) return hash_of_words(std::array{corner(0), corner(1), corner(2)});
+    if constexpr (N == 4) return hash_of_words(std::array{corner(0), corner(1), corner(2), corner(3)});
+  }();
+  const __m256 plane = mixed_pairs(mixed_pairs(gradients<N>(hash, d), blend[0]), blend[1]);
+  const float near = _mm256_cvtss_f32(plane);
+  if constexpr (N == 2) return near;
+  return mixed(near, _mm_cvtss_f32(_mm256_extractf128_ps(plane, 1)), blend[std::min<size_t>(2, N - 1)]);
+}
+
 /// Gradient noise, scaled to about [-1, 1].
 template <size_t N>
 float signed_noise(const Point<N>& p) {
   constexpr float kScale[] = {0.25f, 0.6616f, 0.982f, 0.8344f};
-  constexpr size_t kCorners = size_t{1} << N;
   std::array<uint32_t, N> cell;
   Point<N> offset, blend;
   for (size_t i = 0; i < N; ++i) {
@@ -65,23 +119,17 @@ float signed_noise(const Point<N>& p) {
     offset[i] = t;
     blend[i] = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
   }
-  std::array<float, kCorners> value;
-  for (size_t corner = 0; corner < kCorners; ++corner) {
-    std::array<uint32_t, N> c;
-    Point<N> d;
-    for (size_t i = 0; i < N; ++i) {
-      const uint32_t bit = (corner >> i) & 1u;
-      c[i] = cell[i] + bit;
-      d[i] = offset[i] - static_cast<float>(bit);
-    }
-    value[corner] = gradient<N>(hash_cell<N>(c), d);
+  if constexpr (N == 1) {
+    const auto value = [&](uint32_t bit) {
+      const uint32_t hash = hash_words(cell[0] + bit);
+      return negate_if(static_cast<float>(1 + (hash & 7)), hash & 8) * (offset[0] - static_cast<float>(bit));
+    };
+    return kScale[0] * mixed(value(0), value(1), blend[0]);
+  } else {
+    float result = mixed_corners<N>(cell, offset, blend, 0);
+    if constexpr (N == 4) result = mixed(result, mixed_corners<N>(cell, offset, blend, 1), blend[3]);
+    return kScale[N - 1] * result;
   }
-  size_t count = kCorners;
-  for (size_t i = 0; i < N; ++i) {
-    count /= 2;
-    for (size_t k = 0; k < count; ++k) value[k] = value[2 * k] * (1.0f - blend[i]) + value[2 * k + 1] * blend[i];
-  }
-  return kScale[N - 1] * value[0];
 }
 
 template <size_t N>
