@@ -33,6 +33,7 @@ inline float inverse_erf(float x) {
 
 inline float beckmann_normal_density(GgxAlpha alpha, Vec3 h) {
   const float cos2 = h.z * h.z;
+  if (!(cos2 > 1e-12f)) return 0.0f;  // it vanishes long before
   const float exponent = (sqr(h.x / alpha.x) + sqr(h.y / alpha.y)) / cos2;
   return std::exp(-exponent) * kInvPi / (alpha.x * alpha.y * cos2 * cos2);
 }

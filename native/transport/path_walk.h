@@ -8,7 +8,6 @@
 #include "base/warp.h"
 #include "shading/displaced_normal.h"
 #include "shading/material.h"
-#include "shading/shadow_origin.h"
 #include "transport/camera_ray.h"
 #include "transport/guide_lesson.h"
 #include "transport/learned_light_sample.h"

@@ -84,8 +84,7 @@ inline bool Walk<Kind>::scatter(const SurfacePoint& point, const Bsdf& bsdf, flo
     if constexpr (Kind::captures) capture_.mis_candidates = capture_.vertex.light_candidates;
   }
   update_media(point, sample->wi);
-  ray_.origin = vertex_origin_ = sample->is_delta ? offset_origin(point.position, point.clearance, point.ng, sample->wi)
-                                                  : leave_surface(context_.scene, point, sample->wi);
+  ray_.origin = vertex_origin_ = offset_origin(point.position, point.clearance, point.ng, sample->wi);
   ray_.direction = sample->wi;
   ray_.t_min = 0.0f;
   ray_.t_max = INFINITY;

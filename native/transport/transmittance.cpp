@@ -30,8 +30,8 @@ Ray ray_between(Vec3 origin, Vec3 target) {
 
 /// Both ends are moved off their surfaces, and the ray joins the moved ends: one end alone would let light at grazing
 /// angles occlude itself.
-Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLight& light) {
-  const Vec3 origin = leave_surface(scene, point, light.wi);
+Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLight& light, float grazing_cosine) {
+  const Vec3 origin = leave_surface(scene, point, light.wi, grazing_cosine);
   if (!std::isfinite(light.distance)) return {origin, light.wi};
   Vec3 target = point.position + light.wi * light.distance;
   if (light.normal != Vec3{}) target = ray_end(target, light.clearance, light.distance, light.normal, light.wi);
@@ -77,10 +77,10 @@ Ray ray_towards(Vec3 position, const IncidentLight& light) {
   return ray_between(position, target);
 }
 
-/// Of a ray from `receiver` to the light.
+/// Of a ray from `receiver` to the light, or to a vertex; `grazing_cosine`: see shadow_origin.
 Rgb transmittance_of(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
-                     const PathState& state, int most_surfaces) {
-  const Ray ray = shadow_ray(context.scene, receiver, light);
+                     const PathState& state, int most_surfaces, float grazing_cosine) {
+  const Ray ray = shadow_ray(context.scene, receiver, light, grazing_cosine);
   if (context.accel.occluded(ray, state.ray_kind, light.blockers)) return Rgb(0.0f);
   return transparency_along(context, receiver.footprint, ray, state, most_surfaces, light.blockers).transmittance;
 }
@@ -134,7 +134,7 @@ Vec3Lanes ray_starts(const Scene& scene, const SurfaceLanes& points, const Vec3L
   const LaneMask is_lifted = is_asked && side * dot(points.ng, wi) < 0.0f;
   if (none_of(is_lifted)) return starts;
   for (size_t i = 0; i < kLanes; ++i)
-    if (is_lifted[i]) starts.set(i, leave_surface(scene, *points.points[i], wi.at(i)));
+    if (is_lifted[i]) starts.set(i, leave_surface(scene, *points.points[i], wi.at(i), 0.0f));
   return starts;
 }
 
@@ -165,14 +165,14 @@ int most_surfaces_to_vertex(const PathContext& context, int transparent_depth) {
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                   const PathState& path) {
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
-  return transmittance_of(context, receiver, light, shadow_state(path), most_surfaces);
+  return transmittance_of(context, receiver, light, shadow_state(path), most_surfaces, kGrazingCosine);
 }
 
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                   const PathState& path, MediaStack media, PathSampler& sampler) {
   context.media->leave(media, context.accel, receiver, light.wi, light.blockers);
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
-  const Ray ray = shadow_ray(context.scene, receiver, light);
+  const Ray ray = shadow_ray(context.scene, receiver, light, kGrazingCosine);
   const RayCone cone{receiver.footprint, context.pixel.angle};
   return transmittance_along(context, ray, cone, shadow_state(path), most_surfaces, light.blockers, media, sampler);
 }
@@ -197,7 +197,7 @@ Rgb transmittance(const PathContext& context, Vec3 position, float footprint, co
 Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,
                             const PathState& scattered) {
   return transmittance_of(context, receiver, vertex, scattered,
-                          most_surfaces_to_vertex(context, scattered.transparent_depth));
+                          most_surfaces_to_vertex(context, scattered.transparent_depth), 0.0f);
 }
 
 void SurfaceLanes::set(size_t lane, const SurfacePoint& point, int depth) {

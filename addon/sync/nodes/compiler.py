@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import bpy
 from numpy.typing import NDArray
 
+from .. import SyncError
 from .enums import MATH_OPERATIONS, VECTOR_MATH_OPERATIONS
 from .graph import (
     EEVEE_ALONE,
@@ -201,8 +202,10 @@ class Compiler:
             if key in self._in_progress:
                 return None
             self._in_progress.add(key)
-            self._values[key] = self._evaluate(port)
-            self._in_progress.discard(key)
+            try:
+                self._values[key] = self._evaluate(port)
+            finally:
+                self._in_progress.discard(key)
         return self._values[key]
 
     def _evaluate(self, port: Port) -> Value | None:
@@ -235,6 +238,8 @@ class Compiler:
         nobody thought of: that costs the node, with a warning, and not the picture."""
         try:
             return handler(NodeView(self, port.scope, port.node), argument)
+        except SyncError:
+            raise
         except (AttributeError, LookupError, TypeError, ValueError) as error:
             traceback.print_exc()
             self.warn(f"node '{port.node.name}' cannot be read ({type(error).__name__}: {error}): its default is used")

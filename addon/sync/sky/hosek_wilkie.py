@@ -3,7 +3,8 @@
 [Hosek and Wilkie 2012] An Analytic Model for Full Spectral Sky-Dome Radiance: eq. 8, whose nine coefficients and mean
 radiance are Bezier curves over the cube root of the sun's elevation (eq. 11) and linear in turbidity and albedo between
 those that were fitted. Here each of X, Y and Z is such a sky. The curves are not the authors' tables: they were found
-again from what Blender's node shows, by `tests/benchmark/hosek_wilkie.py`, to 0.01 % on average.
+again from what Blender's node shows, by `tests/benchmark/hosek_wilkie.py`, to 0.01 % on average where no
+colour is cut off.
 
 As in Blender only the distance to the sun changes below the horizon, and a sun below it counts as one at it.
 """
@@ -66,13 +67,13 @@ def radiance(coefficients: NDArray, cos_zenith: NDArray, sun_distance: NDArray) 
 
 @lru_cache(maxsize=4)
 def sky_table(sun_elevation: float, turbidity: float, albedo: float) -> NDArray[np.float32]:
-    """The sky, which in this model holds no sun."""
+    """The sky, which in this model holds no sun. Thick air under a low sun has some colours below 0, as in Blender."""
     sun_elevation = max(sun_elevation, 0.0)
     elevation = row_elevations(ROWS)[:, None]
     cosine = np.cos(elevation) * np.cos(sun_elevation) * np.cos(column_azimuths(COLUMNS))
     distance = np.arccos(np.clip(cosine + np.sin(elevation) * np.sin(sun_elevation), -1.0, 1.0))
     cos_zenith = np.cos(np.minimum(HALF_PI - elevation, LARGEST_ZENITH_ANGLE))
     curves = coefficients(sun_elevation, turbidity, albedo)
-    table = mirrored(np.maximum(np.stack([radiance(c, cos_zenith, distance) for c in curves], axis=-1), 0.0))
+    table = mirrored(np.stack([radiance(c, cos_zenith, distance) for c in curves], axis=-1))
     table.flags.writeable = False
     return table

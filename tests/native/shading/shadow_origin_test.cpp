@@ -27,7 +27,7 @@ TEST(ShadowOrigin, IsLiftedOverTheSmoothSurfaceForLightBetweenTheNormalsAndLessW
   for (int i = 0; i < 20000; ++i) {
     const SurfacePoint point = test::point_at(scene, square_to_triangle(rng.next_vec2()), {0.0f, 0.0f, -1.0f});
     const Vec3 wi = square_to_sphere(rng.next_vec2());
-    const ShadowOrigin origin = shadow_origin(scene, point, wi);
+    const ShadowOrigin origin = shadow_origin(scene, point, wi, kGrazingCosine);
     EXPECT_EQ(dot(origin.side, point.ng) > 0.0f, dot(point.ns, wi) > 0.0f);
     if (dot(origin.side, wi) >= kGrazingCosine) {
       EXPECT_EQ(origin.position, point.position);
@@ -51,7 +51,7 @@ TEST(ShadowOrigin, IsLiftedInHollowsForLightThatPassesTheVertices) {
   for (const Vec2 middle : {Vec2{0.5f, 0.0f}, Vec2{0.0f, 0.5f}, Vec2{0.5f, 0.5f}, Vec2{1.0f / 3.0f, 1.0f / 3.0f}}) {
     const SurfacePoint point = test::point_at(scene, middle, {0.0f, 0.0f, 1.0f});
     const Vec3 behind = normalize(point.ns - 1.001f * dot(point.ns, point.ng) * point.ng);
-    const Vec3 lifted = shadow_origin(scene, point, behind).position - point.position;
+    const Vec3 lifted = shadow_origin(scene, point, behind, kGrazingCosine).position - point.position;
     if (dot(point.ns, behind) <= 0.0f) continue;
     highest = std::max(highest, length(lifted));
     EXPECT_GT(dot(lifted, point.ns), 0.0f);
@@ -65,7 +65,7 @@ TEST(ShadowOrigin, StaysWhereItIsOnFlatTriangles) {
   Rng rng(2, 0, 0, 0);
   for (int i = 0; i < 2000; ++i) {
     const SurfacePoint plain = test::point_at(flat, square_to_triangle(rng.next_vec2()), {0.0f, 0.0f, -1.0f});
-    EXPECT_EQ(shadow_origin(flat, plain, square_to_sphere(rng.next_vec2())).position, plain.position);
+    EXPECT_EQ(shadow_origin(flat, plain, square_to_sphere(rng.next_vec2()), kGrazingCosine).position, plain.position);
   }
 }
 
