@@ -60,6 +60,22 @@ TEST(ShadowOrigin, IsLiftedInHollowsForLightThatPassesTheVertices) {
   EXPECT_GT(highest, 0.02f);
 }
 
+// Else sharing would lose, or make up, what lies near the surface: by 0.035 % inside of a mug of 16 walls.
+TEST(ShadowOrigin, RaysToVerticesStartWhereScatteredRaysDo) {
+  const Scene scene = test::make_scene(triangle_on_sphere());
+  Rng rng(4, 0, 0, 0);
+  int lifted = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const SurfacePoint point = test::point_at(scene, square_to_triangle(rng.next_vec2()), {0.0f, 0.0f, 1.0f});
+    const Vec3 wi = square_to_sphere(rng.next_vec2());
+    if (!(dot(point.ns, wi) > 0.0f && dot(point.ng, wi) > 0.0f)) continue;
+    const Vec3 scattered = offset_origin(point.position, point.clearance, point.ng, wi);
+    EXPECT_EQ(leave_surface(scene, point, wi, 0.0f), scattered);
+    lifted += leave_surface(scene, point, wi, kGrazingCosine) != scattered ? 1 : 0;
+  }
+  EXPECT_GT(lifted, 50);
+}
+
 TEST(ShadowOrigin, StaysWhereItIsOnFlatTriangles) {
   const Scene flat = test::make_scene(test::make_triangle());
   Rng rng(2, 0, 0, 0);
