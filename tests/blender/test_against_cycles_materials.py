@@ -208,7 +208,7 @@ def test_terminator_inside_of_a_coarse_mug(empty_scene: bpy.types.Scene, metalli
 
 @pytest.mark.slow
 def test_sharing_inside_of_a_coarse_mug(empty_scene: bpy.types.Scene) -> None:
-    """As path tracing: 1.00000 +- 0.00008 was measured, and 0.99965 +- 0.00006 while scattered rays that graze started on
+    """As path tracing: 1.00000 +- 0.00008 was measured, and 0.99965 +- 0.00006 while rays that scatter low started on
     the smooth surface."""
     add_mug(empty_scene, build.principled("mug", Base_Color=GOLD, Roughness=0.5), segments=16)
     build.add_floor(empty_scene)
