@@ -50,7 +50,7 @@ __m256 negate_by(__m256 v, const WordLanes& h, int bit) {
 
 /// Dot products of the offsets with one of a few lattice directions each.
 template <size_t N>
-__m256 gradients(const WordLanes& hash, const std::array<__m256, N>& d) {
+__m256 gradients(const WordLanes& hash, const __m256 (&d)[N]) {
   if constexpr (N == 2) {
     const WordLanes h = hash & WordLanes(7u), low = is_less(h, 4);
     const __m256 other = select(low, d[1], d[0]);
@@ -89,7 +89,7 @@ template <size_t N>
 float mixed_corners(const std::array<uint32_t, N>& cell, const Point<N>& offset, const Point<N>& blend, uint32_t last) {
   const __m256i bits[] = {_mm256_setr_epi32(0, 1, 0, 1, 0, 1, 0, 1), _mm256_setr_epi32(0, 0, 1, 1, 0, 0, 1, 1),
                           _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1), _mm256_set1_epi32(static_cast<int>(last))};
-  std::array<__m256, N> d;
+  __m256 d[N];
   const auto corner = [&](size_t i) {
     d[i] = _mm256_sub_ps(_mm256_set1_ps(offset[i]), _mm256_cvtepi32_ps(bits[i]));
     return WordLanes(cell[i]) + WordLanes(bits[i]);
