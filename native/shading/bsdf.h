@@ -203,12 +203,12 @@ void add_subsurface(Bsdf& bsdf, Subsurface subsurface, float least_radius);
 /// `pdf` is the density of `sample_bsdf` for wi, per solid angle (delta lobes excluded but counted in the choice).
 /// A lobe is 0 where wi lies on different sides of its normal and of ns. Where ns and ng disagree about the side, a ray
 /// would leave through the wrong side of the flat triangle. Such directions are never sampled, and their density is 0.
-/// What narrow microfacet lobes reflect there, all that these transmit, and hair is 0, too; for all others what arrives
-/// from there is left to next-event estimation, whose shadow rays know the smooth surface (shadow_origin.h). Diffuse
-/// lobes on bump-mapped normals fade out near the horizon of ns. [Conty Estevez et al. 2019, A Microfacet-Based
-/// Shadowing Function to Solve the Bump Terminator Problem] `pdf_by_kind` has its parts by the kind of the lobe that is
-/// chosen, indexed by ScatterKind; a guide has no kind of its own, and its part is divided like that of the lobes which
-/// it stands in for.
+/// What narrow microfacet lobes reflect there, all that these transmit, glossy toon and hair are 0, too; for all others
+/// what arrives from there is left to next-event estimation, whose shadow rays know the smooth surface
+/// (shadow_origin.h). Diffuse lobes on bump-mapped normals fade out near the horizon of ns. [Conty Estevez et al. 2019,
+/// A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem] `pdf_by_kind` has its parts by the kind
+/// of the lobe that is chosen, indexed by ScatterKind; a guide has no kind of its own, and its part is divided like
+/// that of the lobes which it stands in for.
 ///
 /// The even part is what all viewers of the point agree about: a sum of Lambert lobes f_even(wi) which does not know
 /// wo. Towards wo it sends `even_transmittance` times what f_even reflects; that is close to what diffuse lobes send,

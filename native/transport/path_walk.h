@@ -16,6 +16,7 @@
 #include "transport/path_tracer.h"
 #include "transport/path_walk_state.h"
 #include "transport/subsurface_profile.h"
+#include "transport/subsurface_walk.h"
 #include "transport/uneven_media.h"
 
 namespace cistern {

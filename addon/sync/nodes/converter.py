@@ -21,7 +21,7 @@ def math_node(node: NodeView, output: str) -> Value | None:
     if node.node.operation not in MATH_OPERATIONS:
         return None
     inputs = node.values("Value, Value_001, Value_002")
-    return node.emit("MATH", inputs, (node.choice("operation", MATH_OPERATIONS), int(node.node.use_clamp)))
+    return node.emit("MATH", inputs, (MATH_OPERATIONS.index(node.node.operation), int(node.node.use_clamp)))
 
 
 @value_node("ShaderNodeMix")

@@ -121,7 +121,7 @@ TEST(SubsurfaceProfile, GoesThroughSheets) {
   const double far = 0.25 * std::exp(-0.1 / widths.r) + 0.75 * std::exp(-0.1 / (3.0 * widths.r)), cut = 0.99637901;
   EXPECT_GT(mean_p_value(through[0], 0.8 * (far - (1.0 - cut)) / cut), shared_rate(2)) << through[0].mean();
   EXPECT_GT(mean_p_value(back[0], 0.8), shared_rate(2)) << back[0].mean();
-  // Planted bug: as much leaves as by a distance along the sheet.
+  // Planted bug: a twentieth is lost.
   EXPECT_LT(mean_p_value(through[0], 0.8 * 0.95 * (far - (1.0 - cut)) / cut), shared_rate(2));
   for (uint32_t i = 0; i < 2000; ++i) {
     PathSampler sampler(5, i, 0, SampleSequence::RANDOM);
