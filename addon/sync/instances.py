@@ -42,10 +42,11 @@ if TYPE_CHECKING:
 
 # Bits of native/scene/instance.h by the names Blender gives an object's `visible_*` flags.
 RAY_BITS = {"camera": 1, "diffuse": 2, "glossy": 4, "transmission": 8, "shadow": 16, "volume_scatter": 32}
-# Nothing is missing when these are left out: the former have no surface, and the surface of the latter is an item of
-# its own in the dependency graph, already a mesh.
+# Nothing is missing when these are left out: the first have no surface, the surface of the second is an item of its own
+# in the dependency graph, already a mesh, and the last are drawn by Blender, over the pictures of all engines.
 _INVISIBLE_TYPES = {"EMPTY", "ARMATURE", "LATTICE", "CAMERA", "SPEAKER", "LIGHT_PROBE"}
 _MESHED_TYPES = {"CURVE", "SURFACE", "FONT", "META"}
+_DRAWN_TYPES = {"GREASEPENCIL", "GPENCIL"}
 _NAMES_SHOWN = 5
 _ITEMS_BETWEEN_LOOKS = 1 << 14  # 60 ms
 _ROUND = bpy.types.Curves | bpy.types.PointCloud  # what consists of strands or points
@@ -325,7 +326,7 @@ class InstanceSync:
         if self._is_volume(obj):
             return self._volume(obj, instancer, key)
         if not isinstance(obj.data, bpy.types.Mesh | _ROUND):
-            if obj.type not in _INVISIBLE_TYPES | _MESHED_TYPES:
+            if obj.type not in _INVISIBLE_TYPES | _MESHED_TYPES | _DRAWN_TYPES:
                 self._report.warn(f"Object '{obj.name}': type {obj.type} is not supported and left out")
             return None
         view_layer = self._depsgraph.view_layer_eval

@@ -1,4 +1,4 @@
-"""Final renders in windows: Esc ends one, data goes while it runs, and so does the add-on, then comes back."""
+"""Final renders in windows: grease pencil lies over them, Esc ends one; data goes while one runs, and the add-on."""
 
 import subprocess
 import sys
@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import driver
@@ -18,6 +19,7 @@ def scenario() -> Iterator[float]:
     render = bpy.context.scene.render
     render.engine, render.preview_pixel_size = "CISTERN", "4"
     render.resolution_x, render.resolution_y = 320, 180
+    yield from grease_pencil()
     yield from escape()
     yield from edit_meanwhile()
     yield from take_away_the_add_on()
@@ -56,10 +58,36 @@ def reports() -> list:
     return driver.addon.report.last
 
 
+def grease_pencil() -> Iterator[float]:
+    """Blender draws it over the picture."""
+    shares = []
+    for is_shown in (False, True):
+        with in_view3d():
+            if is_shown:
+                bpy.ops.object.grease_pencil_add(type="MONKEY", location=(2.0, -2.0, 1.5))
+        yield from begin(100)
+        yield from wait_until(lambda: not is_rendering(), "end of a final render with grease pencil", 120.0)
+        yield 1.0
+        driver.expect(not reports()[-1].warnings, f"{reports()[-1]}")
+        shares.append(share_of_skin(driver.OUT / "grease_pencil.png"))
+    bpy.data.objects.remove(bpy.context.object)
+    driver.expect(shares[0] == 0.0 and shares[1] > 0.01, f"pixels of the monkey's colour: {shares}")
+    say("DONE grease_pencil", shares)
+
+
+def share_of_skin(file: Path) -> float:
+    """Of the last picture, how much has the colour of Blender's grease pencil monkey."""
+    bpy.data.images["Render Result"].save_render(str(file))
+    image = bpy.data.images.load(str(file))
+    pixels = np.array(image.pixels).reshape(-1, 4)[:, :3]
+    bpy.data.images.remove(image)
+    return float((pixels[:, 0] > 1.5 * pixels[:, 2]).mean())
+
+
 def escape() -> Iterator[float]:
     yield from begin()
     yield from end()
-    [report] = reports()
+    report = reports()[-1]
     driver.expect(report.error is None and report.samples < MANY_SAMPLES, f"stopped early: {report}")
     screenshot("escaped")
     say("DONE escape")
