@@ -154,7 +154,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"CLOSURE_TRANSLUCENT", "fcv", 0, 0, true},       // weight, colour, normal
     {"CLOSURE_TRANSPARENT", "fc", 0, 0, true},        // weight, colour
     {"CLOSURE_EMISSION", "fcf", 0, 0, true},          // weight, colour, strength
-    {"CLOSURE_SHEEN", "fcfv", 0, 0, true},            // weight, colour, roughness, normal
+    {"CLOSURE_SHEEN", "fcfv", 0, 1, true},            // weight, colour, roughness, normal; [0 MICROFIBER 1 ASHIKHMIN]
     // weight, base colour, edge tint, roughness, anisotropy, rotation, normal, tangent, thin film thickness in nm, its ior;
     // [distribution; 1: of a conductor, the colours are the parts n and k of its index n + ik]
     {"CLOSURE_METALLIC", "fccfffvvff", 0, 2, true},

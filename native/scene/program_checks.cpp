@@ -69,6 +69,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::MIX_VECTOR:
     case Op::CLAMP:
     case Op::CLOSURE_DISPLACEMENT:
+    case Op::CLOSURE_SHEEN:
     case Op::CLOSURE_TOON:
       return {kFlag};
     case Op::CLOSURE_PRINCIPLED:

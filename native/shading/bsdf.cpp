@@ -7,6 +7,7 @@
 #include "shading/lobe_microfacet.h"
 #include "shading/lobe_sheen.h"
 #include "shading/lobe_toon.h"
+#include "shading/lobe_velvet.h"
 
 namespace cistern {
 namespace {
@@ -20,6 +21,8 @@ const MicrofacetLobe* as_microfacet(const Lobe& lobe) { return std::get_if<Micro
 const HairLobe* as_hair(const Lobe& lobe) { return std::get_if<HairLobe>(&lobe.model); }
 
 bool is_glossy_toon(const Lobe& lobe) { return std::holds_alternative<ToonGlossyLobe>(lobe.model); }
+
+bool is_velvet(const Lobe& lobe) { return std::holds_alternative<VelvetLobe>(lobe.model); }
 
 /// The cone of toon lobes, or null.
 const ToonCone* as_cone(const Lobe& lobe) {
@@ -39,7 +42,8 @@ ScatterKind kind_of(const Lobe& lobe, bool is_transmission) {
 /// See KindColors.
 ScatterKind pass_kind(const Lobe& lobe, bool is_below) {
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  if (!microfacet) return as_hair(lobe) || is_glossy_toon(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
+  if (!microfacet)
+    return as_hair(lobe) || is_glossy_toon(lobe) || is_velvet(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
   return is_below ? ScatterKind::TRANSMISSION : ScatterKind::GLOSSY;
 }
 
@@ -69,6 +73,7 @@ float bump_shadowing(Vec3 ns, Vec3 n, Vec3 wi, bool corrects) {
 template <class Model>
 bool is_lit_from_behind(const Lobe& lobe, bool is_above) {
   if constexpr (std::is_same_v<Model, MicrofacetLobe>) return is_above && !is_smooth(lobe);
+  if constexpr (std::is_same_v<Model, VelvetLobe>) return is_above;
   return kIsDiffuse<Model>;
 }
 

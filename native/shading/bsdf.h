@@ -47,6 +47,10 @@ struct SheenLobe {
   Vec3 n;
   float a = 1.0f, b = 0.0f;
 };
+struct VelvetLobe {
+  Vec3 n;
+  float sigma = 1.0f;
+};
 
 /// Even up to `size` from its axis, then fading out over `fade`, but not beyond a right angle; radians.
 struct ToonCone {
@@ -71,14 +75,15 @@ enum class FresnelModel : uint8_t {
   FILM_ON_METAL,
   CONDUCTOR
 };
-/// GGX reflection, refraction, or both (glass). `alpha_*` 0 is a perfect mirror (a delta lobe). `tangent` is unit and
-/// orthogonal to n; read only where alpha_x and alpha_y differ.
+enum class Microfacets : uint8_t { GGX, BECKMANN, ASHIKHMIN_SHIRLEY };
+/// Reflection, refraction, or both (glass; but of Ashikhmin and Shirley's). `alpha_*` 0 is a perfect mirror (a delta
+/// lobe). `tangent` is unit and orthogonal to n; read only where alpha_x and alpha_y differ.
 struct MicrofacetLobe {
   Vec3 n, tangent;
   float alpha_x = 0.0f, alpha_y = 0.0f;
   float ior = 1.0f;  // of the far side relative to the near one
   bool reflects = true, transmits = false;
-  bool is_beckmann = false;  // else GGX
+  Microfacets microfacets = Microfacets::GGX;
   FresnelModel fresnel = FresnelModel::NONE;
   Rgb f0,
       f90_or_b;  // GENERALIZED_SCHLICK: F0, F90; F82_TINT: F0, b; those they are without their film; CONDUCTOR: n, k
@@ -99,7 +104,7 @@ struct HairLobe {
 
 struct Lobe {
   std::variant<LambertLobe, OrenNayarLobe, TranslucentLobe, SheenLobe, ToonDiffuseLobe, MicrofacetLobe, HairLobe,
-               ToonGlossyLobe>
+               ToonGlossyLobe, VelvetLobe>
       model;
   Rgb weight;                  // multiplies f
   Rgb even;                    // its part of the even part, below; black unless diffuse
@@ -154,7 +159,7 @@ inline const Vec3& bump_reference(const Bsdf& bsdf) { return bsdf.bump_ns == Vec
 /// Whether lobes of this model know nothing of wo but by fading out where layers above them do.
 template <class Model>
 inline constexpr bool kIsDiffuse = !std::is_same_v<Model, MicrofacetLobe> && !std::is_same_v<Model, HairLobe> &&
-                                   !std::is_same_v<Model, ToonGlossyLobe>;
+                                   !std::is_same_v<Model, ToonGlossyLobe> && !std::is_same_v<Model, VelvetLobe>;
 
 /// Whether the lobe is black for all directions: bump shadowing leaves nothing of diffuse ones whose normal is bent
 /// away from its reference by more than a right angle.

@@ -4,14 +4,21 @@
 #include "shading/fresnel.h"
 #include "shading/lobe_hair.h"
 #include "shading/lobe_toon.h"
+#include "shading/lobe_velvet.h"
 
 namespace cistern {
 namespace {
 
-constexpr int kMultipleScattering = 1, kBeckmann = 2;  // the distributions called MULTI_GGX and BECKMANN
+enum class Distribution { GGX, MULTI_GGX, BECKMANN, ASHIKHMIN_SHIRLEY };
 
-bool compensates(const int32_t* parameters) { return parameters[0] == kMultipleScattering; }
-bool is_beckmann(const int32_t* parameters) { return parameters[0] == kBeckmann; }
+Distribution distribution(const int32_t* parameters) { return static_cast<Distribution>(parameters[0]); }
+bool compensates(const int32_t* parameters) { return distribution(parameters) == Distribution::MULTI_GGX; }
+/// Ashikhmin and Shirley's only reflect.
+Microfacets microfacets(const int32_t* parameters, bool may_transmit) {
+  const Distribution wanted = distribution(parameters);
+  if (wanted == Distribution::BECKMANN) return Microfacets::BECKMANN;
+  return wanted == Distribution::ASHIKHMIN_SHIRLEY && !may_transmit ? Microfacets::ASHIKHMIN_SHIRLEY : Microfacets::GGX;
+}
 
 void add_diffuse_closure(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoint& point) {
   constexpr float kSmooth = 1e-5f;
@@ -36,7 +43,7 @@ void add_glossy(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters,
     const float y = anisotropy < 0.0f ? alpha * squeeze : alpha / squeeze;
     set_anisotropy(lobe, make_anisotropy(x, y, in[6], in[4].x, lobe.n));
   }
-  lobe.is_beckmann = is_beckmann(parameters);
+  lobe.microfacets = microfacets(parameters, false);
   std::optional<Rgb> mean;
   if (compensates(parameters)) mean = color;
   add_microfacet(bsdf, lobe, in[0].x * color, mean);
@@ -46,7 +53,7 @@ void add_glass(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, 
   const Rgb color = non_negative(to_rgb(in[1]));
   MicrofacetLobe lobe =
       make_refraction(specular_normal(closure_normal(in[4], point), point), clamp01(in[2].x), in[3].x, point, true);
-  lobe.is_beckmann = is_beckmann(parameters);
+  lobe.microfacets = microfacets(parameters, true);
   lobe.fresnel = FresnelModel::GENERALIZED_SCHLICK;
   lobe.f0 = Rgb(f0_from_ior(lobe.ior));
   lobe.f90_or_b = Rgb(1.0f);
@@ -60,7 +67,7 @@ void add_glass(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, 
 void add_refraction(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
   const Vec3 n = specular_normal(closure_normal(in[4], point), point);
   MicrofacetLobe lobe = make_refraction(n, in[2].x, in[3].x, point, false);
-  lobe.is_beckmann = is_beckmann(parameters);
+  lobe.microfacets = microfacets(parameters, true);
   add_microfacet(bsdf, lobe, in[0].x * to_rgb(in[1]), {});
 }
 
@@ -82,7 +89,7 @@ void add_metallic(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameter
   const Vec3 n = closure_normal(in[6], point);
   MicrofacetLobe lobe = make_microfacet(specular_normal(n, point), 0.0f);
   set_anisotropy(lobe, disney_anisotropy(clamp01(in[3].x), clamp01(in[4].x), in[7], in[5].x, n));
-  lobe.is_beckmann = is_beckmann(parameters);
+  lobe.microfacets = microfacets(parameters, false);
   const Rgb average_reflectance = parameters[1] != 0 ? set_conductor(lobe, in) : set_f82(lobe, in);
   put_film_on(lobe, {in[8].x, in[9].x});
   std::optional<Rgb> mean;
@@ -110,6 +117,12 @@ void add_toon(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, c
     add_lobe(bsdf, ToonDiffuseLobe{n, cone}, weight, average(weight));
   else if (bsdf.gloss.has_reflection)
     add_lobe(bsdf, ToonGlossyLobe{n, cone}, weight, average(weight));
+}
+
+void add_velvet(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoint& point) {
+  const Rgb weight = non_negative(in[0].x * to_rgb(in[1]));
+  if (is_negligible(weight)) return;
+  add_lobe(bsdf, make_velvet(closure_normal(in[3], point), clamp01(in[2].x)), weight, average(weight));
 }
 
 enum class HairParametrization { ABSORPTION, MELANIN, COLOR };
@@ -164,6 +177,7 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
       return add_diffuse(bsdf, TranslucentLobe{n}, weight, may_bend ? Rgb() : weight);
     }
     case Op::CLOSURE_SHEEN:
+      if (parameters[0] != 0) return add_velvet(bsdf, inputs, point);
       add_sheen(bsdf, closure_normal(inputs[3], point), clamp01(inputs[2].x), inputs[0].x * to_rgb(inputs[1]));
       return;
     case Op::CLOSURE_SUBSURFACE:

@@ -1,6 +1,7 @@
 #include "shading/lobe_microfacet.h"
 
 #include "shading/albedo_tables.h"
+#include "shading/ashikhmin_shirley.h"
 #include "shading/beckmann.h"
 #include "shading/fresnel.h"
 #include "shading/ggx.h"
@@ -101,6 +102,31 @@ LobeEvaluation evaluate_isotropic_reflection(const MicrofacetLobe& lobe, const V
           0.5f * density / (cos_o + q_o)};
 }
 
+/// With k1 and k2 the directions: f = D(h) F / (4 h.k max(n.k1, n.k2)), density D(h) / (4 h.k). [Ashikhmin and Shirley
+/// 2000, eqs. 4 and 8]
+LobeEvaluation evaluate_ashikhmin_shirley(const MicrofacetLobe& lobe, const Vec3& wo, const Vec3& wi) {
+  const Frame frame = frame_of(lobe);
+  const Vec3 o = frame.to_local(wo), i = frame.to_local(wi);
+  if (o.z <= 0.0f || i.z <= 0.0f) return {};
+  const Vec3 h = normalize(o + i);
+  const float cos_d = dot(o, h), density = ashikhmin_shirley_density(alpha_of(lobe), h) / (4.0f * cos_d);
+  return {facet_fresnel(lobe, cos_d).reflectance * (lobe.energy_scale * density * i.z / std::max(o.z, i.z)), density};
+}
+
+/// Of a facet that reflects or refracts light towards `o`.
+Vec3 sample_normal(const MicrofacetLobe& lobe, const Vec3& o, Vec2 u) {
+  const GgxAlpha alpha = alpha_of(lobe);
+  switch (lobe.microfacets) {
+    case Microfacets::BECKMANN:
+      return sample_beckmann_visible_normal(alpha, o, u);
+    case Microfacets::ASHIKHMIN_SHIRLEY:
+      return sample_ashikhmin_shirley(alpha, u);
+    case Microfacets::GGX:
+      break;
+  }
+  return sample_ggx_visible_normal(alpha, o, u);
+}
+
 /// Mean of the reflectance over the visible normals: from the tables, or of the macrosurface where there are none.
 Rgb mean_over_normals(const MicrofacetLobe& lobe, float mu) {
   switch (lobe.fresnel) {
@@ -130,7 +156,9 @@ LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, const Vec3& wo, const V
   const float cos_wi = dot(lobe.n, wi);
   const bool is_transmission = cos_wi < 0.0f;
   if (cos_wi == 0.0f || !(is_transmission ? lobe.transmits : lobe.reflects) || is_delta(lobe)) return {};
-  if (!lobe.transmits && !lobe.is_beckmann && lobe.alpha_x == lobe.alpha_y)
+  if (lobe.microfacets == Microfacets::ASHIKHMIN_SHIRLEY) return evaluate_ashikhmin_shirley(lobe, wo, wi);
+  const bool is_beckmann = lobe.microfacets == Microfacets::BECKMANN;
+  if (!lobe.transmits && !is_beckmann && lobe.alpha_x == lobe.alpha_y)
     return evaluate_isotropic_reflection(lobe, wo, wi, cos_wi);
   const Frame frame = frame_of(lobe);
   const Vec3 o = frame.to_local(wo), i = frame.to_local(wi);
@@ -144,11 +172,11 @@ LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, const Vec3& wo, const V
   if (cos_o <= 0.0f || (cos_i < 0.0f) != is_transmission) return {};
 
   const GgxAlpha alpha = alpha_of(lobe);
-  const auto lambda = [&](Vec3 w) { return lobe.is_beckmann ? beckmann_lambda(alpha, w) : ggx_lambda(alpha, w); };
+  const auto lambda = [&](Vec3 w) { return is_beckmann ? beckmann_lambda(alpha, w) : ggx_lambda(alpha, w); };
   const float lambda_o = lambda(o), lambda_i = lambda(i);
   // Jacobian dh / dwi times cos_o.
   const float jacobian = is_transmission ? sqr(lobe.ior) * std::abs(cos_i) * cos_o / norm_squared : 0.25f;
-  const float normals = lobe.is_beckmann ? beckmann_normal_density(alpha, h) : ggx_normal_density(alpha, h);
+  const float normals = is_beckmann ? beckmann_normal_density(alpha, h) : ggx_normal_density(alpha, h);
   const float common = normals * jacobian / o.z;
   const FresnelTerms terms = facet_fresnel(lobe, cos_o);
   const float p_reflect = terms.reflection_probability();
@@ -161,8 +189,7 @@ std::optional<Vec3> sample_lobe(const MicrofacetLobe& lobe, const Vec3& wo, floa
   const Frame frame = frame_of(lobe);
   const Vec3 o = frame.to_local(wo);
   if (o.z <= 0.0f) return {};
-  const Vec3 h = lobe.is_beckmann ? sample_beckmann_visible_normal(alpha_of(lobe), o, u)
-                                  : sample_ggx_visible_normal(alpha_of(lobe), o, u);
+  const Vec3 h = sample_normal(lobe, o, u);
   if (!lobe.transmits) {
     const Vec3 i = reflect(o, h);
     return i.z > 0.0f ? std::optional(frame.to_world(i)) : std::nullopt;

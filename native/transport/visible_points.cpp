@@ -64,7 +64,7 @@ Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
       alpha += albedo * std::sqrt(model->alpha_x * model->alpha_y);
     } else if (const auto* hair = std::get_if<HairLobe>(&lobe.model)) {
       add_hair(receiver, lobe, *hair);
-    } else if (std::holds_alternative<ToonGlossyLobe>(lobe.model)) {
+    } else if (std::holds_alternative<ToonGlossyLobe>(lobe.model) || std::holds_alternative<VelvetLobe>(lobe.model)) {
       receiver.glossy += lobe.weight;
       add_normal(receiver, lobe, lobe.weight);
     } else {

@@ -117,6 +117,8 @@ CLOSURES = {
     "Beckmann": distribution("ShaderNodeBsdfAnisotropic", "BECKMANN", Color=GOLD, Roughness=0.5, Anisotropy=0.4),
     "Beckmann glass": distribution("ShaderNodeBsdfGlass", "BECKMANN", Color=GOLD, Roughness=0.4, IOR=1.45),
     "Beckmann refraction": distribution("ShaderNodeBsdfRefraction", "BECKMANN", Color=GOLD, Roughness=0.3, IOR=1.3),
+    "velvet": distribution("ShaderNodeBsdfSheen", "ASHIKHMIN", Color=GOLD, Roughness=0.5),
+    "stiff velvet": distribution("ShaderNodeBsdfSheen", "ASHIKHMIN", Color=GOLD, Roughness=1.0),
     "metallic": distribution(
         "ShaderNodeBsdfMetallic", "GGX", Base_Color=GOLD, Edge_Tint=(0.6, 0.8, 1.0, 1.0), Roughness=0.3, Anisotropy=0.5
     ),
@@ -142,13 +144,33 @@ def test_closure(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
-def test_other_microfacets_are_seen(empty_scene: bpy.types.Scene) -> None:
-    surface = build.material("ball", CLOSURES["Beckmann"])
+@pytest.mark.parametrize(("case", "other"), [("Beckmann", "GGX"), ("velvet", "MICROFIBER")])
+def test_other_distributions_are_seen(empty_scene: bpy.types.Scene, case: str, other: str) -> None:
+    surface = build.material("ball", CLOSURES[case])
     build.stage(empty_scene, surface)
+    node = next(n for n in surface.node_tree.nodes if hasattr(n, "distribution"))
+
+    def plant(scene: bpy.types.Scene) -> None:
+        node.distribution = other
+
+    assert not compare_with_cycles(empty_scene, plant=plant).agrees
+
+
+@pytest.mark.parametrize("amount", [0.0, 0.6])
+def test_ashikhmin_shirley(empty_scene: bpy.types.Scene, amount: float) -> None:
+    """Under lamps that light samples find: what Cycles' own scattered rays find is brighter at outlines."""
+    gloss = dict(Color=GOLD, Roughness=0.5, Anisotropy=amount, Rotation=0.1)
+    surface = build.material("ball", distribution("ShaderNodeBsdfAnisotropic", "ASHIKHMIN_SHIRLEY", **gloss))
+    build.stage(empty_scene, surface, world=dict(strength=0.0))
+    bpy.data.objects.remove(empty_scene.objects["floor"])
+    for lamp in bpy.data.lights:
+        lamp.cycles.use_multiple_importance_sampling = False
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
     node = next(n for n in surface.node_tree.nodes if n.type == "BSDF_GLOSSY")
 
     def plant(scene: bpy.types.Scene) -> None:
-        node.distribution = "GGX"
+        node.distribution = "BECKMANN"
 
     assert not compare_with_cycles(empty_scene, plant=plant).agrees
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..versions import films_cover_metal
 from .compiler import Compiler, NodeView, closure_node, flatten_shader, volume_node
-from .enums import CLAMP_TYPES, DISTRIBUTIONS, SUBSURFACE_METHODS, TOON_COMPONENTS
+from .enums import CLAMP_TYPES, DISTRIBUTIONS, SHEEN_DISTRIBUTIONS, SUBSURFACE_METHODS, TOON_COMPONENTS
 from .instructions import COLOR, VECTOR, Value, constant
 from .vector import default_tangent
 
@@ -151,9 +151,8 @@ def emission(node: NodeView, weight: Value) -> None:
 
 @closure_node("ShaderNodeBsdfSheen")
 def sheen(node: NodeView, weight: Value) -> None:
-    if node.node.distribution != "MICROFIBER":
-        node.warn("Ashikhmin sheen is rendered as microfiber")
-    node.compiler.code.closure("CLOSURE_SHEEN", (weight, *node.values("Color, Roughness"), node.normal()))
+    inputs = (weight, *node.values("Color, Roughness"), node.normal())
+    node.compiler.code.closure("CLOSURE_SHEEN", inputs, (node.choice("distribution", SHEEN_DISTRIBUTIONS),))
 
 
 @closure_node("ShaderNodeBsdfToon")

@@ -5,6 +5,7 @@
 #include "shading/fresnel.h"
 #include "shading/lobe_microfacet.h"
 #include "shading/lobe_sheen.h"
+#include "shading/lobe_velvet.h"
 
 namespace cistern::test {
 namespace {
@@ -108,7 +109,7 @@ TEST(Lobe, ReflectionSamplerFollowsItsDensity) {
 }
 
 MicrofacetLobe beckmann(MicrofacetLobe lobe) {
-  lobe.is_beckmann = true;
+  lobe.microfacets = Microfacets::BECKMANN;
   return lobe;
 }
 
@@ -125,6 +126,66 @@ TEST(Lobe, BeckmannSamplersFollowTheirDensity) {
   const Vec3 wo = at_angle(kFrame, 0.6f);
   const auto of_ggx = [&](Vec3 wi) { return evaluate_lobe(reflection(0.5f), wo, wi).pdf; };
   EXPECT_LT(p_value(beckmann(reflection(0.5f)), wo, of_ggx, 400), kThreshold);
+}
+
+MicrofacetLobe ashikhmin_shirley(MicrofacetLobe lobe) {
+  lobe.microfacets = Microfacets::ASHIKHMIN_SHIRLEY;
+  return lobe;
+}
+
+TEST(Lobe, AshikhminShirleySamplersFollowTheirDensity) {
+  uint64_t seed = 500;
+  for (float roughness : {0.3f, 0.6f, 1.0f})
+    for (float cosine : {0.1f, 0.6f, 0.9f}) {
+      const Vec3 wo = at_angle(kFrame, cosine);
+      EXPECT_GT(p_value(ashikhmin_shirley(reflection(roughness)), wo, ++seed), kThreshold)
+          << roughness << " " << cosine;
+      const MicrofacetLobe stretched = ashikhmin_shirley(anisotropic(sqr(roughness), 0.3f));
+      EXPECT_GT(p_value(stretched, wo, ++seed), kThreshold) << roughness << " " << cosine;
+    }
+  // Planted bug: the density of the half vector.
+  const Vec3 wo = at_angle(kFrame, 0.6f);
+  const MicrofacetLobe lobe = ashikhmin_shirley(reflection(0.5f));
+  const auto no_jacobian = [&](Vec3 wi) {
+    return evaluate_lobe(lobe, wo, wi).pdf * std::max(dot(wo, normalize(wi + wo)), 0.0f);
+  };
+  EXPECT_LT(p_value(lobe, wo, no_jacobian, 500), kThreshold);
+}
+
+TEST(Lobe, VelvetSamplerFollowsItsDensity) {
+  uint64_t seed = 600;
+  for (float roughness : {0.1f, 0.5f, 1.0f})
+    for (float cosine : {0.1f, 0.6f, 0.9f}) {
+      const Vec3 wo = at_angle(kFrame, cosine);
+      EXPECT_GT(p_value(make_velvet(kTestNormal, roughness), wo, ++seed), kThreshold) << roughness << " " << cosine;
+    }
+  // Planted bug: walls that wo does not see count, too.
+  const Vec3 wo = at_angle(kFrame, 0.6f);
+  const VelvetLobe lobe = make_velvet(kTestNormal, 0.5f);
+  const auto all_walls = [&](Vec3 wi) {
+    const Vec3 h = normalize(wi + wo);
+    const float seen = 2.0f * dot(kTestNormal, h) * dot(kTestNormal, wo) / dot(wo, h);
+    return evaluate_lobe(lobe, wo, wi).pdf / (seen < 1.0f ? 2.0f : 1.0f);
+  };
+  EXPECT_LT(p_value(lobe, wo, all_walls, 600), kThreshold);
+}
+
+TEST(Lobe, VelvetAndAshikhminShirleyReflectNoMoreThanTheirDensity) {
+  constexpr float kRounding = 1.00001f, kTiny = 1e-30f;
+  Rng rng(8, 0, 0, 0);
+  const std::array lobes{ashikhmin_shirley(reflection(0.4f)), ashikhmin_shirley(anisotropic(0.1f, 0.6f))};
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 wo = kFrame.to_world(square_to_cosine_hemisphere(rng.next_vec2()));
+    const Vec3 wi = kFrame.to_world(square_to_cosine_hemisphere(rng.next_vec2()));
+    for (const MicrofacetLobe& lobe : lobes) {
+      const LobeEvaluation seen = evaluate_lobe(lobe, wo, wi);
+      EXPECT_LE(seen.f_cos.g, seen.pdf * kRounding + kTiny);
+    }
+    for (const float roughness : {0.0f, 0.1f, 1.0f}) {
+      const LobeEvaluation seen = evaluate_lobe(make_velvet(kTestNormal, roughness), wo, wi);
+      EXPECT_LE(seen.f_cos.g, seen.pdf * kRounding + kTiny) << roughness;
+    }
+  }
 }
 
 TEST(Lobe, RefractionSamplersFollowTheirDensityBothWays) {
@@ -173,6 +234,8 @@ TEST(Lobe, DensitiesIntegrateToAtMostOne) {
     EXPECT_NEAR(integral(LambertLobe{kTestNormal}), 1.0, 1e-3);
     EXPECT_NEAR(integral(make_sheen(kTestNormal, wo, 0.6f).lobe), 1.0, 1e-3);
     for (float roughness : {0.3f, 1.0f}) {
+      EXPECT_LT(integral(make_velvet(kTestNormal, roughness)), 1.001);
+      EXPECT_LT(integral(ashikhmin_shirley(reflection(roughness))), 1.001);
       EXPECT_LT(integral(reflection(roughness)), 1.001);
       EXPECT_LT(integral(glass(roughness, 1.5f)), 1.001);
       EXPECT_LT(integral(glass(roughness, 1.0f / 1.5f)), 1.001);
@@ -209,6 +272,7 @@ TEST(Lobe, MicrofacetsAreReciprocal) {
   EXPECT_LT(asymmetry(glass(0.6f, 1.5f), false), 1e-3);
   EXPECT_LT(asymmetry(with_film(anisotropic(0.1f, 0.5f), FresnelModel::FILM_ON_METAL), false), 1e-3);
   EXPECT_LT(asymmetry(with_film(glass(0.6f, 1.5f), FresnelModel::FILM_ON_DIELECTRIC), false), 1e-3);
+  EXPECT_LT(asymmetry(ashikhmin_shirley(anisotropic(0.1f, 0.5f)), false), 1e-3);
   EXPECT_LT(asymmetry(glass(0.6f, 1.5f), true), 0.02);       // rounding, near the critical angle
   EXPECT_GT(asymmetry(glass(0.6f, 1.5f), true, 0.0f), 0.1);  // planted bug: no eta^2
 }
@@ -226,6 +290,14 @@ double asymmetry_of_reflection(const Make& make) {
     worst = std::max(worst, std::abs(forth - reverse) / (forth + reverse + 1e-3));
   }
   return worst;
+}
+
+TEST(Lobe, VelvetIsReciprocal) {
+  for (const float roughness : {0.2f, 1.0f})
+    EXPECT_LT(asymmetry_of_reflection([=](Vec3) { return make_velvet(kTestNormal, roughness); }), 1e-3) << roughness;
+  // Planted bug: walls that lean over by what lies opposite of the viewer.
+  const auto leaning = [](Vec3 wo) { return make_velvet(kTestNormal, dot(kTestNormal, wo)); };
+  EXPECT_GT(asymmetry_of_reflection(leaning), 1e-3);
 }
 
 TEST(Lobe, DiffuseLobesAreReciprocal) {
