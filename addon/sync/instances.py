@@ -19,7 +19,7 @@ from .instance_values import item_values, may_follow_moves, object_values
 from .lamp_table import KeptLamps, LampTable, edited_lamps
 from .light_groups import group_of_object
 from .light_linking import LightLinks
-from .lights import is_portal
+from .lights import is_portal, wants_shadow_caustics
 from .materials import MaterialTable, TreeUses
 from .mesh_table import KeptMeshes, MeshTable, PlacedMesh
 from .particle_values import with_particle_values
@@ -399,6 +399,10 @@ class InstanceSync:
         if is_portal(obj.data):
             self._report.warn(f"Light '{obj.name}': portals are not supported, it is left out")
             return None
+        if wants_shadow_caustics(obj.data):
+            self._report.warn(
+                f"Light '{obj.name}': Shadow Caustics are not supported, only scattered rays find its light behind glass"
+            )
         visibility = self._visibility(obj, instancer)[0]
         return Lamp(obj.name, visibility, key, light_group=group_of_object(obj, instancer, self._light_groups))
 

@@ -30,6 +30,11 @@ def is_portal(light: bpy.types.Light) -> bool:
     return light.type == "AREA" and versions.cycles_setting(light, "is_portal", False)
 
 
+def wants_shadow_caustics(light: bpy.types.Light) -> bool:
+    """Whether Cycles would look for its light in the shadows of glass by manifold walks."""
+    return bool(versions.cycles_setting(light, "is_caustics_light", False))
+
+
 def light_call(light: bpy.types.Light, matrix: NDArray[np.float64]) -> LightCall | None:
     """The builder call for a lamp placed by `matrix` (4, 4); None for one that sends nothing because its area, or the
     space its cone is measured in, is flattened away."""

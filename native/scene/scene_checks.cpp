@@ -112,7 +112,10 @@ void check_camera(const Camera& camera, const std::string& name) {
   const Checker check{name};
   check_transform(name, "matrix", camera.camera_to_world);
   if (is_singular(camera.camera_to_world)) {
-    check.fail("determinant of its matrix", camera.camera_to_world.determinant(), "different from 0");
+    const float determinant = camera.camera_to_world.determinant();
+    if (determinant == 0.0f) check.fail("determinant of its matrix", determinant, "different from 0");
+    const float distance = length(camera.camera_to_world.translation);
+    check.fail("distance from the origin", distance, "small enough for its matrix to be inverted");
   }
   check.range("window width", camera.left, camera.right);
   check.range("window height", camera.bottom, camera.top);

@@ -20,6 +20,12 @@ def toggle_portal() -> None:
     lamp.update_tag()
 
 
+def toggle_caustics() -> None:
+    lamp = bpy.data.lights["SUN Lamp"]
+    lamp.cycles.is_caustics_light = not lamp.cycles.is_caustics_light
+    lamp.update_tag()
+
+
 def toggle_node(name: str = "Material 1") -> None:
     """A texture without an image."""
     nodes, links = (tree := bpy.data.materials[name].node_tree).nodes, tree.links
@@ -43,6 +49,7 @@ def toggle_mesh() -> None:
 CAUSES: dict[str, Callable[[], None]] = {
     "a lamp without size": toggle_lamp,
     "a portal": toggle_portal,
+    "shadow caustics": toggle_caustics,
     "a texture without an image": toggle_node,
     "a flattened object": toggle_flatness,
     "coordinates that are too large": toggle_mesh,

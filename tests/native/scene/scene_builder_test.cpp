@@ -334,6 +334,12 @@ TEST(SceneBuilder, CamerasAreChecked) {
   EXPECT_TRUE(contains(set([](Camera& c) { c.aperture_radius = 1.0f, c.focus_distance = 0.0f; }), "focus distance"));
   EXPECT_TRUE(contains(set([](Camera& c) { c.aperture_ratio = 0.0f; }), "aperture ratio is 0"));
   EXPECT_TRUE(contains(set([](Camera& c) { c.camera_to_world.row_x.x = 0.0f; }), "determinant of its matrix is 0"));
+  const auto far_away = [](Camera& c) {
+    c.camera_to_world.row_x = {0.6f, 0.8f, 0.0f};
+    c.camera_to_world.row_y = {0.8f, -0.6f, 0.0f};
+    c.camera_to_world.translation = {3e38f, 3e38f, 0.0f};
+  };
+  EXPECT_TRUE(contains(set(far_away), "distance from the origin is"));
   EXPECT_TRUE(contains(set([](Camera& c) { c.camera_to_world.translation.x = kNan; }), "matrix row 1 column 4"));
 }
 
