@@ -401,7 +401,7 @@ class InstanceSync:
             return None
         if wants_shadow_caustics(obj.data):
             self._report.warn(
-                f"Light '{obj.name}': Shadow Caustics are not supported, only scattered rays find its light behind glass"
+                f"Light '{obj.name}': Shadow Caustics are not supported: rays find its light behind glass by chance"
             )
         visibility = self._visibility(obj, instancer)[0]
         return Lamp(obj.name, visibility, key, light_group=group_of_object(obj, instancer, self._light_groups))
