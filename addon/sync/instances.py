@@ -19,7 +19,7 @@ from .instance_values import item_values, may_follow_moves, object_values
 from .lamp_table import KeptLamps, LampTable, edited_lamps
 from .light_groups import group_of_object
 from .light_linking import LightLinks
-from .lights import is_portal, wants_shadow_caustics
+from .lights import wants_shadow_caustics
 from .materials import MaterialTable, TreeUses
 from .mesh_table import KeptMeshes, MeshTable, PlacedMesh
 from .particle_values import with_particle_values
@@ -247,7 +247,7 @@ class InstanceSync:
         if not is_same_list or not (self.meshes.knows_attributes and self._knows_values and self._knows_materials):
             return None
         edited = edited_lamps(self._depsgraph, kept.lamps, self._changes, matrices)
-        if edited is None or any(kept.links.has(key[0]) or is_portal(obj.data) for key, obj in edited.items()):
+        if edited is None or any(kept.links.has(key[0]) for key in edited):
             return None
         lamps = {key: self._prototype(obj, None, key) for key, obj in edited.items()}
         if self._links:
@@ -396,9 +396,6 @@ class InstanceSync:
         )
 
     def _lamp(self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey) -> Lamp | None:
-        if is_portal(obj.data):
-            self._report.warn(f"Light '{obj.name}': portals are not supported, it is left out")
-            return None
         if wants_shadow_caustics(obj.data):
             self._report.warn(
                 f"Light '{obj.name}': Shadow Caustics are not supported: rays find its light behind glass by chance"

@@ -117,6 +117,7 @@ def _area(light: bpy.types.Light, matrix: NDArray[np.float64]) -> LightCall | No
             "radiance": tuple(radiance),
             "ellipse": ellipse,
             "spread": light.spread,
+            "portal": is_portal(light),
         },
     )
 

@@ -337,8 +337,9 @@ int add_sun_light(SceneBuilder& builder, const std::string& name, const Color& d
 
 int add_area_light(SceneBuilder& builder, const std::string& name, const Color& center, const Color& edge_u,
                    const Color& edge_v, const Color& normal, const Color& radiance, bool ellipse, float spread,
-                   const py::kwargs& common) {
-  AreaLight area{to_vec3(center), to_vec3(edge_u), to_vec3(edge_v), to_vec3(normal), ellipse, to_rgb(radiance), spread};
+                   bool portal, const py::kwargs& common) {
+  AreaLight area{to_vec3(center), to_vec3(edge_u),  to_vec3(edge_v), to_vec3(normal),
+                 ellipse,         to_rgb(radiance), spread,          portal};
   return add_light(builder, light_common(name, common), area);
 }
 
@@ -363,7 +364,8 @@ void bind_lights(py::class_<SceneBuilder>& builder) {
       .def("add_sun_light", &add_sun_light, py::arg("name"), py::arg("direction"), py::arg("angle"),
            py::arg("irradiance"))
       .def("add_area_light", &add_area_light, py::arg("name"), py::arg("center"), py::arg("edge_u"), py::arg("edge_v"),
-           py::arg("normal"), py::arg("radiance"), py::arg("ellipse") = false, py::arg("spread") = kPi)
+           py::arg("normal"), py::arg("radiance"), py::arg("ellipse") = false, py::arg("spread") = kPi,
+           py::arg("portal") = false)
       .def("remove_light", &SceneBuilder::remove_light, py::arg("handle"))
       .def("clear_lights", &SceneBuilder::clear_lights);
 }

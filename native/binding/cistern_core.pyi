@@ -196,9 +196,11 @@ class SceneBuilder:
         radiance: Sequence[float],
         ellipse: bool = False,
         spread: float = 3.14159265,
+        portal: bool = False,
         **common,
     ) -> int:
-        """Edges are full lengths; emits along `normal` only. `radiance` on axis before the spread factor."""
+        """Edges are full lengths; emits along `normal` only. `radiance` on axis before the spread factor. A portal emits
+        nothing, but shows where the environment comes in."""
     def set_environment(
         self,
         material: int,

@@ -7,6 +7,7 @@
 #include "lights/lamp_bvh.h"
 #include "lights/lamp_shapes.h"
 #include "lights/linked_choice.h"
+#include "lights/portals.h"
 #include "lights/spherical_triangle.h"
 #include "shading/displaced_normal.h"
 #include "shading/material.h"
@@ -36,7 +37,7 @@ std::vector<SceneLamp> emitting_lamps(const Scene& scene) {
   std::vector<SceneLamp> lamps;
   for (uint32_t i = 0; i < scene.lights.size(); ++i) {
     const Light& light = scene.lights[i];
-    if (light.removed) continue;
+    if (light.removed || is_portal(light)) continue;
     SceneLamp lamp{make_lamp(light), i, false, {}};
     lamp.object.object_to_world = light.object_to_world;
     if (light.material >= 0) {
@@ -103,6 +104,7 @@ struct LightSet::Impl {
   std::vector<SceneLamp> lamps;
   EmissiveTriangles triangles;
   std::optional<EnvironmentSampler> environment;
+  Portals portals;  // none where samples may be the only ones of a direction
   LinkedChoice choice;
   LampBvh bvh;                      // of the lamps that scattered rays can meet
   std::vector<uint32_t> wide_suns;  // suns that scattered rays can meet
@@ -122,7 +124,10 @@ struct LightSet::Impl {
                                              const PathState& path) const;
   std::optional<IncidentLight> evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
                                                  const PathState& path, const RayCone& cone, const Accel* accel) const;
-  std::optional<IncidentLight> evaluate_environment_sample(Vec2 uv, const PathState& path) const;
+  /// Share of the environment's samples that go through portals.
+  float portal_share(Vec3 receiver) const;
+  float environment_pdf(Vec3 direction, Vec3 receiver) const;
+  std::optional<IncidentLight> evaluate_environment_sample(Vec2 uv, Vec3 receiver, const PathState& path) const;
   void add_hit(uint32_t emitter, const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const;
 };
 
@@ -243,13 +248,37 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
   return result;
 }
 
-std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv, const PathState& path) const {
-  const EnvironmentSampler::Sample sample = environment->sample(uv);
+float LightSet::Impl::portal_share(Vec3 receiver) const {
+  constexpr float kShare = 0.5f;  // what a map knows that is not even, a portal does not
+  if (portals.is_empty() || !portals.can_light(receiver)) return 0.0f;
+  return environment->is_uniform() ? 1.0f : kShare;
+}
+
+float LightSet::Impl::environment_pdf(Vec3 direction, Vec3 receiver) const {
+  const float share = portal_share(receiver);
+  if (share == 0.0f) return environment->pdf(direction);
+  const float of_map = share < 1.0f ? (1.0f - share) * environment->pdf(direction) : 0.0f;
+  return share * portals.pdf(direction, receiver) + of_map;
+}
+
+std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv, Vec3 receiver,
+                                                                         const PathState& path) const {
   IncidentLight light;
-  light.wi = sample.direction;
+  const float share = portal_share(receiver);
+  if (uv.x < share) {
+    const std::optional<Vec3> direction = portals.sample({std::min(uv.x / share, kOneMinusEpsilon), uv.y}, receiver);
+    if (!direction) return std::nullopt;
+    light.wi = *direction;
+    light.pdf = environment_pdf(light.wi, receiver);
+    if (!(light.pdf > 0.0f)) return std::nullopt;  // by rounding beside the portal's edge
+  } else {
+    const float rest = share > 0.0f ? std::min((uv.x - share) / (1.0f - share), kOneMinusEpsilon) : uv.x;
+    const EnvironmentSampler::Sample sample = environment->sample({rest, uv.y});
+    light.wi = sample.direction;
+    light.pdf = share > 0.0f ? environment_pdf(light.wi, receiver) : sample.pdf;
+  }
   light.distance = INFINITY;
-  light.radiance = evaluate_environment(*scene, sample.direction, path);
-  light.pdf = sample.pdf;
+  light.radiance = evaluate_environment(*scene, light.wi, path);
   light.visibility = scene->environment.visibility;
   if (is_black(light.radiance)) return std::nullopt;
   return light;
@@ -274,6 +303,9 @@ LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling, E
   impl->scene = std::move(scene);
   impl->lamps = emitting_lamps(*impl->scene);
   impl->triangles = EmissiveTriangles(*impl->scene);
+  if (density == EnvironmentDensity::COMPENSATED) impl->portals = Portals(impl->scene->lights);
+  // Even light, too, is found through portals better than by the BSDF.
+  if (!impl->portals.is_empty()) density = EnvironmentDensity::COMPLETE;
   impl->environment = EnvironmentSampler::build(*impl->scene, density);
   impl->prepare_choice(sampling);
   impl->prepare_intersection();
@@ -286,8 +318,8 @@ size_t LightSet::emitter_count() const { return impl_->emitter_count(); }
 
 size_t LightSet::memory_bytes() const {
   return sizeof(Impl) + impl_->lamps.capacity() * sizeof(SceneLamp) + impl_->triangles.memory_bytes() +
-         impl_->choice.memory_bytes() + impl_->bvh.memory_bytes() + impl_->wide_suns.capacity() * sizeof(uint32_t) +
-         (impl_->environment ? impl_->environment->memory_bytes() : 0);
+         impl_->portals.memory_bytes() + impl_->choice.memory_bytes() + impl_->bvh.memory_bytes() +
+         impl_->wide_suns.capacity() * sizeof(uint32_t) + (impl_->environment ? impl_->environment->memory_bytes() : 0);
 }
 
 std::optional<LightSet::Choice> LightSet::choose(Vec3 position, Vec3 n, double u_choice, Vec2 u_emitter,
@@ -332,7 +364,7 @@ std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 
     const EmissiveTriangle& t = impl_->triangles[sample.emitter - impl_->first_triangle()];
     return impl_->evaluate_triangle(t, sample.uv, position, path, cone, accel);
   }
-  return impl_->evaluate_environment_sample(sample.uv, path);
+  return impl_->evaluate_environment_sample(sample.uv, position, path);
 }
 
 std::optional<uint32_t> LightSet::emitter_of(uint32_t instance, uint32_t triangle) const {
@@ -368,8 +400,8 @@ std::optional<uint32_t> LightSet::environment_emitter() const {
   return static_cast<uint32_t>(impl_->environment_index());
 }
 
-float LightSet::environment_pdf(Vec3 direction) const {
-  return impl_->environment ? impl_->environment->pdf(direction) : 0.0f;
+float LightSet::environment_pdf(Vec3 direction, Vec3 receiver) const {
+  return impl_->environment ? impl_->environment_pdf(direction, receiver) : 0.0f;
 }
 
 void LightSet::intersect_lamps(const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const {

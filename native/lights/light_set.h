@@ -105,10 +105,10 @@ class LightSet {
     uint32_t instance, triangle;
   };
   std::optional<Triangle> triangle_of(uint32_t emitter) const;
-  /// The environment as an emitter, none where it is not sampled (see EnvironmentDensity); and the density of a
-  /// direction per solid angle.
+  /// The environment as an emitter, none where it is not sampled (see EnvironmentDensity); and the density per solid
+  /// angle of a direction from `receiver`, which may be in front of portals.
   std::optional<uint32_t> environment_emitter() const;
-  float environment_pdf(Vec3 direction) const;
+  float environment_pdf(Vec3 direction, Vec3 receiver) const;
 
   /// All lamps with an extent that the ray crosses before `ray.t_max`, that light `path.light_set`, that rays of
   /// `path.ray_kind` may see and

@@ -48,6 +48,8 @@ struct AreaLight {
   bool is_ellipse = false;
   Rgb radiance;        // on axis before the spread factor
   float spread = kPi;  // full angle in radians; pi = Lambertian emitter
+  bool is_portal =
+      false;  // emits nothing; lets light samples look for the environment through it, to where `normal` points
   friend bool operator==(const AreaLight&, const AreaLight&) = default;
 };
 

@@ -157,7 +157,8 @@ inline void Walk<Kind>::add_environment() {
   if (context_.record_seen && sees_film_) see_environment();
   const std::optional<uint32_t> emitter = context_.lights.environment_emitter();
   // Asked for first: it comes from far away in memory, and is needed last.
-  const float pdf = emitter && mis_receiver_ ? context_.lights.environment_pdf(ray_.direction) : 0.0f;
+  const float pdf =
+      emitter && mis_receiver_ ? context_.lights.environment_pdf(ray_.direction, mis_receiver_->position) : 0.0f;
   const Rgb radiance = evaluate_environment(context_.scene, ray_.direction, state_);
   if (is_black(radiance)) return;
   if (!features_done_ && state_.depth > 0) record_.albedo = throughput_.smooth * min(radiance, Rgb(1.0f));

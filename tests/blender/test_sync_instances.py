@@ -123,13 +123,6 @@ def test_meshes_without_polygons_and_bare_curves_show_nothing(camera_scene, reco
     assert report.warnings == []
 
 
-def test_grease_pencil_is_left_to_blender(camera_scene, recorded_sync) -> None:
-    """It draws it itself, over the picture of any engine; tests/gui/final_renders.py looks at that."""
-    bpy.ops.object.grease_pencil_add(type="STROKE")
-    builder, report = recorded_sync()
-    assert not builder.of("add_instances") and not report.warnings
-
-
 def test_meshes_that_nodes_make_of_curves(camera_scene, recorded_sync) -> None:
     """Such an object is shown once for each kind of geometry, under one address in turn."""
     tree = bpy.data.node_groups.new("Both", "GeometryNodeTree")

@@ -71,15 +71,11 @@ def test_an_edited_lamp_costs_no_look_at_every_item(watched, name, monkeypatch) 
     watched.expect_truth()
 
 
-def become_portal() -> None:
-    bpy.data.lights["AREA Lamp"].cycles.is_portal = True
-
-
 LARGER_EDITS = {
     "lamp inside an instance": lambda: setattr(bpy.data.lights["Inner Lamp"], "energy", 77.0),
     "lamp hidden": lambda: bpy.data.objects["POINT Lamp"].hide_set(True),
     "lamp out of viewports": lambda: setattr(bpy.data.objects["POINT Lamp"], "hide_viewport", True),
-    "lamp becomes a portal": become_portal,
+    "lamp becomes a portal": lambda: setattr(bpy.data.lights["AREA Lamp"].cycles, "is_portal", True),
     "lamp gets other data": lambda: setattr(bpy.data.objects["POINT Lamp"], "data", bpy.data.lights["SUN Lamp"]),
 }
 

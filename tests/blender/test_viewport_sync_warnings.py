@@ -14,12 +14,6 @@ def toggle_lamp() -> None:
     lamp.size = 0.0 if lamp.size else 1.0
 
 
-def toggle_portal() -> None:
-    lamp = bpy.data.lights["AREA Lamp"]
-    lamp.cycles.is_portal = not lamp.cycles.is_portal
-    lamp.update_tag()
-
-
 def toggle_caustics() -> None:
     lamp = bpy.data.lights["SUN Lamp"]
     lamp.cycles.is_caustics_light = not lamp.cycles.is_caustics_light
@@ -48,7 +42,6 @@ def toggle_mesh() -> None:
 
 CAUSES: dict[str, Callable[[], None]] = {
     "a lamp without size": toggle_lamp,
-    "a portal": toggle_portal,
     "shadow caustics": toggle_caustics,
     "a texture without an image": toggle_node,
     "a flattened object": toggle_flatness,

@@ -31,7 +31,7 @@ def add(operator: Callable, at: Place, scale: Place | float = 1.0, material: dic
     thing.scale = (scale,) * 3 if isinstance(scale, float) else scale
     thing.data.materials.append(painted(**(material or {"Base Color": GREY, "Roughness": 0.5})))
     if operator is not bpy.ops.mesh.primitive_cube_add:
-        bpy.ops.object.shade_smooth()
+        thing.data.shade_smooth()  # the operator would smooth the cubes, too
     return thing
 
 
@@ -183,6 +183,22 @@ def window_sky() -> None:
     sky_world()
 
 
+def add_portal() -> None:
+    """In the window; light comes in along -x."""
+    lamp("AREA", (4.05, 0, 1.7), 1.0, (0, pi / 2, 0), shape="RECTANGLE", size=1.4, size_y=2.0)
+    bpy.data.lights[-1].cycles.is_portal = True
+
+
+def portal_world() -> None:
+    window_world()
+    add_portal()
+
+
+def portal_sky() -> None:
+    window_sky()
+    add_portal()
+
+
 def nine_lamps() -> None:
     room(has_window=False)
     for x in (-2, 0, 2):
@@ -203,5 +219,7 @@ SCENES: dict[str, Callable[[], None]] = {
     "glass_ball": glass_ball,
     "window_world": window_world,
     "window_sky": window_sky,
+    "portal_world": portal_world,
+    "portal_sky": portal_sky,
     "nine_lamps": nine_lamps,
 }

@@ -208,7 +208,7 @@ TEST(LightSet, RaysAndSamplesAgree) {
     } else {
       ++skies;
       // Directions on the edge of a texel may be looked up in its neighbour, by rounding.
-      strays += std::abs(lights.environment_pdf(light->wi) / light->pdf - 1.0f) > 1e-3f;
+      strays += std::abs(lights.environment_pdf(light->wi, r.position) / light->pdf - 1.0f) > 1e-3f;
     }
   }
   EXPECT_LT(lost, 20);

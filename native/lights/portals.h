@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "lights/lamp_shapes.h"
+
+namespace cistern {
+
+bool is_portal(const Light& light);
+
+/// Openings through which the environment lights an interior: area lamps that emit nothing and show where to look.
+/// Directions are sampled evenly over one of the openings that a receiver is in front of, chosen about in proportion to
+/// the solid angle it is seen under. What lies in the way is for shadow rays to find.
+class Portals {
+ public:
+  Portals() = default;
+  explicit Portals(std::span<const Light> lights);
+
+  bool is_empty() const { return portals_.empty(); }
+  size_t memory_bytes() const { return portals_.capacity() * sizeof(AreaLamp); }
+
+  /// Whether a portal faces the receiver; the others ask for that.
+  bool can_light(Vec3 receiver) const;
+  /// Unit direction from the receiver, away from the scene. Empty where rounding puts the receiver into the portal.
+  std::optional<Vec3> sample(Vec2 uv, Vec3 receiver) const;
+  /// Density of `sample` per solid angle.
+  float pdf(Vec3 direction, Vec3 receiver) const;
+
+ private:
+  /// Sum of `weight` over all portals.
+  float total_weight(Vec3 receiver) const;
+
+  std::vector<AreaLamp> portals_;
+};
+
+}  // namespace cistern
