@@ -30,8 +30,8 @@ def add(operator: Callable, at: Place, scale: Place | float = 1.0, material: dic
     thing = bpy.context.object
     thing.scale = (scale,) * 3 if isinstance(scale, float) else scale
     thing.data.materials.append(painted(**(material or {"Base Color": GREY, "Roughness": 0.5})))
-    if operator is not bpy.ops.mesh.primitive_cube_add:
-        thing.data.shade_smooth()  # the operator would smooth the cubes, too
+    if operator.idname_py() != "mesh.primitive_cube_add":
+        bpy.ops.object.shade_smooth()
     return thing
 
 
