@@ -67,13 +67,14 @@ def test_light_through_a_window(empty_scene: bpy.types.Scene, world: str, preset
 
 
 def test_portals_that_cover_parts_beside_a_lamp(empty_scene: bpy.types.Scene) -> None:
-    """One is half of the window and round, one lies behind the wall, and the lamp has samples too."""
+    """One is half of the window and round, one lies behind the wall, and the lamp has samples too. With six replicas of
+    48 samples these seeds are a false alarm; of 12 with 64, no block differs from the picture without portals."""
     add_room(empty_scene)
     varied_world(empty_scene)
     add_portal(empty_scene, shape="ELLIPSE", size=0.8, size_y=0.5)
     add_portal(empty_scene, x=-HALF - 0.1)
     build.add_light(empty_scene, "POINT", (0.5, 1.2, 2.0), energy=8.0, shadow_soft_size=0.2)
-    result = compare_with_cycles(empty_scene)
+    result = compare_with_cycles(empty_scene, count=12)
     assert result.agrees, result
 
 
