@@ -21,7 +21,7 @@ class Portals {
   bool is_empty() const { return portals_.empty(); }
   size_t memory_bytes() const { return portals_.capacity() * sizeof(AreaLamp); }
 
-  /// Whether a portal faces the receiver; the others ask for that.
+  /// Whether a portal faces the receiver: else there is nothing to sample.
   bool can_light(Vec3 receiver) const;
   /// Unit direction from the receiver, away from the scene. Empty where rounding puts the receiver into the portal.
   std::optional<Vec3> sample(Vec2 uv, Vec3 receiver) const;
