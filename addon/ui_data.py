@@ -101,9 +101,14 @@ class CISTERN_LIGHT_PT_settings(LightPanel, Panel):
         return super().poll(context) and hasattr(context.light, "cycles")
 
     def draw(self, context: Context) -> None:
-        layout = split_layout(self)
-        layout.prop(context.light.cycles, "max_bounces")
-        layout.prop(context.light.cycles, "use_multiple_importance_sampling", text="Multiple Importance")
+        layout, light = split_layout(self), context.light
+        is_area = light.type == "AREA"
+        emission = layout.column()
+        emission.active = not (is_area and light.cycles.is_portal)
+        emission.prop(light.cycles, "max_bounces")
+        emission.prop(light.cycles, "use_multiple_importance_sampling", text="Multiple Importance")
+        if is_area:
+            layout.prop(light.cycles, "is_portal", text="Portal")
 
 
 class CISTERN_LIGHT_PT_nodes(LightPanel, Panel):

@@ -397,9 +397,8 @@ class InstanceSync:
 
     def _lamp(self, obj: bpy.types.Object, instancer: bpy.types.Object | None, key: PrototypeKey) -> Lamp | None:
         if wants_shadow_caustics(obj.data):
-            self._report.warn(
-                f"Light '{obj.name}': Shadow Caustics are not supported: rays find its light behind glass by chance"
-            )
+            found = "only scattered rays find its light behind glass, and none of a lamp without size"
+            self._report.warn(f"Light '{obj.name}': Shadow Caustics are not supported, {found}")
         visibility = self._visibility(obj, instancer)[0]
         return Lamp(obj.name, visibility, key, light_group=group_of_object(obj, instancer, self._light_groups))
 

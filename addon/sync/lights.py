@@ -32,7 +32,7 @@ def is_portal(light: bpy.types.Light) -> bool:
 
 def wants_shadow_caustics(light: bpy.types.Light) -> bool:
     """Whether Cycles would look for its light in the shadows of glass by manifold walks."""
-    return bool(versions.cycles_setting(light, "is_caustics_light", False))
+    return not is_portal(light) and bool(versions.cycles_setting(light, "is_caustics_light", False))
 
 
 def light_call(light: bpy.types.Light, matrix: NDArray[np.float64]) -> LightCall | None:

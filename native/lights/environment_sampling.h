@@ -34,9 +34,6 @@ class EnvironmentSampler {
   /// Density of `sample` per solid angle; positive everywhere.
   float pdf(Vec3 direction) const;
 
-  /// Whether all directions are as likely.
-  bool is_uniform() const { return width_ == 0 && suns_.empty(); }
-
   /// Luminance that the samples are for, averaged over all directions.
   float mean_radiance() const { return mean_radiance_; }
   size_t memory_bytes() const { return rows_.memory_bytes() + texels_.memory_bytes(); }

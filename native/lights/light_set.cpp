@@ -104,7 +104,8 @@ struct LightSet::Impl {
   std::vector<SceneLamp> lamps;
   EmissiveTriangles triangles;
   std::optional<EnvironmentSampler> environment;
-  Portals portals;  // none where samples may be the only ones of a direction
+  Portals portals;                    // none where samples may be the only ones of a direction
+  bool is_for_portals_alone = false;  // are samples of the environment
   LinkedChoice choice;
   LampBvh bvh;                      // of the lamps that scattered rays can meet
   std::vector<uint32_t> wide_suns;  // suns that scattered rays can meet
@@ -250,15 +251,14 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
 
 float LightSet::Impl::portal_share(Vec3 receiver) const {
   constexpr float kShare = 0.5f;  // what a map knows that is not even, a portal does not
-  if (portals.is_empty() || !portals.can_light(receiver)) return 0.0f;
-  return environment->is_uniform() ? 1.0f : kShare;
+  if (is_for_portals_alone) return 1.0f;
+  return portals.is_empty() || !portals.can_light(receiver) ? 0.0f : kShare;
 }
 
 float LightSet::Impl::environment_pdf(Vec3 direction, Vec3 receiver) const {
   const float share = portal_share(receiver);
-  if (share == 0.0f) return environment->pdf(direction);
-  const float of_map = share < 1.0f ? (1.0f - share) * environment->pdf(direction) : 0.0f;
-  return share * portals.pdf(direction, receiver) + of_map;
+  const float of_portals = share > 0.0f ? share * portals.pdf(direction, receiver) : 0.0f;
+  return of_portals + (share < 1.0f ? (1.0f - share) * environment->pdf(direction) : 0.0f);
 }
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv, Vec3 receiver,
@@ -269,13 +269,15 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv
     const std::optional<Vec3> direction = portals.sample({std::min(uv.x / share, kOneMinusEpsilon), uv.y}, receiver);
     if (!direction) return std::nullopt;
     light.wi = *direction;
-    light.pdf = environment_pdf(light.wi, receiver);
-    if (!(light.pdf > 0.0f)) return std::nullopt;  // by rounding beside the portal's edge
+    const float pdf = portals.pdf(light.wi, receiver);
+    if (!(pdf > 0.0f)) return std::nullopt;  // by rounding beside the portal's edge
+    light.pdf = share * pdf + (share < 1.0f ? (1.0f - share) * environment->pdf(light.wi) : 0.0f);
   } else {
     const float rest = share > 0.0f ? std::min((uv.x - share) / (1.0f - share), kOneMinusEpsilon) : uv.x;
     const EnvironmentSampler::Sample sample = environment->sample({rest, uv.y});
     light.wi = sample.direction;
-    light.pdf = share > 0.0f ? environment_pdf(light.wi, receiver) : sample.pdf;
+    // The sampler's own density: by rounding, a direction that it found in a sun may lie beside it.
+    light.pdf = (1.0f - share) * sample.pdf + (share > 0.0f ? share * portals.pdf(light.wi, receiver) : 0.0f);
   }
   light.distance = INFINITY;
   light.radiance = evaluate_environment(*scene, light.wi, path);
@@ -303,10 +305,13 @@ LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling, E
   impl->scene = std::move(scene);
   impl->lamps = emitting_lamps(*impl->scene);
   impl->triangles = EmissiveTriangles(*impl->scene);
-  if (density == EnvironmentDensity::COMPENSATED) impl->portals = Portals(impl->scene->lights);
-  // Even light, too, is found through portals better than by the BSDF.
-  if (!impl->portals.is_empty()) density = EnvironmentDensity::COMPLETE;
   impl->environment = EnvironmentSampler::build(*impl->scene, density);
+  if (density == EnvironmentDensity::COMPENSATED) impl->portals = Portals(impl->scene->lights);
+  if (!impl->environment && !impl->portals.is_empty()) {
+    // Even light is looked for by portals, and elsewhere left to the BSDF.
+    impl->environment = EnvironmentSampler::build(*impl->scene, EnvironmentDensity::COMPLETE);
+    impl->is_for_portals_alone = true;
+  }
   impl->prepare_choice(sampling);
   impl->prepare_intersection();
   impl_ = std::move(impl);

@@ -16,11 +16,6 @@ float weight(const AreaLamp& portal, Vec3 receiver) {
 
 }  // namespace
 
-bool is_portal(const Light& light) {
-  const auto* area = std::get_if<AreaLight>(&light.shape);
-  return area && area->is_portal;
-}
-
 Portals::Portals(std::span<const Light> lights) {
   for (const Light& light : lights) {
     if (light.removed || !is_portal(light)) continue;

@@ -8,8 +8,6 @@
 
 namespace cistern {
 
-bool is_portal(const Light& light);
-
 /// Openings through which the environment lights an interior: area lamps that emit nothing and show where to look.
 /// Directions are sampled evenly over one of the openings that a receiver is in front of, chosen about in proportion to
 /// the solid angle it is seen under. What lies in the way is for shadow rays to find.

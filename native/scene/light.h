@@ -48,8 +48,8 @@ struct AreaLight {
   bool is_ellipse = false;
   Rgb radiance;        // on axis before the spread factor
   float spread = kPi;  // full angle in radians; pi = Lambertian emitter
-  bool is_portal =
-      false;  // emits nothing; lets light samples look for the environment through it, to where `normal` points
+  /// Emits nothing: light samples look for the environment through it, for those whom `normal` points to.
+  bool is_portal = false;
   friend bool operator==(const AreaLight&, const AreaLight&) = default;
 };
 
@@ -68,5 +68,10 @@ struct Light {
   uint64_t key = 0;  // the same in all snapshots that show this lamp; 0: known by its handle
   friend bool operator==(const Light&, const Light&) = default;
 };
+
+inline bool is_portal(const Light& light) {
+  const auto* area = std::get_if<AreaLight>(&light.shape);
+  return area && area->is_portal;
+}
 
 }  // namespace cistern

@@ -17,9 +17,10 @@ inline float phong_exponent(float alpha) { return std::max(2.0f / sqr(alpha) - 2
 /// Per solid angle of h; not one of microfacets, which would integrate to 1 over their projected area.
 inline float ashikhmin_shirley_density(GgxAlpha alpha, Vec3 h) {
   const float x = phong_exponent(alpha.x), y = phong_exponent(alpha.y);
-  const float sin2 = sqr(h.x) + sqr(h.y);
+  const float sin2 = std::min(sqr(h.x) + sqr(h.y), 1.0f);
   const float exponent = sin2 > 0.0f ? (x * sqr(h.x) + y * sqr(h.y)) / sin2 : 0.0f;
-  return 0.5f * kInvPi * std::sqrt((x + 1.0f) * (y + 1.0f)) * std::pow(h.z, exponent);
+  // By the sine: next to 1, single precision has no cosines for sharp lobes.
+  return 0.5f * kInvPi * std::sqrt((x + 1.0f) * (y + 1.0f)) * std::exp(0.5f * exponent * std::log1p(-sin2));
 }
 
 inline Vec3 sample_ashikhmin_shirley(GgxAlpha alpha, Vec2 u) {
@@ -28,9 +29,9 @@ inline Vec3 sample_ashikhmin_shirley(GgxAlpha alpha, Vec2 u) {
   const Vec2 azimuth{turn.cosine * std::sqrt(y + 1.0f), turn.sine * std::sqrt(x + 1.0f)};
   const float scale = 1.0f / std::sqrt(sqr(azimuth.x) + sqr(azimuth.y));
   const float cosine = azimuth.x * scale, sine = azimuth.y * scale;
-  const float z = std::pow(1.0f - u.y, 1.0f / (x * sqr(cosine) + y * sqr(sine) + 1.0f));
-  const float r = safe_sqrt(1.0f - sqr(z));
-  return {r * cosine, r * sine, z};
+  const float log_z = std::log1p(-u.y) / (x * sqr(cosine) + y * sqr(sine) + 1.0f);
+  const float r = std::sqrt(-std::expm1(2.0f * log_z));
+  return {r * cosine, r * sine, std::exp(log_z)};
 }
 
 }  // namespace cistern

@@ -444,6 +444,10 @@ Rgb bsdf_albedo(const Bsdf& bsdf) {
       albedo += lobe.weight * hair_albedo(*hair, bsdf.wo);
       continue;
     }
+    if (const auto* velvet = std::get_if<VelvetLobe>(&lobe.model)) {
+      albedo += lobe.weight * velvet_albedo(*velvet, bsdf.wo);
+      continue;
+    }
     const MicrofacetLobe* microfacet = as_microfacet(lobe);
     albedo += microfacet ? lobe.weight * microfacet_albedo(*microfacet, bsdf.wo) : lobe.weight;
   }

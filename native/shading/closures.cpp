@@ -122,7 +122,9 @@ void add_toon(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, c
 void add_velvet(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoint& point) {
   const Rgb weight = non_negative(in[0].x * to_rgb(in[1]));
   if (is_negligible(weight)) return;
-  add_lobe(bsdf, make_velvet(closure_normal(in[3], point), clamp01(in[2].x)), weight, average(weight));
+  constexpr float kLeastAlbedo = 0.01f;  // for what the estimate leaves out
+  const VelvetLobe lobe = make_velvet(closure_normal(in[3], point), clamp01(in[2].x));
+  add_lobe(bsdf, lobe, weight, average(weight) * std::max(velvet_albedo(lobe, bsdf.wo), kLeastAlbedo));
 }
 
 enum class HairParametrization { ABSORPTION, MELANIN, COLOR };

@@ -8,8 +8,8 @@
 namespace cistern {
 
 // From closure instructions to lobes. `inputs` are the evaluated operands of a CLOSURE_* op and `parameters` its static
-// parameters, in the order of scene/op_table.cpp. The models are those of Cycles 5.0; departures: Beckmann and
-// Sheen is a fit (lobe_sheen.h).
+// parameters, in the order of scene/op_table.cpp. The models are those of Cycles 5.0; a
+// departure: sheen is a fit (lobe_sheen.h).
 
 /// Appends what the closure adds to `bsdf`: lobes, transparency, emission, holdout. `bsdf.ng` and `bsdf.wo` are set;
 /// `bsdf.ns` is set here. Lobes of negligible weight and those beyond Bsdf::kMaxLobes are left out.

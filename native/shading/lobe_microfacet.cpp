@@ -113,7 +113,7 @@ LobeEvaluation evaluate_ashikhmin_shirley(const MicrofacetLobe& lobe, const Vec3
   return {facet_fresnel(lobe, cos_d).reflectance * (lobe.energy_scale * density * i.z / std::max(o.z, i.z)), density};
 }
 
-/// Of a facet that reflects or refracts light towards `o`.
+/// Of a facet that reflects or refracts light towards `o`, or a half vector.
 Vec3 sample_normal(const MicrofacetLobe& lobe, const Vec3& o, Vec2 u) {
   const GgxAlpha alpha = alpha_of(lobe);
   switch (lobe.microfacets) {

@@ -7,9 +7,9 @@ namespace cistern {
 // GGX or Beckmann microfacets with height-correlated Smith masking [Heitz 2014], sampled by visible normals; reflection
 // and refraction after [Walter et al. 2007, eqs. 20 and 21] without the (eta)^2 by which radiance grows where it enters
 // a denser medium: as in Cycles, so that light loses nothing on the way in and out. Then f(a, b) = eta^2 f(b, a).
-// Or Ashikhmin and Shirley's reflection (ashikhmin_shirley.h), which keeps more of the light at grazing angles.
 // Density: that of the visible normal times the Jacobian of reflection or refraction times the probability of the
 // branch, which is its share of the Fresnel terms. Light lost between facets is returned by `energy_scale`.
+// Or Ashikhmin and Shirley's reflection (ashikhmin_shirley.h), by half vectors and their density.
 
 /// alpha_x * alpha_y at and below which the lobe is a delta lobe.
 inline constexpr float kDeltaAlphaProduct = 2e-10f;

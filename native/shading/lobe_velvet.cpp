@@ -9,6 +9,13 @@ VelvetLobe make_velvet(Vec3 n, float roughness) {
   return {n, std::max(roughness, kLeast)};
 }
 
+float velvet_albedo(const VelvetLobe& lobe, Vec3 wo) {
+  const float cosine = clamp01(dot(lobe.n, wo)), sine = safe_sqrt(1.0f - sqr(cosine));
+  // Walls that reflect light above the horizon lean over by at least (90 degrees - theta) / 2: as many as exp(-x).
+  const float x = (1.0f - sine) / ((1.0f + sine) * sqr(lobe.sigma));
+  return 0.972f / (1.0f + 3.79f * std::pow(x, 0.736f)) * std::exp(-1.06f * x);  // fitted to integrals
+}
+
 LobeEvaluation evaluate_lobe(const VelvetLobe& lobe, Vec3 wo, Vec3 wi) {
   const float cos_o = dot(lobe.n, wo), cos_i = dot(lobe.n, wi);
   if (cos_o <= 0.0f || cos_i <= 0.0f) return {};

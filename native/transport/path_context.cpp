@@ -39,7 +39,8 @@ bool scatter_kinds_matter(const Scene& scene, const PathLimits& limits) {
   const int least = std::min({limits.max_diffuse_bounces, limits.max_glossy_bounces, limits.max_transmission_bounces});
   if (least < limits.max_bounces || !limits.caustics_reflective || !limits.caustics_refractive) return true;
   const auto is_told = [](const auto& object) { return tells_kinds(object.visibility); };
-  if (std::ranges::any_of(scene.instances, is_told) || std::ranges::any_of(scene.lights, is_told)) return true;
+  const auto is_told_lamp = [&](const Light& light) { return is_told(light) && !is_portal(light); };
+  if (std::ranges::any_of(scene.instances, is_told) || std::ranges::any_of(scene.lights, is_told_lamp)) return true;
   if (is_told(scene.environment)) return true;
   return std::ranges::any_of(scene.materials,
                              [](const auto& material) { return material && material->reads_light_path; });
@@ -48,7 +49,7 @@ bool scatter_kinds_matter(const Scene& scene, const PathLimits& limits) {
 bool emitters_tell_kinds(const Scene& scene) {
   if (tells_kinds(scene.environment.visibility)) return true;
   const auto is_lamp = [](const Light& light) {
-    return !light.removed && light.use_mis && tells_kinds(light.visibility);
+    return !light.removed && light.use_mis && tells_kinds(light.visibility) && !is_portal(light);
   };
   const auto is_surface = [&](const Instance& instance) {
     return tells_kinds(instance.visibility) && may_emit(scene, instance);

@@ -2,6 +2,7 @@
 
 #include "shading/lobe_hair.h"
 #include "shading/lobe_microfacet.h"
+#include "shading/lobe_velvet.h"
 #include "shading/material.h"
 
 namespace cistern {
@@ -64,7 +65,11 @@ Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
       alpha += albedo * std::sqrt(model->alpha_x * model->alpha_y);
     } else if (const auto* hair = std::get_if<HairLobe>(&lobe.model)) {
       add_hair(receiver, lobe, *hair);
-    } else if (std::holds_alternative<ToonGlossyLobe>(lobe.model) || std::holds_alternative<VelvetLobe>(lobe.model)) {
+    } else if (const auto* velvet = std::get_if<VelvetLobe>(&lobe.model)) {
+      const Rgb albedo = lobe.weight * velvet_albedo(*velvet, bsdf.wo);
+      receiver.glossy += albedo;
+      add_normal(receiver, lobe, albedo);
+    } else if (std::holds_alternative<ToonGlossyLobe>(lobe.model)) {
       receiver.glossy += lobe.weight;
       add_normal(receiver, lobe, lobe.weight);
     } else {

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from cycles_pixel import cycles_pixel
 
-from addon.sync.lights import is_portal, light_call
+from addon.sync.lights import light_call
 
 PI = math.pi
 IDENTITY = np.eye(4)
@@ -114,9 +114,9 @@ def test_switches(empty_scene) -> None:
         light.cycles.cast_shadow = False
     values = arguments(light)
     assert (values["casts_shadow"], values["use_mis"], values["max_bounces"]) == (False, False, 3)
-    assert not is_portal(light)
+    assert not values["portal"]
     light.cycles.is_portal = True
-    assert is_portal(light)
+    assert arguments(light)["portal"]
 
 
 def test_energy_that_is_no_number_reaches_the_core(empty_scene) -> None:

@@ -226,7 +226,9 @@ def test_light_panels_draw_what_the_light_has(kind):
     assert ("shadow_soft_size" in drawn) == (kind in {"POINT", "SPOT"})
     if kind in {"SPOT", "AREA"}:
         assert draw(ui_data.CISTERN_LIGHT_PT_beam_shape, light=light)
-    assert draw(ui_data.CISTERN_LIGHT_PT_settings, light=light) == ["max_bounces", "use_multiple_importance_sampling"]
+    portal = ["is_portal"] if kind == "AREA" else []
+    settings = ["max_bounces", "use_multiple_importance_sampling", *portal]
+    assert draw(ui_data.CISTERN_LIGHT_PT_settings, light=light) == settings
     light.use_nodes = True
     assert "socket Surface" in draw(ui_data.CISTERN_LIGHT_PT_nodes, light=light)
 

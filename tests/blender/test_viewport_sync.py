@@ -52,6 +52,12 @@ def edit_and_move(lamp: bpy.types.Object) -> None:
     lamp.data.energy, lamp.location = 77.0, (7, 8, 9)
 
 
+def set_portal(lamp: bpy.types.Object, is_portal: bool = True) -> None:
+    lamp.data.type = "AREA"
+    lamp.data.cycles.is_portal = is_portal
+    lamp.data.update_tag()
+
+
 LAMP_EDITS = {
     "energy": lambda lamp: setattr(lamp.data, "energy", 77.0),
     "type": lambda lamp: setattr(lamp.data, "type", "AREA"),
@@ -59,6 +65,7 @@ LAMP_EDITS = {
     "both": edit_and_move,
     "visibility": lambda lamp: setattr(lamp, "visible_camera", False),
     "nothing left": lambda lamp: setattr(lamp, "scale", (0, 0, 0)),
+    "portal": set_portal,
 }
 
 
@@ -71,11 +78,17 @@ def test_an_edited_lamp_costs_no_look_at_every_item(watched, name, monkeypatch) 
     watched.expect_truth()
 
 
+def test_a_portal_comes_and_goes(watched) -> None:
+    lamp = bpy.data.objects["POINT Lamp"]
+    for edit in (set_portal, lambda lamp: set_portal(lamp, is_portal=False), set_portal, bpy.data.objects.remove):
+        watched.after(lambda edit=edit: edit(lamp))
+        watched.expect_truth()
+
+
 LARGER_EDITS = {
     "lamp inside an instance": lambda: setattr(bpy.data.lights["Inner Lamp"], "energy", 77.0),
     "lamp hidden": lambda: bpy.data.objects["POINT Lamp"].hide_set(True),
     "lamp out of viewports": lambda: setattr(bpy.data.objects["POINT Lamp"], "hide_viewport", True),
-    "lamp becomes a portal": lambda: setattr(bpy.data.lights["AREA Lamp"].cycles, "is_portal", True),
     "lamp gets other data": lambda: setattr(bpy.data.objects["POINT Lamp"], "data", bpy.data.lights["SUN Lamp"]),
 }
 

@@ -35,7 +35,7 @@ def add(operator: Callable, at: Place, scale: Place | float = 1.0, material: dic
     return thing
 
 
-def lamp(kind: str, at: Place, watts: float, turn: Place = (0.0, 0.0, 0.0), **settings: object) -> None:
+def lamp(kind: str, at: Place, watts: float, turn: Place = (0.0, 0.0, 0.0), **settings: object) -> bpy.types.Light:
     data = bpy.data.lights.new("Lamp", kind)
     data.energy = watts
     for name, value in settings.items():
@@ -43,6 +43,7 @@ def lamp(kind: str, at: Place, watts: float, turn: Place = (0.0, 0.0, 0.0), **se
     thing = bpy.data.objects.new("Lamp", data)
     thing.location, thing.rotation_euler = at, turn
     bpy.context.scene.collection.objects.link(thing)
+    return data
 
 
 def world(radiance: float) -> bpy.types.ShaderNode:
@@ -185,8 +186,8 @@ def window_sky() -> None:
 
 def add_portal() -> None:
     """In the window; light comes in along -x."""
-    lamp("AREA", (4.05, 0, 1.7), 1.0, (0, pi / 2, 0), shape="RECTANGLE", size=1.4, size_y=2.0)
-    bpy.data.lights[-1].cycles.is_portal = True
+    data = lamp("AREA", (4.05, 0, 1.7), 1.0, (0, pi / 2, 0), shape="RECTANGLE", size=1.4, size_y=2.0)
+    data.cycles.is_portal = True
 
 
 def portal_world() -> None:

@@ -339,6 +339,8 @@ TEST(SceneBuilder, CamerasAreChecked) {
     c.camera_to_world.row_y = {0.8f, -0.6f, 0.0f};
     c.camera_to_world.translation = {3e38f, 3e38f, 0.0f};
   };
+  const auto flat = [](Camera& c) { c.camera_to_world.row_z = c.camera_to_world.row_y = {0.1f, 0.7f, 0.7f}; };
+  EXPECT_TRUE(contains(set(flat), "determinant of its matrix is"));
   EXPECT_TRUE(contains(set(far_away), "distance from the origin is"));
   EXPECT_TRUE(contains(set([](Camera& c) { c.camera_to_world.translation.x = kNan; }), "matrix row 1 column 4"));
 }

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "shading/albedo_tables.h"
+#include "shading/ashikhmin_shirley.h"
 #include "shading/bsdf_statistics.h"
 #include "shading/fresnel.h"
 #include "shading/lobe_microfacet.h"
@@ -135,7 +136,7 @@ MicrofacetLobe ashikhmin_shirley(MicrofacetLobe lobe) {
 
 TEST(Lobe, AshikhminShirleySamplersFollowTheirDensity) {
   uint64_t seed = 500;
-  for (float roughness : {0.3f, 0.6f, 1.0f})
+  for (float roughness : {0.15f, 0.6f, 1.0f})
     for (float cosine : {0.1f, 0.6f, 0.9f}) {
       const Vec3 wo = at_angle(kFrame, cosine);
       EXPECT_GT(p_value(ashikhmin_shirley(reflection(roughness)), wo, ++seed), kThreshold)
@@ -155,7 +156,7 @@ TEST(Lobe, AshikhminShirleySamplersFollowTheirDensity) {
 TEST(Lobe, VelvetSamplerFollowsItsDensity) {
   uint64_t seed = 600;
   for (float roughness : {0.1f, 0.5f, 1.0f})
-    for (float cosine : {0.1f, 0.6f, 0.9f}) {
+    for (float cosine : roughness < 0.2f ? std::array{0.02f, 0.05f, 0.1f} : std::array{0.1f, 0.6f, 0.9f}) {
       const Vec3 wo = at_angle(kFrame, cosine);
       EXPECT_GT(p_value(make_velvet(kTestNormal, roughness), wo, ++seed), kThreshold) << roughness << " " << cosine;
     }
@@ -168,6 +169,40 @@ TEST(Lobe, VelvetSamplerFollowsItsDensity) {
     return evaluate_lobe(lobe, wo, wi).pdf / (seen < 1.0f ? 2.0f : 1.0f);
   };
   EXPECT_LT(p_value(lobe, wo, all_walls, 600), kThreshold);
+}
+
+TEST(Lobe, SharpAshikhminShirleyKeepsItsEnergy) {
+  // Half vectors around the normal in rings that are even in the logarithm of their sine.
+  for (const float roughness : {0.006f, 0.01f, 0.02f, 0.1f}) {
+    const float alpha = sqr(roughness);
+    double integral = 0.0;
+    constexpr int kRings = 20000;
+    constexpr double kFirst = -25.0;
+    for (int i = 0; i < kRings; ++i) {
+      const double sine = std::exp(kFirst * (1.0 - (i + 0.5) / kRings));
+      const Vec3 h{static_cast<float>(sine), 0.0f, static_cast<float>(std::sqrt(1.0 - sine * sine))};
+      integral += ashikhmin_shirley_density({alpha, alpha}, h) * 2.0 * std::numbers::pi * sine * sine / h.z;
+    }
+    EXPECT_NEAR(integral * -kFirst / kRings, 1.0, 2e-3) << roughness;
+    double sine2 = 0.0;  // its mean is 2 / (n + 3)
+    Rng rng(12, 0, 0, 0);
+    constexpr int kDraws = 20000;
+    for (int i = 0; i < kDraws; ++i) {
+      const Vec3 h = sample_ashikhmin_shirley({alpha, alpha}, rng.next_vec2());
+      sine2 += (sqr(double{h.x}) + sqr(double{h.y})) / kDraws;
+    }
+    EXPECT_NEAR(sine2 * (phong_exponent(alpha) + 3.0f) / 2.0f, 1.0, 0.05) << roughness;  // seven standard errors
+  }
+}
+
+TEST(Lobe, VelvetAlbedoIsNearItsIntegral) {
+  for (const float roughness : {0.1f, 0.3f, 0.6f, 1.0f})
+    for (const float cosine : {0.05f, 0.2f, 0.5f, 0.8f}) {
+      const Vec3 wo = at_angle(kFrame, cosine);
+      const VelvetLobe lobe = make_velvet(kTestNormal, roughness);
+      const auto f_cos = [&](Vec3 wi) { return evaluate_lobe(lobe, wo, wi).f_cos.g; };
+      EXPECT_NEAR(velvet_albedo(lobe, wo), integrate_sphere(kFrame, f_cos), 0.04) << roughness << " " << cosine;
+    }
 }
 
 TEST(Lobe, VelvetAndAshikhminShirleyReflectNoMoreThanTheirDensity) {
