@@ -226,6 +226,30 @@ TEST(EnvironmentSampling, SunSamplesReportTheirDensity) {
   EXPECT_GT(outside, 0) << "no sample whose density its direction alone would get wrong";
 }
 
+TEST(EnvironmentSampling, SunSamplesReportTheirDensityBesidePortals) {
+  Rng rng(19, 0, 0, 0);
+  int outside = 0, in_sun = 0;
+  for (int k = 0; k < 8; ++k) {
+    const SunInSky sun{square_to_sphere(rng.next_vec2()), 2.5e-5f};
+    auto scene = std::make_shared<Scene>(scene_with_sun(0.0f, 1.0f, {1, 1, 1}, sun));
+    scene->environment.importance_width = 64;
+    AreaLight portal{{0, 0, 1}, {2, 0, 0}, {0, 2, 0}, {0, 0, -1}};
+    portal.is_portal = true;
+    scene->lights = {make_light(portal)};
+    const LightSet lights(scene, LightSampling::TREE, EnvironmentDensity::COMPENSATED);
+    const float of_sun = lights.environment_pdf(sun.direction, {});
+    for (int i = 0; i < 10000; ++i) {
+      const auto light = lights.evaluate({*lights.environment_emitter(), rng.next_vec2()}, {}, {});
+      if (!light || length(light->wi - sun.direction) > 1.1f * sun.half_angle) continue;
+      ++in_sun;
+      outside += lights.environment_pdf(light->wi, {}) < 0.5f * of_sun;
+      ASSERT_GT(light->pdf, 0.9f * of_sun);
+    }
+  }
+  EXPECT_GT(in_sun, 4000);
+  EXPECT_GT(outside, 0) << "no sample whose density its direction alone would get wrong";
+}
+
 TEST(EnvironmentSampling, AloneTheSunIsNearlyAllThatIsSampled) {
   const Scene scene = scene_with_sun(0.0f, 1.0f, {0, 0, 0});
   const auto sampler = EnvironmentSampler::build(scene, EnvironmentDensity::COMPLETE);
