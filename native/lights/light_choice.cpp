@@ -33,7 +33,7 @@ LightChoice::LightChoice(std::span<const EmitterEstimate> emitters, LightSamplin
     const EmitterEstimate& e = emitters[i];
     if (e.is_distant) {
       leaf_of_[i] = kDistantBit | static_cast<uint32_t>(distant_.size());
-      distant_.push_back({i, e.direction, e.cos_half_angle, e.irradiance});
+      distant_.push_back({i, e.direction, e.cos_half_angle, e.irradiance, e.portals});
     } else {
       leaf_of_[i] = static_cast<uint32_t>(finite_.size());
       finite_.push_back(i);
@@ -66,7 +66,8 @@ float LightChoice::receiver_free_pmf(uint32_t emitter) const {
   return 1.0f / static_cast<float>(count_);
 }
 
-float LightChoice::estimate(const Distant& distant, const Vec3& n) {
+float LightChoice::estimate(const Distant& distant, const Vec3& position, const Vec3& n) {
+  if (distant.portals) return distant.irradiance * distant.portals->seen_share(position);
   if (distant.direction == Vec3{} || n == Vec3{}) return distant.irradiance;
   const float cosine = dot(distant.direction, n);
   const float cos_half = distant.cos_half_angle;
@@ -75,9 +76,9 @@ float LightChoice::estimate(const Distant& distant, const Vec3& n) {
   return best < -kCosineSlack ? 0.0f : distant.irradiance * std::max(best, kCosineSlack);
 }
 
-float LightChoice::distant_estimate(const Vec3& n) const {
+float LightChoice::distant_estimate(const Vec3& position, const Vec3& n) const {
   float total = 0.0f;
-  for (const Distant& distant : distant_) total += estimate(distant, n);
+  for (const Distant& distant : distant_) total += estimate(distant, position, n);
   return total;
 }
 
@@ -87,11 +88,11 @@ float LightChoice::distant_share(float distant, const Vec3& position, const Vec3
   return finite == 0.0f ? 1.0f : std::clamp(distant / (distant + finite), kSmallestShare, 1.0f - kSmallestShare);
 }
 
-LightChoice::Result LightChoice::choose_distant(const Vec3& n, float total, double u) const {
+LightChoice::Result LightChoice::choose_distant(const Vec3& position, const Vec3& n, float total, double u) const {
   double target = u * total;
   Result result{};
   for (const Distant& distant : distant_) {
-    const float weight = estimate(distant, n);
+    const float weight = estimate(distant, position, n);
     if (weight == 0.0f) continue;
     result = {distant.emitter, weight / total};
     if (target < weight) break;
@@ -101,10 +102,10 @@ LightChoice::Result LightChoice::choose_distant(const Vec3& n, float total, doub
 }
 
 std::optional<LightChoice::Result> LightChoice::choose_by_tree(const Vec3& position, const Vec3& n, double u) const {
-  const float distant = distant_estimate(n);
+  const float distant = distant_estimate(position, n);
   const float share = distant_share(distant, position, n);
   if (u < share) {
-    const Result result = choose_distant(n, distant, u / share);
+    const Result result = choose_distant(position, n, distant, u / share);
     return Result{result.emitter, share * result.pmf};
   }
   const auto choice = tree_.choose(position, n, std::min((u - share) / (1.0 - share), kDoubleOneMinusEpsilon));
@@ -113,11 +114,11 @@ std::optional<LightChoice::Result> LightChoice::choose_by_tree(const Vec3& posit
 }
 
 float LightChoice::pmf_by_tree(uint32_t emitter, const Vec3& position, const Vec3& n) const {
-  const float distant = distant_estimate(n);
+  const float distant = distant_estimate(position, n);
   const float share = distant_share(distant, position, n);
   const uint32_t leaf = leaf_of_[emitter];
   if (leaf & kDistantBit) {
-    return distant == 0.0f ? 0.0f : share * estimate(distant_[leaf & ~kDistantBit], n) / distant;
+    return distant == 0.0f ? 0.0f : share * estimate(distant_[leaf & ~kDistantBit], position, n) / distant;
   }
   return share == 1.0f ? 0.0f : (1.0f - share) * tree_.pmf(leaf, position, n);
 }

@@ -7,17 +7,19 @@
 #include "base/alias_table.h"
 #include "lights/light_set.h"
 #include "lights/light_tree.h"
+#include "lights/portals.h"
 
 namespace cistern {
 
 /// What the samplers know of an emitter.
 struct EmitterEstimate {
-  bool is_distant = false;      // sun or environment
-  float power = 0.0f;           // W (magnitude); a distant one's through a disk of the scene's radius
-  LightBounds bounds;           // unless distant
-  Vec3 direction;               // of a sun; zero for light from everywhere
-  float cos_half_angle = 1.0f;  // of a sun
-  float irradiance = 0.0f;      // of a distant emitter on a plane facing it, W/m^2 (magnitude)
+  bool is_distant = false;           // sun or environment
+  float power = 0.0f;                // W (magnitude); a distant one's through a disk of the scene's radius
+  LightBounds bounds;                // unless distant
+  Vec3 direction;                    // of a sun; zero for light from everywhere
+  float cos_half_angle = 1.0f;       // of a sun
+  float irradiance = 0.0f;           // of a distant emitter on a plane facing it, W/m^2 (magnitude)
+  const Portals* portals = nullptr;  // that a distant emitter is sampled through alone; lives as long as the choice
 };
 
 /// Chooses an emitter for a receiver; see LightSet::choose.
@@ -42,12 +44,13 @@ class LightChoice {
     Vec3 direction;
     float cos_half_angle;
     float irradiance;
+    const Portals* portals;
   };
   /// Irradiance a distant emitter may cause; zero only where it cannot.
-  static float estimate(const Distant& distant, const Vec3& n);
-  float distant_estimate(const Vec3& n) const;
+  static float estimate(const Distant& distant, const Vec3& position, const Vec3& n);
+  float distant_estimate(const Vec3& position, const Vec3& n) const;
   float distant_share(float distant, const Vec3& position, const Vec3& n) const;
-  Result choose_distant(const Vec3& n, float total, double u) const;
+  Result choose_distant(const Vec3& position, const Vec3& n, float total, double u) const;
   std::optional<Result> choose_by_tree(const Vec3& position, const Vec3& n, double u) const;
   float pmf_by_tree(uint32_t emitter, const Vec3& position, const Vec3& n) const;
 

@@ -149,6 +149,7 @@ void LightSet::Impl::prepare_choice(LightSampling sampling) {
     estimate.is_distant = true;
     estimate.irradiance = kPi * environment->mean_radiance();
     estimate.power = 4.0f * kPi * environment->mean_radiance() * kPi * sqr(radius);
+    if (is_for_portals_alone) estimate.portals = &portals;
   }
   choice = LinkedChoice(estimates, lit_sets(), sampling);
 }

@@ -1,5 +1,7 @@
 #include "lights/portals.h"
 
+#include <algorithm>
+
 #include "lights/area_lamp.h"
 
 namespace cistern {
@@ -12,6 +14,12 @@ float weight(const AreaLamp& portal, Vec3 receiver) {
   if (!(height > 0.0f)) return 0.0f;
   const float d2 = length_squared(offset), shown = portal.area * height;
   return shown / (d2 * std::sqrt(d2) + shown / (2.0f * kPi));
+}
+
+float total_weight(std::span<const AreaLamp> portals, Vec3 receiver) {
+  float total = 0.0f;
+  for (const AreaLamp& portal : portals) total += weight(portal, receiver);
+  return total;
 }
 
 }  // namespace
@@ -27,16 +35,16 @@ Portals::Portals(std::span<const Light> lights) {
   }
 }
 
-float Portals::total_weight(Vec3 receiver) const {
-  float total = 0.0f;
-  for (const AreaLamp& portal : portals_) total += weight(portal, receiver);
-  return total;
+bool Portals::can_light(Vec3 receiver) const {
+  return std::ranges::any_of(portals_, [&](const AreaLamp& portal) { return weight(portal, receiver) > 0.0f; });
 }
 
-bool Portals::can_light(Vec3 receiver) const { return total_weight(receiver) > 0.0f; }
+float Portals::seen_share(Vec3 receiver) const {
+  return std::min(total_weight(portals_, receiver) / (2.0f * kPi), 1.0f);
+}
 
 std::optional<Vec3> Portals::sample(Vec2 uv, Vec3 receiver) const {
-  float left = uv.x * total_weight(receiver);
+  float left = uv.x * total_weight(portals_, receiver);
   const AreaLamp* chosen = nullptr;
   float chosen_weight = 1.0f;
   for (const AreaLamp& portal : portals_) {

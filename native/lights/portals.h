@@ -21,15 +21,14 @@ class Portals {
 
   /// Whether a portal faces the receiver: else there is nothing to sample.
   bool can_light(Vec3 receiver) const;
+  /// About how much of a hemisphere the portals in front of the receiver fill, [0, 1]; 0 where none is.
+  float seen_share(Vec3 receiver) const;
   /// Unit direction from the receiver, away from the scene. Empty where rounding puts the receiver into the portal.
   std::optional<Vec3> sample(Vec2 uv, Vec3 receiver) const;
   /// Density of `sample` per solid angle.
   float pdf(Vec3 direction, Vec3 receiver) const;
 
  private:
-  /// Sum of `weight` over all portals.
-  float total_weight(Vec3 receiver) const;
-
   std::vector<AreaLamp> portals_;
 };
 

@@ -137,6 +137,22 @@ TEST(Portals, SamplesOfTheEnvironmentFollowTheirDensity) {
   EXPECT_LT(chi_square(room, {}, 0.05f), kFalseAlarmRate) << "planted: a twentieth of the density is even";
 }
 
+TEST(Portals, LampsHaveAllSamplesWhereNoneIsSeen) {
+  auto scene = std::make_shared<Scene>(*Room(true, EnvironmentDensity::COMPENSATED).scene);
+  scene->lights.push_back(make_light(PointLight{{3.0f, 0.0f, 0.0f}, 0.0f, Rgb(5.0f)}));
+  const LightSet lights(scene, LightSampling::TREE, EnvironmentDensity::COMPENSATED);
+  const uint32_t sky = *lights.environment_emitter();
+  ASSERT_EQ(lights.emitter_count(), 2u);
+  for (const float z : {2.0f, 0.5f, -3.0f}) {
+    const Vec3 receiver{0.2f, 0.1f, z};
+    EXPECT_NEAR(lights.pmf(0, receiver, {}) + lights.pmf(sky, receiver, {}), 1.0f, 1e-6f);
+    EXPECT_EQ(lights.pmf(sky, receiver, {}) > 0.0f, z < 1.0f);
+    int skies = 0;
+    for (int i = 0; i < 1000; ++i) skies += lights.choose(receiver, {}, i / 1000.0, {})->sample.emitter == sky;
+    EXPECT_NEAR(skies / 1000.0, lights.pmf(sky, receiver, {}), 2e-3);
+  }
+}
+
 TEST(Portals, RemovedOnesAreNone) {
   Light removed = opening(1.0f);
   removed.removed = true;
