@@ -14,7 +14,7 @@ namespace cistern {
 /// `roughness` in [0, 1]: how far the walls lean over.
 VelvetLobe make_velvet(Vec3 n, float roughness);
 
-/// About what it reflects towards `wo` under an even sky: within 0.02, head-on of stiff velvet 0.13 too little.
+/// About what it reflects towards `wo` under an even sky: within 0.04, head-on of stiff velvet 0.13 too little.
 float velvet_albedo(const VelvetLobe& lobe, Vec3 wo);
 
 LobeEvaluation evaluate_lobe(const VelvetLobe& lobe, Vec3 wo, Vec3 wi);
