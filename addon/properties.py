@@ -202,6 +202,14 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         items=LIGHT_SAMPLER_ITEMS,
         default="TREE",
     )
+    find_openings: BoolProperty(
+        name="Find Openings",
+        description=(
+            "Look for windows and other openings that the sky lights an interior through, and sample it through those, "
+            "as through light portals, where that lowers the noise. Scenes with portals use them alone"
+        ),
+        default=True,
+    )
     view: EnumProperty(
         name="View",
         description=(

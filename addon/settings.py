@@ -249,6 +249,8 @@ def viewport_settings(core: ModuleType, scene: bpy.types.Scene, has_catchers: bo
     if is_viewport_denoised(scene):
         passes = denoise.with_quick_passes(passes)
         kept["sequence"] = denoise.SEQUENCE
+    if has_catchers:
+        kept["find_openings"] = False
     return scene_settings(core, scene, technique, passes) | kept | {"share_trial": on_trial}
 
 
@@ -270,6 +272,7 @@ def scene_settings(
         "max_volume_bounces": settings.max_volume_bounces,
         "max_transparent_bounces": settings.max_transparent_bounces,
         "min_bounces": settings.min_bounces,
+        "find_openings": settings.find_openings,
         "film_transparent": scene.render.film_transparent,
         "film_transparent_glass": scene.render.film_transparent and settings.film_transparent_glass,
         "clamp_direct": settings.clamp_direct,

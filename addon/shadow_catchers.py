@@ -43,6 +43,7 @@ class ShadowPlan:
             "groups_behind_film": self.needs_backdrop or self.arguments["groups_behind_film"],
             "time_limit": self.arguments["time_limit"] * SCENE_SHARE,
             "adaptive_sampling": False,  # samples of a pixel are those of the picture of catchers alone
+            "find_openings": False,  # for the same reason
         }
 
     def alone_arguments(self, samples: int) -> dict[str, Any]:
@@ -53,6 +54,7 @@ class ShadowPlan:
             "samples": samples,
             "time_limit": self.arguments["time_limit"] * (1.0 - SCENE_SHARE),
             "noise_threshold": 0.0,
+            "find_openings": False,
         }
         return self.arguments | changes
 

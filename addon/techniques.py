@@ -310,6 +310,11 @@ def works_with_cells(in_force: dict[str, Value]) -> bool:
     return not CELL_REUSE.isdisjoint(in_force[name] for name in REFERENCE)
 
 
+def may_find_openings(in_force: dict[str, Value]) -> bool:
+    """Whether light samples are weighed against the BSDF's everywhere, so that they may leave some light to those."""
+    return all(in_force[name] in ("NEE", "LEARNED") for name in ("direct", "secondary"))
+
+
 def is_reference(in_force: dict[str, Value]) -> bool:
     """Whether nothing is reused, so that there is nothing to be biased."""
     return all(in_force[name] in (answer, "LEARNED") for name, answer in REFERENCE.items())

@@ -110,6 +110,9 @@ class CISTERN_RENDER_PT_techniques(CisternPanel, Panel):
                 layout.label(text=f"{title}: {answer}")
             if name in SENTENCES:
                 draw_sentence(layout, sentence, context)
+        row = layout.row()
+        row.active = techniques.may_find_openings(in_force)
+        row.prop(settings, "find_openings")
         if not is_custom:
             layout.operator("cistern.choose_preset", text="Choose These Myself").preset = "CUSTOM"
 

@@ -117,6 +117,7 @@ std::map<std::string, Setter> make_setters() {
       {"is_draft", member(&Settings::is_draft)},
       {"keep_instances", member(&Settings::keep_instances)},
       {"light_sampling", member(&Settings::light_sampling)},
+      {"find_openings", member(&Settings::find_openings)},
       {"light_samples", member(&Settings::light_samples)},
       {"guiding", choice<Guiding>("guiding", &Settings::guiding,
                                   {{"OFF", Guiding::OFF}, {"ON", Guiding::ON}, {"AUTO", Guiding::AUTO}})},
@@ -312,6 +313,7 @@ void bind_session(py::module_& m) {
       .def_readonly("mean_samples", &Progress::mean_samples)
       .def_readonly("pixels_left", &Progress::pixels_left)
       .def_readonly("expected_frames", &Progress::expected_frames)
+      .def_readonly("openings", &Progress::openings)
       .def_readonly("stage", &Progress::stage)
       .def_readonly("stage_done", &Progress::stage_done)
       .def_readonly("error", &Progress::error)

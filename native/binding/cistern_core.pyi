@@ -341,6 +341,9 @@ class Settings:
     # where samples are too few to tell.
     guiding: str  # "OFF", "ON", "AUTO"
     light_sampling: LightSampling
+    # Looks, where light samples compete with the BSDF's and the scene has no portals, for windows and other openings that
+    # the sky lights an interior through, and takes them for portals if that promises less noise. True by default.
+    find_openings: bool
     light_samples: int  # of the first vertex of a path, with NEE and more than two emitters; 0: 1
     # "SOBOL" (Owen-scrambled, boxes of pixels together), "PIXEL_SOBOL" (each pixel by itself), "RANDOM" (independent)
     sequence: str
@@ -394,6 +397,7 @@ class Progress:
     expected_frames: int  # `frames`, or fewer that will do for `noise_threshold`
     mean_samples: float  # of the pixels: `frames_done`, or fewer with `adaptive_sampling`
     pixels_left: float  # share of those that are still sampled
+    openings: int  # found, that the sky is looked for through; 0 before rendering
     stage: str  # "Building", "Caching light", "Rendering"
     stage_done: float  # of "Caching light", 0 to 1
     error: str

@@ -9,6 +9,8 @@ namespace {
 /// Where both kinds may light a receiver neither gets less of the samples: neither estimate knows about occlusion, and
 /// indoors or in a lit street at night they are wrong by orders of magnitude.
 constexpr float kSmallestShare = 0.3f;
+/// Of an even sky that is looked for through portals alone: BSDF samples find it, too.
+constexpr float kSmallestPortalShare = 0.03f;
 /// As in the light tree: rounding at grazing angles must not exclude a light.
 constexpr float kCosineSlack = 1e-3f;
 
@@ -34,6 +36,7 @@ LightChoice::LightChoice(std::span<const EmitterEstimate> emitters, LightSamplin
     if (e.is_distant) {
       leaf_of_[i] = kDistantBit | static_cast<uint32_t>(distant_.size());
       distant_.push_back({i, e.direction, e.cos_half_angle, e.irradiance, e.portals});
+      only_portals_ = only_portals_ && e.portals;
     } else {
       leaf_of_[i] = static_cast<uint32_t>(finite_.size());
       finite_.push_back(i);
@@ -85,7 +88,9 @@ float LightChoice::distant_estimate(const Vec3& position, const Vec3& n) const {
 float LightChoice::distant_share(float distant, const Vec3& position, const Vec3& n) const {
   if (distant == 0.0f) return 0.0f;
   const float finite = tree_.irradiance_estimate(position, n);
-  return finite == 0.0f ? 1.0f : std::clamp(distant / (distant + finite), kSmallestShare, 1.0f - kSmallestShare);
+  if (finite == 0.0f) return 1.0f;
+  const float smallest = only_portals_ ? kSmallestPortalShare : kSmallestShare;
+  return std::clamp(distant / (distant + finite), smallest, 1.0f - smallest);
 }
 
 LightChoice::Result LightChoice::choose_distant(const Vec3& position, const Vec3& n, float total, double u) const {

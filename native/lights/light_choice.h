@@ -62,6 +62,7 @@ class LightChoice {
   std::vector<float> power_pmf_;   // TREE: each emitter's share of all power
   std::vector<uint32_t> leaf_of_;  // leaf of an emitter, or kDistantBit | index into distant_
   std::vector<Distant> distant_;
+  bool only_portals_ = true;  // are distant_
   static constexpr uint32_t kDistantBit = 0x80000000u;
 };
 

@@ -301,13 +301,14 @@ void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, const PathState& 
       {emitter, sample->distance, radiance, sample->pdf, light.max_bounces, light.casts_shadow, light.links.blockers});
 }
 
-LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling, EnvironmentDensity density) {
+LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling, EnvironmentDensity density,
+                   std::span<const AreaLight> openings) {
   auto impl = std::make_unique<Impl>();
   impl->scene = std::move(scene);
   impl->lamps = emitting_lamps(*impl->scene);
   impl->triangles = EmissiveTriangles(*impl->scene);
   impl->environment = EnvironmentSampler::build(*impl->scene, density);
-  if (density == EnvironmentDensity::COMPENSATED) impl->portals = Portals(impl->scene->lights);
+  if (density == EnvironmentDensity::COMPENSATED) impl->portals = Portals(impl->scene->lights, openings);
   if (!impl->environment && !impl->portals.is_empty()) {
     // Even light is looked for by portals, and elsewhere left to the BSDF.
     impl->environment = EnvironmentSampler::build(*impl->scene, EnvironmentDensity::COMPLETE);

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "accel/accel.h"
@@ -57,7 +58,7 @@ struct EmitterPlace {
 class LightSet {
  public:
   LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling,
-           EnvironmentDensity density = EnvironmentDensity::COMPLETE);
+           EnvironmentDensity density = EnvironmentDensity::COMPLETE, std::span<const AreaLight> openings = {});
   ~LightSet();
 
   size_t emitter_count() const;

@@ -24,15 +24,17 @@ float total_weight(std::span<const AreaLamp> portals, Vec3 receiver) {
 
 }  // namespace
 
-Portals::Portals(std::span<const Light> lights) {
-  for (const Light& light : lights) {
-    if (light.removed || !is_portal(light)) continue;
-    AreaLight even = std::get<AreaLight>(light.shape);
-    even.radiance = Rgb(1.0f);
-    even.spread = kPi;
-    const AreaLamp portal = make_area_lamp(even);
-    if (portal.area > 0.0f) portals_.push_back(portal);
-  }
+Portals::Portals(std::span<const Light> lights, std::span<const AreaLight> openings) {
+  for (const Light& light : lights)
+    if (!light.removed && is_portal(light)) add(std::get<AreaLight>(light.shape));
+  for (const AreaLight& opening : openings) add(opening);
+}
+
+void Portals::add(AreaLight shape) {
+  shape.radiance = Rgb(1.0f);
+  shape.spread = kPi;
+  const AreaLamp portal = make_area_lamp(shape);
+  if (portal.area > 0.0f) portals_.push_back(portal);
 }
 
 bool Portals::can_light(Vec3 receiver) const {

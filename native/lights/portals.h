@@ -14,7 +14,7 @@ namespace cistern {
 class Portals {
  public:
   Portals() = default;
-  explicit Portals(std::span<const Light> lights);
+  explicit Portals(std::span<const Light> lights, std::span<const AreaLight> openings = {});
 
   bool is_empty() const { return portals_.empty(); }
   size_t memory_bytes() const { return portals_.capacity() * sizeof(AreaLamp); }
@@ -29,6 +29,8 @@ class Portals {
   float pdf(Vec3 direction, Vec3 receiver) const;
 
  private:
+  void add(AreaLight shape);
+
   std::vector<AreaLamp> portals_;
 };
 

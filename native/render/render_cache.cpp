@@ -16,19 +16,32 @@ std::shared_ptr<const Accel> RenderCache::accel(const std::shared_ptr<const Scen
 }
 
 std::shared_ptr<const LightSet> RenderCache::lights(const std::shared_ptr<const Scene>& scene, LightSampling sampling,
-                                                    EnvironmentDensity density) {
+                                                    EnvironmentDensity density,
+                                                    const std::vector<AreaLight>& openings) {
+  Lights& kept = lights_[openings.empty() ? 0 : 1];
   Lights previous;
   {
     const std::lock_guard lock(mutex_);
-    previous = lights_;
+    previous = kept;
   }
   const bool fits = previous.lights && previous.sampling == sampling && previous.density == density &&
+                    previous.openings == openings &&
                     has_same_emitters(*previous.scene, *scene, compare_scenes(*previous.scene, *scene));
   if (fits) return previous.lights;
-  auto lights = std::make_shared<const LightSet>(scene, sampling, density);
+  auto lights = std::make_shared<const LightSet>(scene, sampling, density, openings);
   const std::lock_guard lock(mutex_);
-  lights_ = {scene, sampling, density, lights};
+  kept = {scene, sampling, density, openings, lights};
   return lights;
+}
+
+std::vector<AreaLight> RenderCache::openings() const {
+  const std::lock_guard lock(mutex_);
+  return openings_;
+}
+
+void RenderCache::keep_openings(const std::vector<AreaLight>& openings) {
+  const std::lock_guard lock(mutex_);
+  openings_ = openings;
 }
 
 std::shared_ptr<const LightCacheCells> RenderCache::light_cache_cells(const Scene& scene, uint32_t point_count,
@@ -81,9 +94,10 @@ void RenderCache::drop_history() {
 
 size_t RenderCache::memory_bytes() const {
   const std::lock_guard lock(mutex_);
-  return (accel_ ? accel_->memory_bytes() : 0) + (lights_.lights ? lights_.lights->memory_bytes() : 0) +
-         (cells_ ? cells_->memory_bytes() : 0) + (history_ ? history_->memory_bytes() : 0) +
-         (draft_history_ ? draft_history_->memory_bytes() : 0);
+  size_t of_lights = 0;
+  for (const Lights& kept : lights_) of_lights += kept.lights ? kept.lights->memory_bytes() : 0;
+  return of_lights + (accel_ ? accel_->memory_bytes() : 0) + (cells_ ? cells_->memory_bytes() : 0) +
+         (history_ ? history_->memory_bytes() : 0) + (draft_history_ ? draft_history_->memory_bytes() : 0);
 }
 
 }  // namespace cistern

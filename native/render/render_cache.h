@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -16,9 +17,12 @@ class RenderCache {
   /// For the scene, from parts of those built last. Null when stopped (Accel::build); what was kept stays.
   std::shared_ptr<const Accel> accel(const std::shared_ptr<const Scene>& scene, bool keep_instances,
                                      const std::function<bool()>& is_stopped = {});
-  /// Those built last, if the same things emit light in this scene, else new ones.
+  /// Those built last with or without openings, if the same things emit light in this scene, else new ones.
   std::shared_ptr<const LightSet> lights(const std::shared_ptr<const Scene>& scene, LightSampling sampling,
-                                         EnvironmentDensity density);
+                                         EnvironmentDensity density, const std::vector<AreaLight>& openings = {});
+  /// Openings of a scene's interior (opening_search.h), as last found: for drafts, which have no time to search.
+  std::vector<AreaLight> openings() const;
+  void keep_openings(const std::vector<AreaLight>& openings);
   /// The cells kept, if they were built from the very surfaces of `scene`, else newly built ones, which are kept from
   /// then on. Null when stopped.
   std::shared_ptr<const LightCacheCells> light_cache_cells(const Scene& scene, uint32_t point_count, uint64_t seed,
@@ -44,8 +48,11 @@ class RenderCache {
     std::shared_ptr<const Scene> scene;
     LightSampling sampling{};
     EnvironmentDensity density{};
+    std::vector<AreaLight> openings;
     std::shared_ptr<const LightSet> lights;
-  } lights_;
+  };
+  std::array<Lights, 2> lights_;  // without openings and with some
+  std::vector<AreaLight> openings_;
   std::shared_ptr<const LightCacheCells> cells_;
   std::unique_ptr<ReuseFrame> history_, draft_history_;
   bool is_finer_newest_ = false;  // of the two

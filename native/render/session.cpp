@@ -13,6 +13,7 @@
 #include "render/cell_views.h"
 #include "render/index_views.h"
 #include "render/learning_views.h"
+#include "render/opening_search.h"
 #include "render/sharing_trial.h"
 #include "scene/scene_memory.h"
 #include "scene/surface_sheet.h"
@@ -206,7 +207,7 @@ void Session::run() {
       const auto accel = cache_->accel(scene_, settings_.keep_instances || (shutter_ && shutter_->moves_surfaces()),
                                        [this] { return cancelled_.load(); });
       if (!accel) return;
-      const auto lights = cache_->lights(scene_, settings_.light_sampling, settings_.environment_density());
+      const auto lights = find_lights(accel);
       const Clock::time_point trial_start = Clock::now();
       const Settings decided = decided_settings(settings_, accel, lights);
       const Clock::duration trial_time = Clock::now() - trial_start;
@@ -223,6 +224,7 @@ void Session::run() {
         std::lock_guard lock(mutex_);
         progress_.memory_bytes = memory_bytes(*scene_) + world->accel->memory_bytes() + world->lights->memory_bytes() +
                                  film_->memory_bytes() + (surfaces_ ? surfaces_->memory_bytes() : 0);
+        progress_.openings = static_cast<int>(openings_.size());
         progress_.stage = "Rendering";
         rendering_since_ = Clock::now() - trial_time;  // of the samples' time a part
       }
@@ -256,6 +258,26 @@ Settings Session::decided_settings(const Settings& asked, const std::shared_ptr<
   if (!SharingTrial::is_for(asked)) return asked;
   const StopCondition stop{cancelled_, deadline_from(Clock::now(), kTrialShareOfLimit)};
   return SharingTrial(asked, scene_, accel, lights).decide(stop);
+}
+
+/// And the openings that the sky is looked for through.
+std::shared_ptr<const LightSet> Session::find_lights(const std::shared_ptr<const Accel>& accel) {
+  const EnvironmentDensity density = settings_.environment_density();
+  auto lights = cache_->lights(scene_, settings_.light_sampling, density);
+  if (!may_find_openings(*scene_, settings_)) return lights;
+  const auto is_stopped = [this] { return cancelled_.load(); };
+  const SkyWalks walks(*scene_, *accel, settings_);
+  openings_ = settings_.is_draft ? cache_->openings() : find_openings(walks, is_stopped);
+  if (!openings_.empty()) {
+    auto with = cache_->lights(scene_, settings_.light_sampling, density, openings_);
+    if (settings_.is_draft || openings_pay(walks, *lights, *with, is_stopped)) {
+      lights = std::move(with);
+    } else {
+      openings_.clear();
+    }
+  }
+  if (!settings_.is_draft) cache_->keep_openings(openings_);
+  return lights;
 }
 
 bool Session::keeps_history() const { return settings_.keep_history && settings_.has_temporal_reuse(); }
@@ -416,7 +438,7 @@ std::shared_ptr<const RenderWorld> Session::at_moment(uint32_t frame, const Rend
   const auto is_stopped = [this] { return cancelled_.load(); };
   const auto accel = shutter_->moves_surfaces() ? cache_->accel(scene, true, is_stopped) : earlier.accel;
   if (!accel) return nullptr;
-  const auto lights = cache_->lights(scene, settings_.light_sampling, settings_.environment_density());
+  const auto lights = cache_->lights(scene, settings_.light_sampling, settings_.environment_density(), openings_);
   return std::make_shared<const RenderWorld>(earlier, scene, accel, lights);
 }
 

@@ -29,6 +29,7 @@ struct Progress {
   int expected_frames = 0;    // `frames`, or fewer that will do for the threshold
   double mean_samples = 0.0;  // of the pixels: `frames_done`, or fewer with adaptive sampling
   double pixels_left = 1.0;   // share of those that are still sampled
+  int openings = 0;           // that the sky is looked for through, see opening_search.h
   std::string stage;          // "Building", "Caching light" or "Rendering"
   float stage_done = 0.0f;    // of "Caching light", in [0, 1]
   std::string error;          // why it FAILED
@@ -77,6 +78,7 @@ class Session {
   using Clock = std::chrono::steady_clock;
 
   void run();
+  std::shared_ptr<const LightSet> find_lights(const std::shared_ptr<const Accel>& accel);
   bool keeps_history() const;
   void leave_history(std::unique_ptr<ReuseFrame> frame);
   Settings decided_settings(const Settings& asked, const std::shared_ptr<const Accel>& accel,
@@ -102,6 +104,7 @@ class Session {
   std::shared_ptr<const Scene> scene_;
   std::shared_ptr<const Shutter> shutter_;  // null unless something moves
   std::shared_ptr<RenderCache> cache_;
+  std::vector<AreaLight> openings_;  // that the sky is looked for through
   std::unique_ptr<Film> film_;
   std::shared_ptr<SurfaceFilm> surfaces_;  // null unless asked for
   std::thread thread_;

@@ -74,7 +74,8 @@ struct Settings {
   /// where it is 0 becomes the answer's own.
   GridSettings grid{.min_cell_size = kDefaultMinCellShare, .cell_pixels = 0.0f};
   LightSampling light_sampling = LightSampling::TREE;
-  int light_samples = 1;  // of the first vertex of a path, with NEE and more than two emitters
+  bool find_openings = true;  // looks where the sky shines in; see opening_search.h
+  int light_samples = 1;      // of the first vertex of a path, with NEE and more than two emitters
   Guiding guiding = Guiding::OFF;
   SampleSequence sequence = SampleSequence::SOBOL;
   FilterKind pixel_filter = FilterKind::BLACKMAN_HARRIS;

@@ -1,0 +1,85 @@
+#include "render/sky_walks.h"
+
+#include "base/parallel.h"
+#include "base/warp.h"
+#include "scene/surface_sheet.h"
+#include "transport/camera_ray.h"
+#include "transport/sheet_ray.h"
+#include "transport/transmittance.h"
+
+namespace cistern {
+namespace {
+
+constexpr uint32_t kMostVertices = 4;
+constexpr size_t kBlockSize = 64;
+
+}  // namespace
+
+SkyWalks::SkyWalks(const Scene& scene, const Accel& accel, const Settings& settings)
+    : no_lights_(std::make_shared<const Scene>(), LightSampling::UNIFORM),
+      context_{scene, accel, no_lights_, settings.limits,
+               pixel_footprint(scene.camera, settings.width, settings.height)},
+      seed_(settings.seed) {}
+
+SkyWalks::Walks SkyWalks::walk(uint32_t first, uint32_t last, uint32_t stream,
+                               const std::function<bool()>& is_stopped) const {
+  std::vector<Walks> blocks(block_count(last - first, kBlockSize));
+  parallel_blocks(last - first, kBlockSize, [&](size_t block, size_t begin, size_t end) {
+    if (is_stopped && is_stopped()) return;
+    const FlushDenormals flush;
+    Walks& walks = blocks[block];
+    for (size_t i = begin; i < end; ++i) {
+      Rng rng(seed_, first + static_cast<uint32_t>(i), 0, stream);
+      walk(rng, walks.vertices);
+      walks.begins.push_back(walks.vertices.size());
+    }
+  });
+  Walks all;
+  if (is_stopped && is_stopped()) return all;
+  for (const Walks& block : blocks) {
+    const size_t offset = all.vertices.size();
+    all.vertices.insert(all.vertices.end(), block.vertices.begin(), block.vertices.end());
+    for (size_t i = 1; i < block.begins.size(); ++i) all.begins.push_back(offset + block.begins[i]);
+  }
+  return all;
+}
+
+std::optional<SkyWalks::Start> SkyWalks::start(Rng& rng) const {
+  const Camera& camera = context_.scene.camera;
+  const Vec2 film = rng.next_vec2(), u = rng.next_vec2();
+  if (camera.sheet) {
+    const size_t pixels = camera.sheet->pixels.size();
+    if (pixels == 0) return std::nullopt;
+    const auto pixel = std::min(static_cast<size_t>(film.x * static_cast<float>(pixels)), pixels - 1);
+    const auto sheet = sheet_ray(context_.scene, pixel, u - Vec2{0.5f, 0.5f});
+    return sheet ? std::optional(Start{sheet->ray, sheet->hit}) : std::nullopt;
+  }
+  const Ray ray = camera_ray(camera, film, u);
+  return sees_nothing(ray) ? std::nullopt : std::optional(Start{ray, std::nullopt});
+}
+
+void SkyWalks::walk(Rng& rng, std::vector<WalkVertex>& vertices) const {
+  const std::optional<Start> begin = start(rng);
+  if (!begin) return;
+  Ray ray = begin->ray;
+  std::optional<Hit> hit = begin->hit ? begin->hit : context_.accel.intersect(ray, kVisibleToCamera);
+  for (uint32_t i = 0; hit; ++i) {
+    const SurfacePoint point = make_surface_point(context_.scene, ray, *hit);
+    const Vec3 direction = Frame(point.ng).to_world(square_to_cosine_hemisphere(rng.next_vec2()));
+    const Vec3 origin = offset_origin(point.position, point.clearance, point.ng, direction);
+    const bool is_open = sees_sky(origin, direction);
+    vertices.push_back({point.position, point.ng, origin, direction, is_open});
+    if (is_open || i + 1 == kMostVertices) return;
+    ray = {origin, direction};
+    hit = context_.accel.intersect(ray, kVisibleToDiffuse);
+  }
+}
+
+bool SkyWalks::sees_sky(Vec3 origin, Vec3 direction) const {
+  IncidentLight light;
+  light.wi = direction;
+  light.distance = INFINITY;
+  return !is_black(transmittance(context_, origin, 0.0f, light, {}));
+}
+
+}  // namespace cistern
