@@ -71,6 +71,11 @@ float scene_radius(const Scene& scene, const std::vector<SceneLamp>& lamps) {
   return radius > 0.0f ? radius : 1.0f;
 }
 
+std::shared_ptr<const EnvironmentSampler> build_environment(const Scene& scene, EnvironmentDensity density) {
+  auto sampler = EnvironmentSampler::build(scene, density);
+  return sampler ? std::make_shared<const EnvironmentSampler>(std::move(*sampler)) : nullptr;
+}
+
 EmitterEstimate estimate_lamp(const Lamp& lamp, float radius) {
   EmitterEstimate estimate;
   estimate.power = lamp_power(lamp, radius);
@@ -102,23 +107,26 @@ SurfacePoint lamp_point(const SceneLamp& lamp, int material, Vec3 receiver, cons
 struct LightSet::Impl {
   std::shared_ptr<const Scene> scene;
   std::vector<SceneLamp> lamps;
-  EmissiveTriangles triangles;
-  std::optional<EnvironmentSampler> environment;
-  Portals portals;                    // none where samples may be the only ones of a direction
-  bool is_for_portals_alone = false;  // are samples of the environment
+  std::shared_ptr<const EmissiveTriangles> triangles;
+  std::shared_ptr<const EnvironmentSampler> environment;  // null where it is not sampled
+  Portals portals;                                        // none where samples may be the only ones of a direction
+  bool is_for_portals_alone = false;                      // are samples of the environment
+  LightSampling sampling{};
   LinkedChoice choice;
   LampBvh bvh;                      // of the lamps that scattered rays can meet
   std::vector<uint32_t> wide_suns;  // suns that scattered rays can meet
   bool any_without_shadow = false;  // of both
 
   size_t first_triangle() const { return lamps.size(); }
-  size_t environment_index() const { return lamps.size() + triangles.size(); }
+  size_t environment_index() const { return lamps.size() + triangles->size(); }
   size_t emitter_count() const { return environment_index() + (environment ? 1 : 0); }
   const Light& light_of(const SceneLamp& lamp) const { return scene->lights[lamp.light]; }
   /// LightLinks::lit of all emitters.
   std::vector<uint64_t> lit_sets() const;
 
-  void prepare_choice(LightSampling sampling);
+  /// After all else, but for the intersection.
+  void prepare_choice();
+  void look_through(Portals openings);
   void prepare_intersection();
   Rgb program_factor(const SceneLamp& lamp, Vec3 receiver, const LampSample& sample, const PathState& path) const;
   std::optional<IncidentLight> evaluate_lamp(const SceneLamp& lamp, Vec2 uv, Vec3 receiver,
@@ -132,15 +140,15 @@ struct LightSet::Impl {
   void add_hit(uint32_t emitter, const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const;
 };
 
-void LightSet::Impl::prepare_choice(LightSampling sampling) {
+void LightSet::Impl::prepare_choice() {
   constexpr size_t kBlockSize = 4096;
   const float radius = scene_radius(*scene, lamps);
   std::vector<EmitterEstimate> estimates(emitter_count());
   for (size_t i = 0; i < lamps.size(); ++i) estimates[i] = estimate_lamp(lamps[i].shape, radius);
-  parallel_blocks(triangles.size(), kBlockSize, [&](size_t, size_t begin, size_t end) {
+  parallel_blocks(triangles->size(), kBlockSize, [&](size_t, size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       EmitterEstimate& estimate = estimates[first_triangle() + i];
-      estimate.bounds = triangles.bounds(i);
+      estimate.bounds = triangles->bounds(i);
       estimate.power = (estimate.bounds.is_two_sided ? 2.0f : 1.0f) * kPi * estimate.bounds.intensity;
     }
   });
@@ -157,8 +165,8 @@ void LightSet::Impl::prepare_choice(LightSampling sampling) {
 std::vector<uint64_t> LightSet::Impl::lit_sets() const {
   std::vector<uint64_t> sets(emitter_count(), kAllSets);
   for (size_t i = 0; i < lamps.size(); ++i) sets[i] = light_of(lamps[i]).links.lit;
-  for (size_t i = 0; i < triangles.size(); ++i)
-    sets[first_triangle() + i] = scene->instances[triangles[i].instance].links.lit;
+  for (size_t i = 0; i < triangles->size(); ++i)
+    sets[first_triangle() + i] = scene->instances[(*triangles)[i].instance].links.lit;
   return sets;
 }
 
@@ -233,7 +241,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
   light.pdf = seen ? seen->pdf() : 2.0f * d2 * distance / projected;
   light.visibility = instance.visibility;
   light.blockers = instance.links.blockers;
-  if (const SideEmission* sides = triangles.uniform_emission(t)) {
+  if (const SideEmission* sides = triangles->uniform_emission(t)) {
     light.radiance = dot(normal, offset) < 0.0f ? sides->along_normal : sides->against_normal;
   } else {
     PathState arriving = path;
@@ -301,21 +309,31 @@ void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, const PathState& 
       {emitter, sample->distance, radiance, sample->pdf, light.max_bounces, light.casts_shadow, light.links.blockers});
 }
 
-LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling, EnvironmentDensity density,
-                   std::span<const AreaLight> openings) {
+void LightSet::Impl::look_through(Portals openings) {
+  portals = std::move(openings);
+  if (environment || portals.is_empty()) return;
+  // Even light is looked for by portals, and elsewhere left to the BSDF.
+  environment = build_environment(*scene, EnvironmentDensity::COMPLETE);
+  is_for_portals_alone = true;
+}
+
+LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling, EnvironmentDensity density) {
   auto impl = std::make_unique<Impl>();
   impl->scene = std::move(scene);
   impl->lamps = emitting_lamps(*impl->scene);
-  impl->triangles = EmissiveTriangles(*impl->scene);
-  impl->environment = EnvironmentSampler::build(*impl->scene, density);
-  if (density == EnvironmentDensity::COMPENSATED) impl->portals = Portals(impl->scene->lights, openings);
-  if (!impl->environment && !impl->portals.is_empty()) {
-    // Even light is looked for by portals, and elsewhere left to the BSDF.
-    impl->environment = EnvironmentSampler::build(*impl->scene, EnvironmentDensity::COMPLETE);
-    impl->is_for_portals_alone = true;
-  }
-  impl->prepare_choice(sampling);
+  impl->triangles = std::make_shared<const EmissiveTriangles>(*impl->scene);
+  impl->environment = build_environment(*impl->scene, density);
+  if (density == EnvironmentDensity::COMPENSATED) impl->look_through(Portals(impl->scene->lights));
+  impl->sampling = sampling;
+  impl->prepare_choice();
   impl->prepare_intersection();
+  impl_ = std::move(impl);
+}
+
+LightSet::LightSet(const LightSet& lights, std::span<const AreaLight> openings) {
+  auto impl = std::make_unique<Impl>(*lights.impl_);
+  impl->look_through(Portals({}, openings));
+  if (impl->is_for_portals_alone) impl->prepare_choice();  // it looks at these portals
   impl_ = std::move(impl);
 }
 
@@ -324,7 +342,7 @@ LightSet::~LightSet() = default;
 size_t LightSet::emitter_count() const { return impl_->emitter_count(); }
 
 size_t LightSet::memory_bytes() const {
-  return sizeof(Impl) + impl_->lamps.capacity() * sizeof(SceneLamp) + impl_->triangles.memory_bytes() +
+  return sizeof(Impl) + impl_->lamps.capacity() * sizeof(SceneLamp) + impl_->triangles->memory_bytes() +
          impl_->portals.memory_bytes() + impl_->choice.memory_bytes() + impl_->bvh.memory_bytes() +
          impl_->wide_suns.capacity() * sizeof(uint32_t) + (impl_->environment ? impl_->environment->memory_bytes() : 0);
 }
@@ -353,7 +371,7 @@ EmitterPlace LightSet::place(uint32_t emitter) const {
   const auto first_instance = static_cast<uint32_t>(impl_->first_triangle());
   if (emitter >= impl_->environment_index())
     return {{}, first_instance + static_cast<uint32_t>(impl_->scene->instances.size()), true};
-  const EmissiveTriangle& t = impl_->triangles[emitter - impl_->first_triangle()];
+  const EmissiveTriangle& t = (*impl_->triangles)[emitter - impl_->first_triangle()];
   return {t.point({1.0f / 3.0f, 1.0f / 3.0f}), first_instance + t.instance, false};
 }
 
@@ -368,14 +386,14 @@ std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 
   if (sample.emitter < impl_->first_triangle())
     return impl_->evaluate_lamp(impl_->lamps[sample.emitter], sample.uv, position, path);
   if (sample.emitter < impl_->environment_index()) {
-    const EmissiveTriangle& t = impl_->triangles[sample.emitter - impl_->first_triangle()];
+    const EmissiveTriangle& t = (*impl_->triangles)[sample.emitter - impl_->first_triangle()];
     return impl_->evaluate_triangle(t, sample.uv, position, path, cone, accel);
   }
   return impl_->evaluate_environment_sample(sample.uv, position, path);
 }
 
 std::optional<uint32_t> LightSet::emitter_of(uint32_t instance, uint32_t triangle) const {
-  const std::optional<uint32_t> index = impl_->triangles.find(instance, triangle);
+  const std::optional<uint32_t> index = impl_->triangles->find(instance, triangle);
   if (!index) return std::nullopt;
   return static_cast<uint32_t>(impl_->first_triangle()) + *index;
 }
@@ -387,14 +405,14 @@ std::optional<uint32_t> LightSet::lamp_of(uint32_t emitter) const {
 
 std::optional<LightSet::Triangle> LightSet::triangle_of(uint32_t emitter) const {
   if (emitter < impl_->first_triangle() || emitter >= impl_->environment_index()) return std::nullopt;
-  const EmissiveTriangle& t = impl_->triangles[emitter - impl_->first_triangle()];
+  const EmissiveTriangle& t = (*impl_->triangles)[emitter - impl_->first_triangle()];
   return Triangle{t.instance, t.triangle};
 }
 
 float LightSet::surface_pdf(const SurfacePoint& emitter_point, Vec3 receiver) const {
-  const std::optional<uint32_t> index = impl_->triangles.find(emitter_point.instance, emitter_point.triangle);
+  const std::optional<uint32_t> index = impl_->triangles->find(emitter_point.instance, emitter_point.triangle);
   if (!index) return 0.0f;
-  const EmissiveTriangle& triangle = impl_->triangles[*index];
+  const EmissiveTriangle& triangle = (*impl_->triangles)[*index];
   if (const std::optional<SphericalTriangle> seen = SphericalTriangle::of(triangle, receiver)) return seen->pdf();
   const Vec3 offset = emitter_point.position - receiver;
   const float d2 = length_squared(offset);

@@ -58,7 +58,9 @@ struct EmitterPlace {
 class LightSet {
  public:
   LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling,
-           EnvironmentDensity density = EnvironmentDensity::COMPLETE, std::span<const AreaLight> openings = {});
+           EnvironmentDensity density = EnvironmentDensity::COMPLETE);
+  /// The same with openings for portals, in place of what portals it has; shares most of what the other holds.
+  LightSet(const LightSet& lights, std::span<const AreaLight> openings);
   ~LightSet();
 
   size_t emitter_count() const;

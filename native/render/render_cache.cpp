@@ -28,7 +28,9 @@ std::shared_ptr<const LightSet> RenderCache::lights(const std::shared_ptr<const 
                     previous.openings == openings &&
                     has_same_emitters(*previous.scene, *scene, compare_scenes(*previous.scene, *scene));
   if (fits) return previous.lights;
-  auto lights = std::make_shared<const LightSet>(scene, sampling, density, openings);
+  auto lights = openings.empty()
+                    ? std::make_shared<const LightSet>(scene, sampling, density)
+                    : std::make_shared<const LightSet>(*this->lights(scene, sampling, density), std::span(openings));
   const std::lock_guard lock(mutex_);
   kept = {scene, sampling, density, openings, lights};
   return lights;

@@ -54,7 +54,7 @@ struct Search {
   std::vector<AreaLight> find() const { return find_openings(walks, {}); }
   bool pay(const std::vector<AreaLight>& openings) const {
     const LightSet without(scene, LightSampling::TREE, EnvironmentDensity::COMPENSATED);
-    const LightSet with(scene, LightSampling::TREE, EnvironmentDensity::COMPENSATED, openings);
+    const LightSet with(without, openings);
     return openings_pay(walks, without, with, {});
   }
 };
