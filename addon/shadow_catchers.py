@@ -65,6 +65,7 @@ class ShadowPlan:
             **REFERENCE,
             "samples": samples,
             "passes": ["Environment"],
+            "find_openings": False,
         }
 
 

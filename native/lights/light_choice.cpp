@@ -90,7 +90,7 @@ float LightChoice::distant_share(float distant, const Vec3& position, const Vec3
   const float finite = tree_.irradiance_estimate(position, n);
   if (finite == 0.0f) return 1.0f;
   const float smallest = only_portals_ ? kSmallestPortalShare : kSmallestShare;
-  return std::clamp(distant / (distant + finite), smallest, 1.0f - smallest);
+  return std::clamp(distant / (distant + finite), smallest, 1.0f - kSmallestShare);
 }
 
 LightChoice::Result LightChoice::choose_distant(const Vec3& position, const Vec3& n, float total, double u) const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <unordered_map>
 
 #include "base/warp.h"
@@ -111,19 +112,33 @@ double open_share(const SkyWalks& walks, const AreaLight& opening, std::span<con
     if (!(cosine > 0.0f)) continue;
     const double weight = portal.seen_share(v.position) * cosine;
     all += weight;
-    if (walks.sees_sky(v.origin, *direction)) open += weight;
+    if (!is_black(walks.sky_share(v.origin, *direction))) open += weight;
   }
   return all > 0.0 ? open / all : 0.0;
 }
 
+/// Whether shadow rays find the same surfaces as scattered rays do, and the same transparency.
+bool shadow_rays_see_alike(const Scene& scene) {
+  const auto is_alike = [](const Instance& instance) {
+    const bool to_shadow = instance.visibility & kVisibleToShadow;
+    const uint8_t to_scattered = instance.visibility & kVisibleToScattered;
+    return to_shadow ? to_scattered == kVisibleToScattered : to_scattered == 0;
+  };
+  const auto is_even = [](const auto& program) {
+    return !program || !program->may_be_transparent || (program->has_transparent_shadow && !program->reads_light_path);
+  };
+  return std::ranges::all_of(scene.instances, is_alike) && std::ranges::all_of(scene.materials, is_even);
+}
+
 }  // namespace
 
-bool may_find_openings(const Scene& scene, const Settings& settings) {
+bool may_find_openings(const Scene& scene, const Settings& settings, const LightSet& lights) {
   if (!settings.find_openings || settings.environment_density() == EnvironmentDensity::COMPLETE) return false;
   const Environment& sky = scene.environment;
   if (sky.material < 0 || !(sky.visibility & kVisibleToDiffuse)) return false;
   const auto& program = scene.materials[static_cast<size_t>(sky.material)];
   if (!program || !program->may_emit || !Media::find_name(scene).empty()) return false;
+  if (!lights.environment_emitter() && !shadow_rays_see_alike(scene)) return false;
   return std::ranges::none_of(scene.lights, [](const Light& light) { return !light.removed && is_portal(light); });
 }
 
@@ -132,13 +147,15 @@ std::vector<AreaLight> find_openings(const SkyWalks& walks, const std::function<
   const Inside first = find_inside(vertices);
   if (first.share < kLeastInside || first.escaped.empty()) return {};
   const std::vector<WalkVertex> others = walks.walk(kFirstWalks, kWalks, kStream, is_stopped).vertices;
+  if (others.empty()) return {};
   vertices.insert(vertices.end(), others.begin(), others.end());
   const Inside inside = find_inside(vertices);
   if (inside.share < kLeastInside || inside.escaped.empty()) return {};
 
   std::vector<AreaLight> openings = fit_openings(inside.escaped, find_yaw(inside.vertices));
-  std::erase_if(openings,
-                [&](const AreaLight& opening) { return open_share(walks, opening, inside.vertices) < kLeastOpen; });
+  std::erase_if(openings, [&](const AreaLight& opening) {
+    return (is_stopped && is_stopped()) || open_share(walks, opening, inside.vertices) < kLeastOpen;
+  });
   const auto covered = std::ranges::count_if(inside.escaped, [&](const EscapedRay& ray) {
     return std::ranges::any_of(openings, [&](const AreaLight& opening) { return passes(opening, ray); });
   });

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "base/parallel.h"
 #include "base/warp.h"
 #include "render/opening_search.h"
@@ -24,9 +26,10 @@ double find_light(const SkyWalks& walks, const LightSet& lights, const WalkVerte
   const auto weight = [&](std::optional<uint32_t> emitter, float pdf) {
     return emitter ? power_heuristic(bsdf_pdf, lights.pmf(*emitter, v.position, v.normal) * pdf) : 1.0f;
   };
-  if (walks.sees_sky(v.origin, wi)) {
+  if (const Rgb share = walks.sky_share(v.origin, wi); !is_black(share)) {
     const auto sky = lights.environment_emitter();
-    return luminance(evaluate_environment(scene, wi, path)) * weight(sky, lights.environment_pdf(wi, v.position));
+    const Rgb arriving = evaluate_environment(scene, wi, path) * share;
+    return luminance(arriving) * weight(sky, lights.environment_pdf(wi, v.position));
   }
   const Ray ray{v.origin, wi};
   const std::optional<Hit> hit = walks.context().accel.intersect(ray, path.ray_kind);
@@ -62,11 +65,12 @@ struct Moments {
 };
 
 std::vector<Moments> sample_vertices(const SkyWalks& walks, const LightSet& lights,
-                                     std::span<const WalkVertex> vertices) {
+                                     std::span<const WalkVertex> vertices, const std::function<bool()>& is_stopped) {
   std::vector<Moments> result(vertices.size());
   parallel_blocks(vertices.size(), 16, [&](size_t, size_t begin, size_t end) {
     const FlushDenormals flush;
     for (size_t i = begin; i < end; ++i) {
+      if (is_stopped && is_stopped()) return;
       Rng rng(0, static_cast<uint32_t>(i), 1, kStream);
       double sum = 0.0, squares = 0.0;
       for (int j = 0; j < kSamples; ++j) {
@@ -105,8 +109,9 @@ std::vector<WalkLight> sum_walks(std::span<const Moments> vertices, std::span<co
 bool openings_pay(const SkyWalks& walks, const LightSet& without, const LightSet& with,
                   const std::function<bool()>& is_stopped) {
   const SkyWalks::Walks found = walks.walk(0, kWalks, kStream, is_stopped);
-  const auto before = sum_walks(sample_vertices(walks, without, found.vertices), found.begins);
-  const auto after = sum_walks(sample_vertices(walks, with, found.vertices), found.begins);
+  const auto before = sum_walks(sample_vertices(walks, without, found.vertices, is_stopped), found.begins);
+  const auto after = sum_walks(sample_vertices(walks, with, found.vertices, is_stopped), found.begins);
+  if (is_stopped && is_stopped()) return false;
   double indirect = 0.0;  // on average: that of a walk depends on where chance led it
   for (size_t i = 0; i < before.size(); ++i)
     indirect += 0.5 * (before[i].indirect + after[i].indirect) / static_cast<double>(before.size());

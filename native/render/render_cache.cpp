@@ -1,5 +1,7 @@
 #include "render/render_cache.h"
 
+#include <algorithm>
+
 namespace cistern {
 
 std::shared_ptr<const Accel> RenderCache::accel(const std::shared_ptr<const Scene>& scene, bool keep_instances,
@@ -36,14 +38,20 @@ std::shared_ptr<const LightSet> RenderCache::lights(const std::shared_ptr<const 
   return lights;
 }
 
-std::vector<AreaLight> RenderCache::openings() const {
+std::optional<std::vector<AreaLight>> RenderCache::openings(const Scene& scene, const Settings& settings) const {
   const std::lock_guard lock(mutex_);
-  return openings_;
+  if (settings.is_draft) return openings_;
+  if (!settings.keep_history || !scene_of_openings_) return std::nullopt;
+  const SceneChange change = compare_scenes(*scene_of_openings_, scene);
+  const bool is_lit_anew = change.surfaces || change.materials || change.lamps || change.environment;
+  return is_lit_anew || (change.camera && openings_.empty()) ? std::nullopt : std::optional(openings_);
 }
 
-void RenderCache::keep_openings(const std::vector<AreaLight>& openings) {
+void RenderCache::keep_openings(const std::shared_ptr<const Scene>& scene, const std::vector<AreaLight>& openings) {
   const std::lock_guard lock(mutex_);
+  scene_of_openings_ = scene;
   openings_ = openings;
+  if (openings_.empty()) lights_[1] = {};
 }
 
 std::shared_ptr<const LightCacheCells> RenderCache::light_cache_cells(const Scene& scene, uint32_t point_count,
@@ -96,8 +104,8 @@ void RenderCache::drop_history() {
 
 size_t RenderCache::memory_bytes() const {
   const std::lock_guard lock(mutex_);
-  size_t of_lights = 0;
-  for (const Lights& kept : lights_) of_lights += kept.lights ? kept.lights->memory_bytes() : 0;
+  size_t of_lights = 0;  // those with openings share what those without hold
+  for (const Lights& kept : lights_) of_lights = std::max(of_lights, kept.lights ? kept.lights->memory_bytes() : 0);
   return of_lights + (accel_ ? accel_->memory_bytes() : 0) + (cells_ ? cells_->memory_bytes() : 0) +
          (history_ ? history_->memory_bytes() : 0) + (draft_history_ ? draft_history_->memory_bytes() : 0);
 }

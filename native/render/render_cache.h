@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "render/reuse_frame.h"
 
@@ -20,9 +21,11 @@ class RenderCache {
   /// Those built last with or without openings, if the same things emit light in this scene, else new ones.
   std::shared_ptr<const LightSet> lights(const std::shared_ptr<const Scene>& scene, LightSampling sampling,
                                          EnvironmentDensity density, const std::vector<AreaLight>& openings = {});
-  /// Openings of a scene's interior (opening_search.h), as last found: for drafts, which have no time to search.
-  std::vector<AreaLight> openings() const;
-  void keep_openings(const std::vector<AreaLight>& openings);
+  /// What was last found of a scene's openings (opening_search.h), if these settings are content with that: drafts are,
+  /// which have no time to search; other pictures of a viewport while nothing changes that openings depend on, but that
+  /// the camera may move where there are some. Others look for themselves, or pictures would depend on earlier ones.
+  std::optional<std::vector<AreaLight>> openings(const Scene& scene, const Settings& settings) const;
+  void keep_openings(const std::shared_ptr<const Scene>& scene, const std::vector<AreaLight>& openings);
   /// The cells kept, if they were built from the very surfaces of `scene`, else newly built ones, which are kept from
   /// then on. Null when stopped.
   std::shared_ptr<const LightCacheCells> light_cache_cells(const Scene& scene, uint32_t point_count, uint64_t seed,
@@ -52,6 +55,7 @@ class RenderCache {
     std::shared_ptr<const LightSet> lights;
   };
   std::array<Lights, 2> lights_;  // without openings and with some
+  std::shared_ptr<const Scene> scene_of_openings_;
   std::vector<AreaLight> openings_;
   std::shared_ptr<const LightCacheCells> cells_;
   std::unique_ptr<ReuseFrame> history_, draft_history_;

@@ -207,8 +207,8 @@ void Session::run() {
       const auto accel = cache_->accel(scene_, settings_.keep_instances || (shutter_ && shutter_->moves_surfaces()),
                                        [this] { return cancelled_.load(); });
       if (!accel) return;
-      const auto lights = find_lights(accel);
       const Clock::time_point trial_start = Clock::now();
+      const auto lights = find_lights(accel);
       const Settings decided = decided_settings(settings_, accel, lights);
       const Clock::duration trial_time = Clock::now() - trial_start;
       const auto world = std::make_shared<const RenderWorld>(decided, scene_, accel, lights, surfaces_);
@@ -260,24 +260,25 @@ Settings Session::decided_settings(const Settings& asked, const std::shared_ptr<
   return SharingTrial(asked, scene_, accel, lights).decide(stop);
 }
 
-/// And the openings that the sky is looked for through.
+/// The lights that light samples are for, with what openings pay.
 std::shared_ptr<const LightSet> Session::find_lights(const std::shared_ptr<const Accel>& accel) {
   const EnvironmentDensity density = settings_.environment_density();
   auto lights = cache_->lights(scene_, settings_.light_sampling, density);
-  if (!may_find_openings(*scene_, settings_)) return lights;
-  const auto is_stopped = [this] { return cancelled_.load(); };
-  const SkyWalks walks(*scene_, *accel, settings_);
-  openings_ = settings_.is_draft ? cache_->openings() : find_openings(walks, is_stopped);
-  if (!openings_.empty()) {
-    auto with = cache_->lights(scene_, settings_.light_sampling, density, openings_);
-    if (settings_.is_draft || openings_pay(walks, *lights, *with, is_stopped)) {
-      lights = std::move(with);
-    } else {
-      openings_.clear();
+  if (!may_find_openings(*scene_, settings_, *lights)) return lights;
+  if (const auto kept = cache_->openings(*scene_, settings_)) {
+    openings_ = *kept;
+  } else {
+    const auto is_stopped = [this] { return cancelled_.load(); };
+    const SkyWalks walks(*scene_, *accel, settings_);
+    openings_ = find_openings(walks, is_stopped);
+    if (!openings_.empty()) {
+      const auto with = cache_->lights(scene_, settings_.light_sampling, density, openings_);
+      if (!openings_pay(walks, *lights, *with, is_stopped)) openings_.clear();
     }
+    if (cancelled_) return lights;
+    cache_->keep_openings(scene_, openings_);
   }
-  if (!settings_.is_draft) cache_->keep_openings(openings_);
-  return lights;
+  return openings_.empty() ? lights : cache_->lights(scene_, settings_.light_sampling, density, openings_);
 }
 
 bool Session::keeps_history() const { return settings_.keep_history && settings_.has_temporal_reuse(); }

@@ -25,12 +25,12 @@ SkyWalks::Walks SkyWalks::walk(uint32_t first, uint32_t last, uint32_t stream,
                                const std::function<bool()>& is_stopped) const {
   std::vector<Walks> blocks(block_count(last - first, kBlockSize));
   parallel_blocks(last - first, kBlockSize, [&](size_t block, size_t begin, size_t end) {
-    if (is_stopped && is_stopped()) return;
     const FlushDenormals flush;
     Walks& walks = blocks[block];
     for (size_t i = begin; i < end; ++i) {
+      if (is_stopped && is_stopped()) return;
       Rng rng(seed_, first + static_cast<uint32_t>(i), 0, stream);
-      walk(rng, walks.vertices);
+      add_walk(rng, walks.vertices);
       walks.begins.push_back(walks.vertices.size());
     }
   });
@@ -58,16 +58,17 @@ std::optional<SkyWalks::Start> SkyWalks::start(Rng& rng) const {
   return sees_nothing(ray) ? std::nullopt : std::optional(Start{ray, std::nullopt});
 }
 
-void SkyWalks::walk(Rng& rng, std::vector<WalkVertex>& vertices) const {
+void SkyWalks::add_walk(Rng& rng, std::vector<WalkVertex>& vertices) const {
   const std::optional<Start> begin = start(rng);
   if (!begin) return;
   Ray ray = begin->ray;
   std::optional<Hit> hit = begin->hit ? begin->hit : context_.accel.intersect(ray, kVisibleToCamera);
   for (uint32_t i = 0; hit; ++i) {
     const SurfacePoint point = make_surface_point(context_.scene, ray, *hit);
+    if (!is_finite(point.position)) return;
     const Vec3 direction = Frame(point.ng).to_world(square_to_cosine_hemisphere(rng.next_vec2()));
     const Vec3 origin = offset_origin(point.position, point.clearance, point.ng, direction);
-    const bool is_open = sees_sky(origin, direction);
+    const bool is_open = !is_black(sky_share(origin, direction));
     vertices.push_back({point.position, point.ng, origin, direction, is_open});
     if (is_open || i + 1 == kMostVertices) return;
     ray = {origin, direction};
@@ -75,11 +76,11 @@ void SkyWalks::walk(Rng& rng, std::vector<WalkVertex>& vertices) const {
   }
 }
 
-bool SkyWalks::sees_sky(Vec3 origin, Vec3 direction) const {
+Rgb SkyWalks::sky_share(Vec3 origin, Vec3 direction) const {
   IncidentLight light;
   light.wi = direction;
   light.distance = INFINITY;
-  return !is_black(transmittance(context_, origin, 0.0f, light, {}));
+  return transmittance(context_, origin, 0.0f, light, {});
 }
 
 }  // namespace cistern

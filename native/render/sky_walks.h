@@ -25,14 +25,15 @@ class SkyWalks {
   SkyWalks(const Scene& scene, const Accel& accel, const Settings& settings);
 
   /// The vertices of walks [first, last), one after the other; `begins`: where each starts, and the end. The same for
-  /// the same seed and stream, on any number of threads. Of none when stopped.
+  /// the same seed and stream, on any number of threads. None when stopped.
   struct Walks {
     std::vector<WalkVertex> vertices;
     std::vector<size_t> begins{0};
   };
   Walks walk(uint32_t first, uint32_t last, uint32_t stream, const std::function<bool()>& is_stopped) const;
 
-  bool sees_sky(Vec3 origin, Vec3 direction) const;
+  /// What of the sky arrives: less than all through transparent surfaces that are tinted.
+  Rgb sky_share(Vec3 origin, Vec3 direction) const;
   const PathContext& context() const { return context_; }
 
  private:
@@ -41,7 +42,7 @@ class SkyWalks {
     std::optional<Hit> hit;  // where that is known
   };
   std::optional<Start> start(Rng& rng) const;
-  void walk(Rng& rng, std::vector<WalkVertex>& vertices) const;
+  void add_walk(Rng& rng, std::vector<WalkVertex>& vertices) const;
 
   LightSet no_lights_;
   PathContext context_;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+
 #include "base/rng.h"
 
 namespace cistern::test {
@@ -83,7 +86,7 @@ TEST(Openings, RaysWithNothingInCommonGiveNoSmallOnes) {
 TEST(Openings, NoRaysGiveNone) {
   EXPECT_TRUE(fit_openings({}, 0.0f).empty());
   const std::vector<EscapedRay> same(100, EscapedRay{{1, 2, 3}, {0, 0, 1}});
-  for (const AreaLight& opening : fit_openings(same, 0.0f)) EXPECT_TRUE(std::isfinite(area(opening)));
+  EXPECT_TRUE(fit_openings(same, 0.0f).empty());
 }
 
 TEST(Openings, RaysPassTowardsTheOutsideAlone) {

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
+#include <atomic>
+
 #include "transport/path_scenes.h"
 
 namespace cistern::test {
@@ -62,7 +64,6 @@ struct Search {
 TEST(OpeningSearch, FindsTheWindowOfARoom) {
   const Room room;
   const Search search(room);
-  ASSERT_TRUE(may_find_openings(*search.scene, room.settings));
   const std::vector<AreaLight> openings = search.find();
   ASSERT_EQ(openings.size(), 1u);
   EXPECT_LT(length(openings[0].center - Vec3{kHalf, 0, 0.5f * (kBottom + kTop)}), 0.1f);
@@ -75,6 +76,7 @@ TEST(OpeningSearch, IsTheSameOnAnyNumberOfThreads) {
   std::vector<AreaLight> one, many;
   tbb::task_arena(1).execute([&] { one = search.find(); });
   tbb::task_arena(4).execute([&] { many = search.find(); });
+  EXPECT_EQ(one.size(), 1u);
   EXPECT_EQ(one, many);
 }
 
@@ -98,9 +100,18 @@ TEST(OpeningSearch, SeesThroughTransparentPanes) {
   EXPECT_EQ(Search(room).find().size(), 1u);
 }
 
-TEST(OpeningSearch, EndsWithNothingWhenStopped) {
+TEST(OpeningSearch, EndsWithNothingWheneverItIsStopped) {
   const Search search((Room()));
-  EXPECT_TRUE(find_openings(search.walks, [] { return true; }).empty());
+  std::atomic<int> asked{0}, most{0};
+  const auto is_stopped = [&] { return ++asked > most; };
+  for (const int questions : {0, 100, 2047, 2060, 10'000, 16'385}) {
+    asked = 0;
+    most = questions;
+    EXPECT_TRUE(find_openings(search.walks, is_stopped).empty()) << questions;
+    EXPECT_LT(asked, questions + 300) << "walks go on";  // each block of them asks once more
+  }
+  most = 100'000;
+  EXPECT_EQ(find_openings(search.walks, is_stopped).size(), 1u);
 }
 
 TEST(OpeningSearch, LampsThatOutshineTheSkyMakeItNotPay) {
@@ -114,22 +125,52 @@ TEST(OpeningSearch, LampsThatOutshineTheSkyMakeItNotPay) {
   }
 }
 
+/// A tinted pane dims what BSDF samples find of the sky as it dims light samples.
+TEST(OpeningSearch, DarkPanesMakeItNotPayBesideALamp) {
+  for (const float tint : {1.0f, 0.01f}) {
+    Room room;
+    room.quad({kHalf, 0, 0.5f * (kBottom + kTop)}, {0, 0, kTop - kBottom}, {0, 2 * kSide, 0},
+              room.transparent({tint, tint, tint}));
+    room.point_lamp({0.5f, 0.5f, 2.0f}, 0.02f, 0.05f);
+    const Search search(room);
+    const std::vector<AreaLight> openings = search.find();
+    ASSERT_EQ(openings.size(), 1u);
+    EXPECT_EQ(search.pay(openings), tint == 1.0f) << tint;
+  }
+}
+
+bool may_find(const Room& room) {
+  const auto scene = room.builder.snapshot();
+  const LightSet lights(scene, LightSampling::TREE, EnvironmentDensity::COMPENSATED);
+  return may_find_openings(*scene, room.settings, lights);
+}
+
 TEST(OpeningSearch, IsForLightSamplesThatCompeteWithTheBsdf) {
   Room room;
-  const auto may = [&] { return may_find_openings(*room.builder.snapshot(), room.settings); };
-  EXPECT_TRUE(may());
-  EXPECT_FALSE(may_find_openings(*Room(0.0f).builder.snapshot(), room.settings)) << "no sky";
+  EXPECT_TRUE(may_find(room));
+  EXPECT_FALSE(may_find(Room(0.0f))) << "no sky";
   room.settings.find_openings = false;
-  EXPECT_FALSE(may());
+  EXPECT_FALSE(may_find(room));
   room.settings.find_openings = true;
   room.settings.direct = DirectAnswer::RIS;
-  EXPECT_FALSE(may());
+  EXPECT_FALSE(may_find(room));
   room.settings.direct = DirectAnswer::LEARNED;
-  EXPECT_TRUE(may());
+  EXPECT_TRUE(may_find(room));
   Light portal = room.area_lamp({0, 0, 2}, 1.0f, -1.0f, 1.0f);
   std::get<AreaLight>(portal.shape).is_portal = true;
   room.builder.add_light(portal);
-  EXPECT_FALSE(may()) << "somebody has said where it shines in";
+  EXPECT_FALSE(may_find(room)) << "somebody has said where it shines in";
+}
+
+TEST(OpeningSearch, IsNotForAnEvenSkyThatShadowRaysSeeOtherwise) {
+  constexpr uint8_t kWithoutShadow = kVisibleToAll & ~kVisibleToShadow;
+  for (const bool is_even : {true, false}) {
+    Room room;
+    if (!is_even) room.glowing_environment(1.0f, 5.0f);
+    EXPECT_TRUE(may_find(room));
+    room.floor(0.5f, 1.0f, room.diffuse(0.5f), kWithoutShadow);
+    EXPECT_EQ(may_find(room), !is_even);
+  }
 }
 
 }  // namespace
