@@ -41,6 +41,8 @@ def status_text(progress: Any) -> str:  # noqa: ANN401
         parts.append(f"{progress.stage_done:.0%}")
     if progress.frames_done > 0:
         parts.append(f"Sample {progress.frames_done}/{progress.frames}")
+    if progress.openings > 0:
+        parts.append(f"{progress.openings} Opening{'s' if progress.openings > 1 else ''}")
     if progress.noise >= 0.0:
         parts.append(f"Noise {progress.noise:.3g}")
     if progress.pixels_left < 1.0:

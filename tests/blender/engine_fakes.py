@@ -133,6 +133,7 @@ class FakeSession:
             noise=-1.0,
             mean_samples=float(self.frames_done),
             pixels_left=1.0,
+            openings=2 if cached is None else 0,
             seconds=0.1 * self.frames_done,
             remaining_seconds=1.0,
             stage="Rendering" if cached is None else "Caching light",

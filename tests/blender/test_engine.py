@@ -59,6 +59,7 @@ def test_caching_of_light_is_shown_with_its_own_progress(core, tmp_path, monkeyp
         ["Rendering", "Sample 1/2"],
         ["Rendering", "Sample 2/2"],
     ]
+    assert [" | 2 Openings" in text for text in texts] == [False, False, True, True]
     assert (shares, report.samples) == ([0.25, 0.5, 0.5, 1.0], 2)
 
 

@@ -57,6 +57,7 @@ class FakeViewportSession:
             status=Status.CANCELLED if self.is_cancelled else status,
             frames_done=done,
             pixels_left=1.0,
+            openings=0,
             frames=self.settings.samples,
             noise=-1.0,
             remaining_seconds=-1.0,
