@@ -24,7 +24,10 @@ constexpr int kMostSteps = 32;                           // of growing
 constexpr double kLeastDensity = 0.5;                    // of rays after a step, over that before
 constexpr float kReach = 2.0f;                           // cells around the faces voted for, in which its plane may be
 constexpr float kCoarseStep = 1.0f, kFineStep = 0.125f;  // cells from one plane that is tried to the next
-constexpr float kWider = 1.02f;                          // openings are a little wider than what rays show of them
+/// Openings are a little wider than what rays show of them, and what lies beside is left to few samples of great
+/// weight: with 1.08, variance of Final is 0.76 and 0.81 of that with 1.02 in a room with a window, with 1.15 0.84 and
+/// 0.92.
+constexpr float kWider = 1.08f;
 
 /// The face between a cell and the one before along an axis.
 struct Face {

@@ -99,7 +99,7 @@ def noise(scene: bpy.types.Scene) -> float:
 
 @pytest.mark.parametrize("world", WORLDS)
 def test_portals_and_windows_that_are_found_are_worth_it(empty_scene: bpy.types.Scene, world: str) -> None:
-    """0.09 and 0.14 of the variance were measured with portals, 0.10 and 0.13 where the window is found; these seeds
+    """0.09 and 0.14 of the variance were measured with portals, 0.10 and 0.14 where the window is found; these seeds
     are the same every time."""
     add_room(empty_scene)
     WORLDS[world](empty_scene)
