@@ -2,7 +2,7 @@
 
   python -m tests.benchmark.openings [--seconds 20] [--size 360 270] [--output tests/benchmark/plots]
 
-Writes openings.png: under an even world (above) and a sky (below) Cycles, Cycles with a portal in the window, Final
+Writes openings.jpg: under an even world (above) and a sky (below) Cycles, Cycles with a portal in the window, Final
 without openings and with them. One thread; `--seconds` are those of the samples, told from two short renders.
 """
 
@@ -82,7 +82,7 @@ def main() -> None:
             axis.axis("off")
     figure.tight_layout()
     arguments.output.mkdir(parents=True, exist_ok=True)
-    path = arguments.output / "openings.png"
+    path = arguments.output / "openings.jpg"
     figure.savefig(path, dpi=100)
     print(f"Wrote {path}")
 
