@@ -59,7 +59,8 @@ class LightSet {
  public:
   LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling,
            EnvironmentDensity density = EnvironmentDensity::COMPLETE);
-  /// The same with openings for portals, in place of what portals it has; shares most of what the other holds.
+  /// The same with openings for portals, in place of what portals it has; shares most of what the other holds. Of an
+  /// even sky they are all that is sampled, so for lights of COMPENSATED density alone.
   LightSet(const LightSet& lights, std::span<const AreaLight> openings);
   ~LightSet();
 

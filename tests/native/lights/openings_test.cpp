@@ -45,7 +45,8 @@ TEST(Openings, AWindowIsFoundInAnyWall) {
       const std::vector<AreaLight> openings = fit_openings(rays, yaw);
       ASSERT_EQ(openings.size(), 1u) << yaw << " " << wall;
       EXPECT_LT(length(openings[0].center - turned(center, yaw)), kMetres) << yaw << " " << wall;
-      EXPECT_NEAR(area(openings[0]), 1.75, 0.2) << yaw << " " << wall;
+      EXPECT_NEAR(area(openings[0]), 1.75, 0.2)  // of 1.6: openings are made a little wider
+          << yaw << " " << wall;
       EXPECT_LT(dot(openings[0].normal, turned(center, yaw) - turned({0, 0, 1.5f}, yaw)), 0.0f) << "looks inwards";
       EXPECT_GT(share_that_passes(openings[0], rays), 0.97);
     }
