@@ -210,6 +210,14 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         ),
         default=True,
     )
+    light_through_panes: BoolProperty(
+        name="Light Through Panes",
+        description=(
+            "Sample the sky and suns through flat panes of smooth glass, too. Without, only scattered rays find that "
+            "light, which is noisy"
+        ),
+        default=True,
+    )
     view: EnumProperty(
         name="View",
         description=(

@@ -273,6 +273,7 @@ def scene_settings(
         "max_transparent_bounces": settings.max_transparent_bounces,
         "min_bounces": settings.min_bounces,
         "find_openings": settings.find_openings,
+        "light_through_panes": settings.light_through_panes,
         "film_transparent": scene.render.film_transparent,
         "film_transparent_glass": scene.render.film_transparent and settings.film_transparent_glass,
         "clamp_direct": settings.clamp_direct,

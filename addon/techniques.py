@@ -315,6 +315,11 @@ def may_find_openings(in_force: dict[str, Value]) -> bool:
     return all(in_force[name] in ("NEE", "LEARNED") for name in ("direct", "secondary"))
 
 
+def may_seek_through_panes(in_force: dict[str, Value]) -> bool:
+    """Whether no reservoirs take part, which know light samples by straight lines alone."""
+    return may_find_openings(in_force) and in_force["indirect"] in ("PATH", "CELL_SHARED")
+
+
 def is_reference(in_force: dict[str, Value]) -> bool:
     """Whether nothing is reused, so that there is nothing to be biased."""
     return all(in_force[name] in (answer, "LEARNED") for name, answer in REFERENCE.items())

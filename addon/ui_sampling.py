@@ -113,6 +113,9 @@ class CISTERN_RENDER_PT_techniques(CisternPanel, Panel):
         row = layout.row()
         row.active = techniques.may_find_openings(in_force)
         row.prop(settings, "find_openings")
+        row = layout.row()
+        row.active = techniques.may_seek_through_panes(in_force)
+        row.prop(settings, "light_through_panes")
         if not is_custom:
             layout.operator("cistern.choose_preset", text="Choose These Myself").preset = "CUSTOM"
 

@@ -41,6 +41,11 @@ void set_rays(RTCRay8& out, const RayLanes& rays, uint32_t mask) {
   std::ranges::fill(out.flags, 0u);
 }
 
+/// Of what is opaque to rays.
+uint32_t opaque_ray_mask(uint8_t visibility) {
+  return opaque_mask(visibility) | ((visibility & kVisibleToShadow) != 0 ? kPaneMask : 0);
+}
+
 /// Instances of some shadow sets, but for triangles that were passed.
 struct Blockers {
   const std::vector<Placement>& placements;
@@ -94,7 +99,7 @@ class EmbreeAccel final : public Accel {
   bool occluded(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
     if (!is_number(ray)) return false;
     RTCRay query;
-    set_ray(query, ray, opaque_mask(visibility));
+    set_ray(query, ray, opaque_ray_mask(visibility));
     if (sets == kAllSets || !top_->is_filtered) {
       embree_occluded(top_->scene.get(), query);
     } else {
@@ -104,7 +109,7 @@ class EmbreeAccel final : public Accel {
     return query.tfar < 0.0f;
   }
   LaneMask occluded(const RayLanes& rays, uint8_t visibility) const override {
-    return in_packet(rays, opaque_mask(visibility));
+    return in_packet(rays, opaque_ray_mask(visibility));
   }
   LaneMask obstructed(const RayLanes& rays, uint8_t visibility) const override {
     return in_packet(rays, any_surface_mask(visibility));
@@ -114,6 +119,16 @@ class EmbreeAccel final : public Accel {
   }
   std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
     return closest_hit(ray, transparent_mask(visibility), sets);
+  }
+  bool occluded_but_for_panes(const Ray& ray) const override {
+    if (!is_number(ray)) return false;
+    RTCRay query;
+    set_ray(query, ray, opaque_mask(kVisibleToShadow));
+    embree_occluded(top_->scene.get(), query);
+    return query.tfar < 0.0f;
+  }
+  std::optional<Hit> intersect_transparent_or_pane(const Ray& ray) const override {
+    return closest_hit(ray, transparent_mask(kVisibleToShadow) | kPaneMask);
   }
   std::optional<Hit> intersect_or_medium(const Ray& ray, uint8_t visibility,
                                          std::span<const TriangleId> passed) const override {

@@ -7,9 +7,9 @@ namespace {
 
 /// What its materials say of an instance. Told once for each set: a set may have thousands, and a million instances.
 struct SetTraits {
-  bool may_be_transparent = false, has_volume = false, may_emit = false;  // one of them
-  bool is_traced_alone = false;                                           // the same
-  bool is_boundary = false;                                               // all of them
+  bool may_be_transparent = false, may_be_pane = false, has_volume = false, may_emit = false;  // one of them
+  bool is_traced_alone = false;                                                                // the same
+  bool is_boundary = false;                                                                    // all of them
 };
 
 SetTraits traits_of(const Scene& scene, const std::vector<int>& materials) {
@@ -20,6 +20,7 @@ SetTraits traits_of(const Scene& scene, const std::vector<int>& materials) {
     traits.is_boundary &= program && program->is_boundary;
     if (!program) continue;
     traits.may_be_transparent |= program->may_be_transparent;
+    traits.may_be_pane |= program->may_be_pane;
     traits.has_volume |= program->has_volume;
     traits.may_emit |= program->may_emit;
     traits.is_traced_alone |= program->has_subsurface || program->looks_at_own_object;
@@ -34,11 +35,16 @@ std::vector<SetTraits> traits_of_sets(const Scene& scene) {
   return traits;
 }
 
+uint32_t opaque_instance_mask(const SetTraits& traits, uint8_t visibility) {
+  const bool is_pane = traits.may_be_pane && (visibility & kVisibleToShadow) != 0;
+  return is_pane ? opaque_mask(visibility & ~kVisibleToShadow) | kPaneMask : opaque_mask(visibility);
+}
+
 /// Strands of hair have no inside.
 uint32_t mask_of(const SetTraits& traits, const Instance& instance, const Mesh& mesh) {
   const uint8_t visibility = instance.visibility & kVisibleToAll;
-  const bool is_opaque = !traits.may_be_transparent;
-  uint32_t mask = any_surface_mask(visibility) | (is_opaque ? opaque_mask(visibility) : transparent_mask(visibility));
+  uint32_t mask = any_surface_mask(visibility);
+  mask |= traits.may_be_transparent ? transparent_mask(visibility) : opaque_instance_mask(traits, visibility);
   if (!traits.is_boundary) mask |= surface_mask(visibility);
   if (visibility != 0 && !mesh.is_strands() && traits.has_volume) mask |= kMediumMask;
   return mask;

@@ -118,6 +118,7 @@ std::map<std::string, Setter> make_setters() {
       {"keep_instances", member(&Settings::keep_instances)},
       {"light_sampling", member(&Settings::light_sampling)},
       {"find_openings", member(&Settings::find_openings)},
+      {"light_through_panes", member(&Settings::light_through_panes)},
       {"light_samples", member(&Settings::light_samples)},
       {"guiding", choice<Guiding>("guiding", &Settings::guiding,
                                   {{"OFF", Guiding::OFF}, {"ON", Guiding::ON}, {"AUTO", Guiding::AUTO}})},

@@ -289,6 +289,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv
     light.pdf = (1.0f - share) * sample.pdf + (share > 0.0f ? share * portals.pdf(light.wi, receiver) : 0.0f);
   }
   light.distance = INFINITY;
+  light.is_environment = true;
   light.radiance = evaluate_environment(*scene, light.wi, path);
   light.visibility = scene->environment.visibility;
   if (is_black(light.radiance)) return std::nullopt;

@@ -34,6 +34,7 @@ struct IncidentLight {
   bool use_mis = true;                 // false: a scattered ray never finds this light, so it needs no MIS
   uint8_t visibility = kVisibleToAll;  // RayVisibility bits: not lit where the receiver's scattering kind is not in it
   uint64_t blockers = kAllSets;        // LightLinks::blockers of the emitter
+  bool is_environment = false;
 };
 
 /// A lamp shape passed through by a scattered ray before it hits a surface.

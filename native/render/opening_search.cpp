@@ -117,19 +117,6 @@ double open_share(const SkyWalks& walks, const AreaLight& opening, std::span<con
   return all > 0.0 ? open / all : 0.0;
 }
 
-/// Whether shadow rays find the same surfaces as scattered rays do, and the same transparency.
-bool shadow_rays_see_alike(const Scene& scene) {
-  const auto is_alike = [](const Instance& instance) {
-    const bool to_shadow = instance.visibility & kVisibleToShadow;
-    const uint8_t to_scattered = instance.visibility & kVisibleToScattered;
-    return to_shadow ? to_scattered == kVisibleToScattered : to_scattered == 0;
-  };
-  const auto is_even = [](const auto& program) {
-    return !program || !program->may_be_transparent || (program->has_transparent_shadow && !program->reads_light_path);
-  };
-  return std::ranges::all_of(scene.instances, is_alike) && std::ranges::all_of(scene.materials, is_even);
-}
-
 }  // namespace
 
 bool may_find_openings(const Scene& scene, const Settings& settings, const LightSet& lights) {

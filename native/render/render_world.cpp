@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "transport/camera_ray.h"
+#include "transport/clear_panes.h"
 
 namespace cistern {
 namespace {
@@ -66,7 +67,8 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             scene->has_shadow_links(),
             wants_kinds(settings),
             static_cast<size_t>(settings.light_groups),
-            settings.groups_behind_film},
+            settings.groups_behind_film,
+            settings.may_seek_through_panes() && may_pass_panes(*scene, settings.limits)},
       sequences(std::move(the_sequences)),
       context{settings, paths, filter, *sequences, learning.get(), guiding.get(), surfaces.get()} {}
 

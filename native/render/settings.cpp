@@ -132,6 +132,11 @@ EnvironmentDensity Settings::environment_density() const {
                                                                : EnvironmentDensity::COMPENSATED;
 }
 
+bool Settings::may_seek_through_panes() const {
+  const bool has_path_reservoirs = indirect != IndirectAnswer::PATH && indirect != IndirectAnswer::CELL_SHARED;
+  return light_through_panes && !uses_reservoirs(direct) && !uses_reservoirs(secondary) && !has_path_reservoirs;
+}
+
 bool Settings::has_temporal_reuse() const {
   if (uses_reservoirs(direct) && direct_reuse.temporal_reuse) return true;
   if (secondary == SecondaryAnswer::CELL_RESERVOIRS && secondary_reuse.temporal_reuse) return true;

@@ -74,8 +74,9 @@ struct Settings {
   /// where it is 0 becomes the answer's own.
   GridSettings grid{.min_cell_size = kDefaultMinCellShare, .cell_pixels = 0.0f};
   LightSampling light_sampling = LightSampling::TREE;
-  bool find_openings = true;  // looks where the sky shines in; see opening_search.h
-  int light_samples = 1;      // of the first vertex of a path, with NEE and more than two emitters
+  bool find_openings = true;        // looks where the sky shines in; see opening_search.h
+  bool light_through_panes = true;  // light samples look for the sky and suns through clear panes
+  int light_samples = 1;            // of the first vertex of a path, with NEE and more than two emitters
   Guiding guiding = Guiding::OFF;
   SampleSequence sequence = SampleSequence::SOBOL;
   FilterKind pixel_filter = FilterKind::BLACKMAN_HARRIS;
@@ -94,6 +95,8 @@ struct Settings {
 
   /// Reservoirs resample light samples many times, the BSDF's once: theirs have to find all light.
   EnvironmentDensity environment_density() const;
+  /// Whether light samples may be sought through panes: not by reservoirs, which take them to be direct light.
+  bool may_seek_through_panes() const;
   /// Whether some answer hands its reservoirs on from frame to frame.
   bool has_temporal_reuse() const;
   /// What frames after the first are made by: these, unless paths are shared and the first alone has history.

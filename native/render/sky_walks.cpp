@@ -19,7 +19,9 @@ SkyWalks::SkyWalks(const Scene& scene, const Accel& accel, const Settings& setti
     : no_lights_(std::make_shared<const Scene>(), LightSampling::UNIFORM),
       context_{scene, accel, no_lights_, settings.limits,
                pixel_footprint(scene.camera, settings.width, settings.height)},
-      seed_(settings.seed) {}
+      seed_(settings.seed) {
+  context_.passes_panes = settings.may_seek_through_panes() && may_pass_panes(scene, settings.limits);
+}
 
 SkyWalks::Walks SkyWalks::walk(uint32_t first, uint32_t last, uint32_t stream,
                                const std::function<bool()>& is_stopped) const {
@@ -80,6 +82,7 @@ Rgb SkyWalks::sky_share(Vec3 origin, Vec3 direction) const {
   IncidentLight light;
   light.wi = direction;
   light.distance = INFINITY;
+  light.is_environment = true;
   return transmittance(context_, origin, 0.0f, light, {});
 }
 

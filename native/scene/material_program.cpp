@@ -14,6 +14,7 @@ namespace {
 // Operands of CLOSURE_PRINCIPLED (op_table).
 enum Principled : size_t {
   kPrincipledWeight = 0,
+  kPrincipledRoughness = 3,
   kPrincipledAlpha = 5,
   kPrincipledNormal = 6,
   kPrincipledSubsurface = 8,
@@ -56,6 +57,20 @@ bool may_emit_light(const MaterialProgram& p, const Instruction& closure) {
     return false;
   }
   return !is_zero_float(p, in[0]) && !is_constant_zero(p, in[color]) && !is_zero_float(p, in[strength]);
+}
+
+/// Whether the closure refracts, and is smooth enough for a delta lobe wherever it is.
+bool refracts_clearly(const MaterialProgram& p, const Instruction& closure) {
+  constexpr float kRoughness = 0.0035f;
+  const std::span<const Operand> in = operands_of(p, closure);
+  size_t roughness = 2;
+  if (closure.op == Op::CLOSURE_PRINCIPLED) {
+    roughness = kPrincipledRoughness;
+    if (is_zero_float(p, in[kPrincipledTransmission])) return false;
+  } else if (closure.op != Op::CLOSURE_GLASS && closure.op != Op::CLOSURE_REFRACTION) {
+    return false;
+  }
+  return in[roughness].is_constant() && constant_x(p, in[roughness]) <= kRoughness;
 }
 
 /// Whether coat or sheen may lie above the closure's emission, which then depends on the direction it leaves in.
@@ -208,6 +223,12 @@ bool counts_bounces(const Instruction& node) {
   return output == kRayDepth || output == kDiffuseDepth || output == kGlossyDepth || output == kTransmissionDepth;
 }
 
+/// Whether a node tells rays apart that do not come from the camera.
+bool tells_scattered_rays(const Instruction& node) {
+  constexpr int kIsCamera = 0;  // output, op_table.cpp
+  return node.op == Op::LIGHT_PATH && node.parameters[0] != kIsCamera;
+}
+
 /// Whether what `op` returns depends on the place inside of an object.
 bool varies_inside(Op op) {
   switch (op) {
@@ -259,7 +280,8 @@ void finish_program(MaterialProgram& program, int image_count) {
       std::ranges::any_of(program.volume_instructions, [](const Instruction& i) { return varies_inside(i.op); });
 
   program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
-  program.reads_light_path = program.counts_bounces = program.reads_camera = false;
+  program.reads_light_path = program.tells_scattered_rays = program.counts_bounces = program.reads_camera = false;
+  program.may_be_pane = false;
   program.depends_on_view = program.lobes_depend_on_view = program.has_subsurface = program.looks_at_own_object = false;
   program.emission_is_constant = true;
   program.constant_emission = {};
@@ -268,6 +290,7 @@ void finish_program(MaterialProgram& program, int image_count) {
     program.needs_tangent |= op == Op::TANGENT || (op == Op::NORMAL_MAP && instruction.parameters[0] == 0);
     program.needs_footprint |= op == Op::BUMP;
     program.reads_light_path |= op == Op::LIGHT_PATH;
+    program.tells_scattered_rays |= tells_scattered_rays(instruction);
     program.counts_bounces |= counts_bounces(instruction);
     program.depends_on_view |= reads_view(op);
     program.lobes_depend_on_view |= (reads_view(op) && op != Op::BACKFACING) || may_turn(program, instruction);
@@ -276,6 +299,7 @@ void finish_program(MaterialProgram& program, int image_count) {
     program.looks_at_own_object |= meets_own_object_alone(instruction);
     if (!describe(op).is_closure) continue;
     program.may_be_transparent |= may_pass_light(program, instruction);
+    program.may_be_pane |= refracts_clearly(program, instruction);
     if (!may_emit_light(program, instruction)) continue;
     program.may_emit = true;
     if (!add_constant_emission(program, instruction, program.constant_emission)) program.emission_is_constant = false;
@@ -288,6 +312,7 @@ void finish_program(MaterialProgram& program, int image_count) {
     program.reads_camera |= depends_on_camera(instruction);
   }
   if (!program.emission_is_constant) program.constant_emission = {};
+  program.may_be_pane &= !program.tells_scattered_rays;
 
   program.attribute_hashes.clear();
   for (const std::string& name : program.attribute_names) program.attribute_hashes.push_back(attribute_name_hash(name));

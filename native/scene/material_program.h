@@ -114,6 +114,8 @@ struct MaterialProgram {
   bool looks_at_own_object = false;                      // nodes trace rays that meet nothing else
   bool has_volume = false;                               // light is absorbed, scattered or emitted inside
   bool may_be_transparent = false;                       // a shadow ray may pass: has transparent / alpha closures
+  /// Has lobes that refract without any roughness, the same whatever the path: see transport/clear_panes.h.
+  bool may_be_pane = false;
   bool may_emit = false;
   bool emission_is_constant = false;  // no emission operand depends on the hit: `constant_emission` is exact
   Vec3 constant_emission;
@@ -121,8 +123,9 @@ struct MaterialProgram {
   bool needs_tangent = false;
   bool needs_footprint = false;  // has BUMP
   bool reads_light_path = false;
-  bool counts_bounces = false;   // reads from it how often the path has bounced
-  bool depends_on_view = false;  // weights of lobes may depend on where the surface is seen from
+  bool tells_scattered_rays = false;  // reads more from it than whether the ray comes from the camera
+  bool counts_bounces = false;        // reads from it how often the path has bounced
+  bool depends_on_view = false;       // weights of lobes may depend on where the surface is seen from
   /// Which lobes there are, or which directions they scatter to, may depend on it too; on more than the side that is
   /// seen.
   bool lobes_depend_on_view = false;

@@ -54,15 +54,14 @@ std::optional<LearnedLightSample> sample_learned_light(const PathContext& contex
   }
   if (w_sum == 0.0f) return std::nullopt;
   const float W = w_sum / chosen.target;
-  return LearnedLightSample{chosen.emitter, chosen.light, chosen.f,
-                            chosen.light.radiance * (chosen.mis_weight / chosen.light.pdf * W), W};
+  return LearnedLightSample{chosen.emitter, chosen.light, chosen.f, chosen.mis_weight / chosen.light.pdf * W, W};
 }
 
 std::optional<LightRecord> light_record(const PathContext& context, const LearnedLights::Chooser& chooser,
                                         const LearnedLightVertex& vertex, const LearnedLightSample& sample,
                                         Rgb radiance, Rgb throughput) {
   const Rgb f_over_albedo = sample.f.total_cos() * (1.0f / vertex.bsdf.total_sample_weight);
-  const float unshadowed = magnitude(f_over_albedo * sample.unshadowed);
+  const float unshadowed = magnitude(f_over_albedo * sample.unshadowed());
   if (chooser.cell == kNoNestedCell || !(unshadowed > 0.0f) || !std::isfinite(unshadowed)) return std::nullopt;
   const float square = sqr(magnitude(throughput * sample.f.total_cos() * radiance));
   const float pmf = context.lights.pmf(sample.emitter, chooser.position, chooser.normal, chooser.light_set);

@@ -17,14 +17,17 @@ struct LearnedLightVertex {
   bool keeps_light = false;  // others may reflect what this vertex does not
 };
 
-/// A light sample and what it brings: the vertex reflects f times `unshadowed`, which holds the weight against the
-/// path's own BSDF sample and one over the probability, less what is in between.
+/// A light sample and what it brings: the vertex reflects f times the radiance that arrives times `weight`, which holds
+/// that against the path's own BSDF sample and one over the probability.
 struct LearnedLightSample {
   uint32_t emitter = 0;
   IncidentLight light;
   BsdfEvaluation f;
-  Rgb unshadowed;
+  float weight = 0.0f;
   float W = 0.0f;  // one over the probability of (emitter, point on it), as resampling estimates it
+
+  /// `weight` times what arrives if nothing is in between.
+  Rgb unshadowed() const { return light.radiance * weight; }
 };
 
 /// One of the chooser's `candidates` light samples, kept in proportion to what it seems to bring: what it would

@@ -57,6 +57,18 @@ bool emitters_tell_kinds(const Scene& scene) {
   return std::ranges::any_of(scene.lights, is_lamp) || std::ranges::any_of(scene.instances, is_surface);
 }
 
+bool shadow_rays_see_alike(const Scene& scene) {
+  const auto is_alike = [](const Instance& instance) {
+    const bool to_shadow = instance.visibility & kVisibleToShadow;
+    const uint8_t to_scattered = instance.visibility & kVisibleToScattered;
+    return to_shadow ? to_scattered == kVisibleToScattered : to_scattered == 0;
+  };
+  const auto is_even = [](const auto& program) {
+    return !program || !program->may_be_transparent || (program->has_transparent_shadow && !program->reads_light_path);
+  };
+  return std::ranges::all_of(scene.instances, is_alike) && std::ranges::all_of(scene.materials, is_even);
+}
+
 LightGroup light_group_of(const PathContext& context, uint32_t emitter) {
   if (const auto lamp = context.lights.lamp_of(emitter)) return context.scene.lights[*lamp].light_group;
   if (const auto triangle = context.lights.triangle_of(emitter))

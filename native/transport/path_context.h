@@ -84,6 +84,9 @@ struct PathContext {
   /// Whether the environment behind a transparent film, which Combined leaves out, is in its group.
   bool groups_behind_film = false;
 
+  /// Whether light samples pass panes, where may_pass_panes.
+  bool passes_panes = false;
+
   /// Whether light is wanted in parts at all.
   bool splits() const { return splits_kinds || light_groups > 0; }
 };
@@ -94,6 +97,9 @@ LightGroup light_group_of(const PathContext& context, uint32_t emitter);
 /// Whether what a scattered ray meets, or how far its path goes on, depends on the kind of its scattering: by ray
 /// visibility, bounce limits or materials that read the path.
 bool scatter_kinds_matter(const Scene& scene, const PathLimits& limits);
+
+/// Whether shadow rays find the same surfaces as scattered rays do, and the same transparency.
+bool shadow_rays_see_alike(const Scene& scene);
 
 /// Whether some emitter that scattered rays may meet is hidden from some kinds of them. Light samples of it reflect by
 /// lobes of the other kinds, f_V; rays that carry their share p_k / p of what all lobes scatter would find another

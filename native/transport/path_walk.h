@@ -243,10 +243,10 @@ class Walk {
   /// What Combined leaves out, seen straight: as in Cycles, the pass has it.
   void split_environment_behind_film();
   /// Light that the current vertex reflects, as add_reflected_light has it; `f` of its direction.
-  void split_reflected_light(const BsdfKinds& f, Rgb rough_cos, Rgb smooth_cos, Rgb radiance);
+  void split_reflected_light(const BsdfKinds& f, Rgb rough_cos, Rgb smooth_cos, Rgb radiance, int faces);
   /// The same of a medium.
   void split_scattered_light(Rgb phase_cos, Rgb radiance);
-  void split_later_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance);
+  void split_later_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, int faces = 0);
   /// Before the path's throughput is scattered with these weights in the direction of the sample, or below a surface.
   void scatter_kinds(const Bsdf& bsdf, const BsdfSample& sample, Rgb rough_weight, Rgb smooth_weight);
   void scatter_kinds(Rgb rough_weight, Rgb smooth_weight);
@@ -257,7 +257,10 @@ class Walk {
   // --- light found by the path itself: path_walk_light.h -----------------------------------------------------------
 
   /// Weight of this path against light samples of an emitter that has `pdf` (per solid angle, given the emitter).
-  float emitter_weight(std::optional<uint32_t> emitter, float pdf) const;
+  float emitter_weight(std::optional<uint32_t> emitter, float pdf, Distance distance) const;
+  /// Whether light samples of the receiver might look for distant light that the path meets past panes; and where.
+  bool is_sought_past_panes(bool is_environment) const;
+  Vec3 sought_direction() const;
   /// The same where reservoirs take the light samples.
   float captured_emitter_weight(uint32_t emitter, float pdf) const;
   void add(Rgb radiance, const LightSource& source);
@@ -285,8 +288,9 @@ class Walk {
   void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter, int index);
   void keep_incident_light(const IncidentLight& light, Rgb radiance, const BsdfEvaluation& f,
                            const LightSource& source);
-  /// Adds what the current vertex reflects of a light sample.
-  void add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, const LightSource& source);
+  /// Adds what the current vertex reflects of a light sample that passed so many faces of panes; by each it was
+  /// scattered once more.
+  void add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, const LightSource& source, int faces = 0);
 
   /// Sets the chooser of the current vertex; false where the light set chooses.
   bool choose_by_learning(const SurfacePoint& point, const Bsdf& bsdf);
@@ -325,7 +329,7 @@ class Walk {
   bool cross_boundary(const SurfacePoint& point, float distance);
   /// Of a path that leaves a surface, on either side.
   void update_media(const SurfacePoint& point, Vec3 direction);
-  Rgb transmittance_to(const SurfacePoint& point, const IncidentLight& light) const;
+  PassedLight passed_light_to(const SurfacePoint& point, const IncidentLight& light) const;
 
   // --- continuing: path_walk_continue.h -----------------------------------------------------------------------------
 
@@ -339,6 +343,8 @@ class Walk {
   [[gnu::noinline]] bool scatter_below(const SurfacePoint& entry, const BsdfSample& sample, float p_scatter);
   /// Makes its weights f_k cos / p_k; see emitters_tell_kinds.
   static void carry_own_kind(const Bsdf& bsdf, BsdfSample& sample);
+  /// Of a sample by a delta lobe.
+  bool goes_through_pane(const SurfacePoint& point, const Bsdf& bsdf, const BsdfSample& sample) const;
   void leave_captured_vertex(const BsdfSample& sample, float p_scatter);
   bool goes_on_from_sample_point();
   void count_bounce(const BsdfSample& sample);
@@ -364,8 +370,9 @@ class Walk {
   PathState state_;
   PathRecord record_;
   std::conditional_t<Kind::captures, CapturedThroughput, Throughput> throughput_;
-  std::optional<MisReceiver>
-      mis_receiver_;            // last vertex that next-event estimation could have lit; none after a delta lobe
+  std::optional<MisReceiver> mis_receiver_;  // last vertex that next-event estimation could have lit; none after a
+                                             // delta lobe, but of panes
+  PaneTrail panes_;             // where the context passes_panes
   float scatter_pdf_ = 0.0f;    // of the current direction, per solid angle
   float least_pdf_ = INFINITY;  // see gloss_limits
   float path_length_ = 0.0f;

@@ -69,11 +69,18 @@ inline bool Walk<Kind>::scatter(const SurfacePoint& point, const Bsdf& bsdf, flo
   }
   if constexpr (Kind::learns) learning_.guide_gain *= sample->guide_gain;
   const int rivals = light_samples();
+  const bool is_through_pane = sample->is_delta && goes_through_pane(point, bsdf, *sample);
+  if (context_.passes_panes && !sample->is_delta) panes_.vertex = state_;
   count_bounce(*sample);
   state_.set_receiver(light_set_of(point));
   sees_film_ &= context_.limits.film_transparent_glass && sample->is_clear;
-  if constexpr (Kind::learns) learning_.of_ray = learning_.at_vertex;
-  if (sample->is_delta) {
+  if constexpr (Kind::learns) {
+    if (!is_through_pane) learning_.of_ray = learning_.at_vertex;
+  }
+  panes_.faces = is_through_pane ? panes_.faces + 1 : 0;
+  if (is_through_pane) {
+    // light samples of the receiver may look for what is met
+  } else if (sample->is_delta) {
     mis_receiver_.reset();
   } else {
     MisReceiver& receiver = mis_receiver_.emplace();  // in place: a copy would wait for the stores it reads
@@ -89,7 +96,15 @@ inline bool Walk<Kind>::scatter(const SurfacePoint& point, const Bsdf& bsdf, flo
   ray_.t_min = 0.0f;
   ray_.t_max = INFINITY;
   travelled_ = 0.0f;
+  if (context_.passes_panes && !sample->is_delta) panes_.begin = ray_;
   return true;
+}
+
+template <class Kind>
+inline bool Walk<Kind>::goes_through_pane(const SurfacePoint& point, const Bsdf& bsdf, const BsdfSample& sample) const {
+  if (!context_.passes_panes || !mis_receiver_ || sample.kind != ScatterKind::TRANSMISSION) return false;
+  const bool may_be_pane = context_.scene.materials[static_cast<size_t>(point.material)]->may_be_pane;
+  return may_be_pane && find_pane_face(point, bsdf).has_value();
 }
 
 template <class Kind>

@@ -46,16 +46,19 @@ inline void Walk<Kind>::split_environment_behind_film() {
 }
 
 template <class Kind>
-inline void Walk<Kind>::split_reflected_light(const BsdfKinds& f, Rgb rough_cos, Rgb smooth_cos, Rgb radiance) {
+inline void Walk<Kind>::split_reflected_light(const BsdfKinds& f, Rgb rough_cos, Rgb smooth_cos, Rgb radiance,
+                                              int faces) {
   if (record_.caught > 0.0f) return;
-  if (!is_unscattered()) return split_later_light(rough_cos, smooth_cos, radiance);
-  const float limit = context_.limits.clamp_direct / static_cast<float>(light_samples());
-  const auto add = [&](const KindColors& kinds, Rgb f_cos) {
+  if (!is_unscattered()) return split_later_light(rough_cos, smooth_cos, radiance, faces);
+  const PathLimits& limits = context_.limits;
+  const auto add = [&](const KindColors& kinds, Rgb f_cos, float limit) {
     const Rgb light = throughput_.smooth * f_cos * radiance;
-    light_by_kind().add_direct(shares_of(kinds) * (light * clamp_factor(light, limit)));
+    const KindColors parts =
+        shares_of(kinds) * (light * clamp_factor(light, limit / static_cast<float>(light_samples())));
+    faces > 0 ? light_by_kind().add_indirect(parts) : light_by_kind().add_direct(parts);
   };
-  add(f.rough, rough_cos);
-  add(f.smooth, smooth_cos);
+  add(f.rough, rough_cos, faces > 0 ? limits.clamp_indirect : limits.clamp_direct);
+  add(f.smooth, smooth_cos, limits.clamp_direct);
 }
 
 template <class Kind>
@@ -68,14 +71,14 @@ inline void Walk<Kind>::split_scattered_light(Rgb phase_cos, Rgb radiance) {
 }
 
 template <class Kind>
-inline void Walk<Kind>::split_later_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance) {
+inline void Walk<Kind>::split_later_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, int faces) {
   const PathLimits& limits = context_.limits;
   const Rgb indirect_cos = vertex_use().sample_point_of == 0 ? smooth_cos : rough_cos + smooth_cos;
   const Rgb smooth = smooth_cos * radiance, rough = rough_cos * radiance, reflected = indirect_cos * radiance;
   const float of_smooth = clamp_factor(throughput_.smooth * smooth, limits.clamp_direct);
-  const float of_rough = clamp_factor(throughput_.smooth * rough, limits.clamp_direct);
-  const float of_indirect =
-      clamp_factor((throughput_.direct + throughput_.indirect) * reflected, limits.clamp_indirect);
+  const Rgb once = throughput_.smooth * rough, again = (throughput_.direct + throughput_.indirect) * reflected;
+  const float of_indirect = clamp_factor(faces > 0 ? once + again : again, limits.clamp_indirect);
+  const float of_rough = faces > 0 ? of_indirect : clamp_factor(once, limits.clamp_direct);
   for (size_t kind = 0; kind < kLightKinds; ++kind) {
     const Throughput& part = kinds_.throughput[kind];
     light_by_kind().indirect[kind] +=

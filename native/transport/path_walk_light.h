@@ -7,8 +7,9 @@
 namespace cistern {
 
 template <class Kind>
-inline float Walk<Kind>::emitter_weight(std::optional<uint32_t> emitter, float pdf) const {
+inline float Walk<Kind>::emitter_weight(std::optional<uint32_t> emitter, float pdf, Distance distance) const {
   if (!emitter || !mis_receiver_) return 1.0f;
+  if (panes_.faces > 0 && (distance == Distance::NEAR || !is_sought_past_panes(distance == Distance::SKY))) return 1.0f;
   if constexpr (Kind::captures) {
     if (capture_.mis_candidates > 0.0f) return captured_emitter_weight(*emitter, pdf);
   }
@@ -17,6 +18,22 @@ inline float Walk<Kind>::emitter_weight(std::optional<uint32_t> emitter, float p
   }
   const float pmf = context_.lights.pmf(*emitter, mis_receiver_->position, mis_receiver_->normal, state_.light_set);
   return power_heuristic(scatter_pdf_, static_cast<float>(mis_receiver_->light_samples) * pmf * pdf);
+}
+
+template <class Kind>
+inline bool Walk<Kind>::is_sought_past_panes(bool is_environment) const {
+  if (!may_pass_faces(panes_.vertex, panes_.faces, context_.limits)) return false;
+  if (!is_parallel(panes_.begin.direction, ray_.direction)) {
+    // No light sample is taken where the sky is black.
+    const Vec3 sought = panes_.begin.direction;
+    if (!is_environment || is_black(evaluate_environment(context_.scene, sought, state_))) return false;
+  }
+  return !context_.accel.occluded_but_for_panes(panes_.begin);
+}
+
+template <class Kind>
+inline Vec3 Walk<Kind>::sought_direction() const {
+  return panes_.faces > 0 ? panes_.begin.direction : ray_.direction;
 }
 
 template <class Kind>
@@ -61,7 +78,7 @@ inline void Walk<Kind>::add_lamps(const std::optional<Hit>& hit) {
         passes_surfaces && (lamp.casts_shadow ? hit && lamp.distance >= t_max : travelled_ > 0.0f);
     if (is_met_past_blockers(lamp.blockers)) continue;
     if (!is_clipped && !is_elsewhere && state_.depth - 1 <= lamp.max_bounces) {
-      Rgb radiance = lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf);
+      Rgb radiance = lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf, distance_of(lamp));
       // Light samples of lamps without shadows are dimmed by nothing either.
       if (Kind::has_media && !(passes_surfaces && !lamp.casts_shadow))
         radiance *= segment_transmittance(lamp.distance - travelled_);
@@ -77,7 +94,7 @@ inline void Walk<Kind>::add_surface_emission(const SurfacePoint& point, Rgb emis
   if (!has_set(links.lit, state_.light_set) || is_met_past_blockers(links.blockers)) return;
   const std::optional<uint32_t> emitter = context_.lights.emitter_of(point.instance, point.triangle);
   const float pdf = emitter && mis_receiver_ ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
-  add(emission * emitter_weight(emitter, pdf), source_of(instance));
+  add(emission * emitter_weight(emitter, pdf, Distance::NEAR), source_of(instance));
 }
 
 template <class Kind>
@@ -94,7 +111,7 @@ inline void Walk<Kind>::add_lamps_past_blockers(PathState receiver) {
   context_.lights.intersect_lamps({vertex_origin_, ray_.direction}, state_, scratch_.lamp_hits);
   for (const LampHit& lamp : scratch_.lamp_hits) {
     if (lamp.blockers == kAllSets || receiver.depth > lamp.max_bounces) continue;
-    Rgb radiance = lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf);
+    Rgb radiance = lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf, distance_of(lamp));
     if (is_black(radiance)) continue;
     IncidentLight light;
     light.wi = ray_.direction;
@@ -129,7 +146,8 @@ inline void Walk<Kind>::add_surfaces_past_blockers(PathState receiver) {
     light.normal = point.ng;
     light.clearance = point.clearance;
     light.blockers = links.blockers;
-    add(emission * emitter_weight(emitter, pdf) * transmittance_ahead(light, receiver), source_of(instance));
+    add(emission * emitter_weight(emitter, pdf, Distance::NEAR) * transmittance_ahead(light, receiver),
+        source_of(instance));
   }
 }
 
@@ -158,11 +176,12 @@ inline void Walk<Kind>::add_environment() {
   const std::optional<uint32_t> emitter = context_.lights.environment_emitter();
   // Asked for first: it comes from far away in memory, and is needed last.
   const float pdf =
-      emitter && mis_receiver_ ? context_.lights.environment_pdf(ray_.direction, mis_receiver_->position) : 0.0f;
+      emitter && mis_receiver_ ? context_.lights.environment_pdf(sought_direction(), mis_receiver_->position) : 0.0f;
   const Rgb radiance = evaluate_environment(context_.scene, ray_.direction, state_);
   if (is_black(radiance)) return;
   if (!features_done_ && state_.depth > 0) record_.albedo = throughput_.smooth * min(radiance, Rgb(1.0f));
-  add(radiance * emitter_weight(emitter, pdf), {SourceKind::ENVIRONMENT, context_.scene.environment.light_group});
+  add(radiance * emitter_weight(emitter, pdf, Distance::SKY),
+      {SourceKind::ENVIRONMENT, context_.scene.environment.light_group});
 }
 
 template <class Kind>
@@ -213,8 +232,8 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
                  ? light_sample_share(context_, use.light_candidates, choice->sample.emitter, light->pdf, bsdf_pdf)
                  : power_heuristic(pdf, bsdf_pdf);
   }
-  Rgb radiance = light->radiance * (weight / pdf);
-  if (light->casts_shadow) radiance *= transmittance_to(point, *light);
+  const PassedLight passed = passed_light_to(point, *light);
+  const Rgb radiance = passed.radiance * (weight / pdf);
   if (is_black(radiance)) return;
   const LightSource source = source_of(choice->sample.emitter);
   if constexpr (Kind::captures) {
@@ -224,9 +243,9 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
   if constexpr (Kind::splits) {
     if (context_.splits_kinds)
       split_reflected_light(evaluate_kinds(bsdf, light->wi, light->visibility), leaves_rough ? Rgb() : f.rough_cos,
-                            f.smooth_cos, radiance);
+                            f.smooth_cos, radiance, passed.faces);
   }
-  add_reflected_light(leaves_rough ? Rgb() : f.rough_cos, f.smooth_cos, radiance, source);
+  add_reflected_light(leaves_rough ? Rgb() : f.rough_cos, f.smooth_cos, radiance, source, passed.faces);
 }
 
 template <class Kind>
@@ -239,16 +258,18 @@ inline void Walk<Kind>::keep_incident_light(const IncidentLight& light, Rgb radi
 }
 
 template <class Kind>
-inline void Walk<Kind>::add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, const LightSource& source) {
+inline void Walk<Kind>::add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, const LightSource& source,
+                                            int faces) {
   const PathLimits& limits = context_.limits;
   const Rgb total_cos = rough_cos + smooth_cos;
-  const float clamp_direct = limits.clamp_direct / static_cast<float>(light_samples());  // of all samples together
+  const auto samples = static_cast<float>(light_samples());  // limits are of all together
   const bool is_captured = vertex_use().sample_point_of == 0;
-  const Rgb seen = clamp_contribution(throughput_.smooth * smooth_cos * radiance, clamp_direct);
-  const Rgb direct = clamp_contribution(throughput_.smooth * rough_cos * radiance, clamp_direct);
-  const Rgb indirect_cos = is_captured ? smooth_cos : total_cos;
+  const Rgb once = throughput_.smooth * rough_cos;
+  const Rgb again = (throughput_.direct + throughput_.indirect) * (is_captured ? smooth_cos : total_cos);
+  const Rgb seen = clamp_contribution(throughput_.smooth * smooth_cos * radiance, limits.clamp_direct / samples);
+  const Rgb direct = faces > 0 ? Rgb() : clamp_contribution(once * radiance, limits.clamp_direct / samples);
   const Rgb indirect =
-      clamp_contribution((throughput_.direct + throughput_.indirect) * indirect_cos * radiance, limits.clamp_indirect);
+      clamp_contribution((faces > 0 ? once + again : again) * radiance, limits.clamp_indirect / samples);
   (source.kind == SourceKind::ENVIRONMENT ? record_.environment : record_.emission) += seen;
   record_.direct += direct;
   record_.indirect += indirect;
@@ -282,8 +303,8 @@ inline void Walk<Kind>::add_learned_light(const SurfacePoint& point, const Bsdf&
   const auto [u_choice, u_light] = sampler_.light(state_.depth);
   const auto sample = sample_learned_light(context_, *learning_.at_vertex, vertex, u_choice, u_light, sampler_);
   if (!sample) return;
-  Rgb radiance = sample->unshadowed;
-  if (sample->light.casts_shadow) radiance *= transmittance_to(point, sample->light);
+  const PassedLight passed = passed_light_to(point, sample->light);
+  const Rgb radiance = passed.radiance * sample->weight;
   if (scratch_.trains_lights) {
     const auto record = light_record(context_, *learning_.at_vertex, vertex, *sample, radiance, throughput_.total());
     if (record) scratch_.light_records.push_back(*record);
@@ -297,9 +318,9 @@ inline void Walk<Kind>::add_learned_light(const SurfacePoint& point, const Bsdf&
   if constexpr (Kind::splits) {
     if (context_.splits_kinds)
       split_reflected_light(evaluate_kinds(bsdf, sample->light.wi, sample->light.visibility), sample->f.rough_cos,
-                            sample->f.smooth_cos, radiance);
+                            sample->f.smooth_cos, radiance, passed.faces);
   }
-  add_reflected_light(sample->f.rough_cos, sample->f.smooth_cos, radiance, source);
+  add_reflected_light(sample->f.rough_cos, sample->f.smooth_cos, radiance, source, passed.faces);
 }
 
 template <class Kind>

@@ -263,11 +263,12 @@ inline void Walk<Kind>::update_media(const SurfacePoint& point, Vec3 direction) 
 }
 
 template <class Kind>
-inline Rgb Walk<Kind>::transmittance_to(const SurfacePoint& point, const IncidentLight& light) const {
+inline PassedLight Walk<Kind>::passed_light_to(const SurfacePoint& point, const IncidentLight& light) const {
+  if (!light.casts_shadow) return {light.radiance};
   if constexpr (Kind::has_media) {
-    return transmittance(context_, point, light, state_, media_.stack, sampler_);
+    return {light.radiance * transmittance(context_, point, light, state_, media_.stack, sampler_)};
   } else {
-    return transmittance(context_, point, light, state_);
+    return passed_light(context_, point, light, state_);
   }
 }
 

@@ -19,6 +19,10 @@ inline constexpr int kMostEmittersAhead = 1024;
 
 enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
 
+/// How far emitters are: panes turn the directions in which others than the sky are seen, or where from.
+enum class Distance : uint8_t { NEAR, SUN, SKY };
+inline Distance distance_of(const LampHit& lamp) { return std::isinf(lamp.distance) ? Distance::SUN : Distance::NEAR; }
+
 /// Where light comes from; its group where walks split light.
 struct LightSource {
   SourceKind kind = SourceKind::SURFACE;
@@ -47,6 +51,13 @@ using SplitWalk = WalkKind<Kind::captures, Kind::learns, Kind::has_media, true>;
 struct MisReceiver {
   Vec3 position, normal;
   int light_samples;  // by which it was lit
+};
+
+/// Faces of panes that have refracted a path since the vertex of its MisReceiver.
+struct PaneTrail {
+  int faces = 0;
+  PathState vertex;  // state there
+  Ray begin;         // the ray that left it
 };
 
 /// What the current vertex of a walk is to others.

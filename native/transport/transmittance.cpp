@@ -155,12 +155,28 @@ PathState shadow_state(const PathState& path) {
   return state;
 }
 
+PanePassage past_panes(const PathContext& context, float footprint, const Ray& ray, bool may_turn,
+                       const PathState& path) {
+  if (context.accel.occluded_but_for_panes(ray)) return {Rgb(0.0f), 0, ray.direction};
+  return pass_panes(context, footprint, ray, may_turn, path, shadow_state(path));
+}
+
 /// Behind the last surface it passes, a path has no vertices; see PathLimits.
 int most_surfaces_to_vertex(const PathContext& context, int transparent_depth) {
   return std::max(context.limits.max_transparent_bounces - transparent_depth - 1, 0);
 }
 
 }  // namespace
+
+PassedLight passed_light(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
+                         const PathState& path) {
+  if (!context.passes_panes || !is_sought_through_panes(light))
+    return {light.radiance * transmittance(context, receiver, light, path)};
+  const Ray ray = shadow_ray(context.scene, receiver, light, kGrazingCosine);
+  const PanePassage passage = past_panes(context, receiver.footprint, ray, light.is_environment, path);
+  if (is_parallel(light.wi, passage.direction)) return {light.radiance * passage.share, passage.faces};
+  return {evaluate_environment(context.scene, passage.direction, shadow_state(path)) * passage.share, passage.faces};
+}
 
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                   const PathState& path) {
@@ -189,6 +205,8 @@ Rgb transmittance(const PathContext& context, Vec3 position, float footprint, co
                   const PathState& path) {
   const PathState state = shadow_state(path);
   const Ray ray = ray_towards(position, light);
+  if (context.passes_panes && is_sought_through_panes(light))
+    return past_panes(context, footprint, ray, light.is_environment, path).share;
   if (context.accel.occluded(ray, state.ray_kind, light.blockers)) return Rgb(0.0f);
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
   return transparency_along(context, footprint, ray, state, most_surfaces, light.blockers).transmittance;

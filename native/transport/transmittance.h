@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "transport/clear_panes.h"
 #include "transport/media_stack.h"
 #include "transport/path_context.h"
 #include "transport/path_sampler.h"
@@ -12,6 +13,14 @@ namespace cistern {
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                   const PathState& path);
 
+/// What arrives of a light, by clear panes, too, where PathContext::passes_panes.
+struct PassedLight {
+  Rgb radiance;
+  int faces = 0;  // of panes, that refracted it
+};
+PassedLight passed_light(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
+                         const PathState& path);
+
 /// The same where there are media, with those that the ray to the receiver arrived in; of media that vary from place to
 /// place an estimate, whose mean it is.
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
@@ -20,7 +29,7 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
 Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
                   const PathState& path, MediaStack media, PathSampler& sampler);
 
-/// Of light that reaches a point where there are none.
+/// Of light that reaches a point where there are none; by panes, too, taken to send as much the way it goes on.
 Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
                   const PathState& path);
 

@@ -184,6 +184,21 @@ def window_sky() -> None:
     sky_world()
 
 
+def add_pane() -> None:
+    """Glass of a centimetre in the window."""
+    add(bpy.ops.mesh.primitive_cube_add, (4.1, 0, 1.7), (0.005, 1.01, 0.71), GLASS)
+
+
+def glazed_world() -> None:
+    window_world()
+    add_pane()
+
+
+def glazed_sky() -> None:
+    window_sky()
+    add_pane()
+
+
 def add_portal() -> None:
     """In the window; light comes in along -x."""
     data = lamp("AREA", (4.05, 0, 1.7), 1.0, (0, pi / 2, 0), shape="RECTANGLE", size=1.4, size_y=2.0)
@@ -220,6 +235,8 @@ SCENES: dict[str, Callable[[], None]] = {
     "glass_ball": glass_ball,
     "window_world": window_world,
     "window_sky": window_sky,
+    "glazed_world": glazed_world,
+    "glazed_sky": glazed_sky,
     "portal_world": portal_world,
     "portal_sky": portal_sky,
     "nine_lamps": nine_lamps,

@@ -6,6 +6,7 @@
 #include "scene/scene_builder.h"
 #include "shading/program_builder.h"
 #include "support/statistics.h"
+#include "transport/clear_panes.h"
 #include "transport/path_tracer.h"
 
 namespace cistern::test {
@@ -37,6 +38,14 @@ class PathScene {
     p.add(Op::CLOSURE_DIFFUSE, {p.constant(1.0f - glossy_share), p.constant(albedo), zero, normal});
     p.add(Op::CLOSURE_GLOSSY,
           {p.constant(glossy_share), p.constant(albedo), p.constant(roughness), zero, zero, normal, normal}, {0});
+    return builder.add_material(p.program);
+  }
+  /// Where `normal` is zero, that of the surface.
+  int clear_glass(float ior, float roughness = 0.0f, Vec3 normal = {}) {
+    ProgramBuilder p;
+    const Operand n = normal == Vec3{} ? p.add(Op::NORMAL, {}) : p.constant(normalize(normal)), zero = p.constant(0);
+    p.add(Op::CLOSURE_GLASS, {p.constant(1), p.constant(1), p.constant(roughness), p.constant(ior), n, zero, zero},
+          {0});
     return builder.add_material(p.program);
   }
   int emission(Vec3 radiance) {
@@ -145,6 +154,7 @@ class Tracer {
   const PathContext& context() const { return context_; }
   const std::shared_ptr<const Scene>& scene() const { return scene_; }
   void take_light_samples(int count) { context_.light_samples = count; }
+  void pass_panes() { context_.passes_panes = may_pass_panes(*scene_, context_.limits); }
   /// Planted: reuse as if kinds of scattering were all the same.
   void forget_kinds() { context_.tells_kinds = context_.divides_kinds = false; }
 
