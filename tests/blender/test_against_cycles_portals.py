@@ -1,5 +1,5 @@
-"""Rooms that the sky lights through a window, with a portal or found as an opening, against Cycles; as
-test_against_cycles_lights.py."""
+"""Rooms that the sky and suns light through a window, with a portal, found as an opening, or behind glass, against
+Cycles; as test_against_cycles_lights.py."""
 
 import math
 
@@ -37,6 +37,15 @@ def add_portal(scene: bpy.types.Scene, x: float = HALF, **shape: object) -> bpy.
     lamp = build.add_light(scene, "AREA", place, turn, **(sides | shape)).data
     lamp.cycles.is_portal = True
     return lamp
+
+
+def add_pane(scene: bpy.types.Scene) -> None:
+    """Glass of 2 cm outside of the window, wider than that."""
+    x, y, z = (HALF + 0.01, HALF + 0.03), (-SIDE - 0.1, SIDE + 0.1), (BOTTOM - 0.1, TOP + 0.1)
+    points = [(a, b, c) for a in x for b in y for c in z]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    glass = build.principled("glass", Transmission_Weight=1.0, Roughness=0.0)
+    build.add_mesh(scene, "pane", points, faces, glass)
 
 
 def varied_world(scene: bpy.types.Scene) -> None:
@@ -90,6 +99,32 @@ def test_a_window_is_found_beside_a_lamp(empty_scene: bpy.types.Scene) -> None:
     result = compare_with_cycles(empty_scene)
     assert result.agrees, result
     assert not compare_with_cycles(empty_scene, plant=brighter).agrees
+
+
+@pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL"])
+@pytest.mark.parametrize("world", WORLDS)
+def test_light_through_glass(empty_scene: bpy.types.Scene, world: str, preset: str) -> None:
+    add_room(empty_scene)
+    add_pane(empty_scene)
+    WORLDS[world](empty_scene)
+    result = compare_with_cycles(empty_scene, preset=preset)
+    assert result.agrees, result
+    assert not compare_with_cycles(empty_scene, preset=preset, plant=brighter).agrees
+
+
+@pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL"])
+def test_a_sun_through_glass(empty_scene: bpy.types.Scene, preset: str) -> None:
+    """Wide enough for Cycles to find by chance."""
+    add_room(empty_scene)
+    add_pane(empty_scene)
+    sun = build.add_light(empty_scene, "SUN", (0, 0, 5), (0.2, 1.0, 0.0), energy=8.0, angle=1.6).data
+    result = compare_with_cycles(empty_scene, samples=160, preset=preset)
+    assert result.agrees, result
+
+    def stronger(scene: bpy.types.Scene) -> None:
+        sun.energy *= 1.3
+
+    assert not compare_with_cycles(empty_scene, samples=160, preset=preset, plant=stronger).agrees
 
 
 def noise(scene: bpy.types.Scene) -> float:
