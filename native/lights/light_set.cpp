@@ -129,15 +129,14 @@ struct LightSet::Impl {
   void look_through(Portals openings);
   void prepare_intersection();
   Rgb program_factor(const SceneLamp& lamp, Vec3 receiver, const LampSample& sample, const PathState& path) const;
-  std::optional<IncidentLight> evaluate_lamp(const SceneLamp& lamp, Vec2 uv, Vec3 receiver,
-                                             const PathState& path) const;
+  std::optional<IncidentLight> evaluate_lamp(uint32_t emitter, Vec2 uv, Vec3 receiver, const PathState& path) const;
   std::optional<IncidentLight> evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
                                                  const PathState& path, const RayCone& cone, const Accel* accel) const;
   /// Share of the environment's samples that go through portals.
   float portal_share(Vec3 receiver) const;
   float environment_pdf(Vec3 direction, Vec3 receiver) const;
   std::optional<IncidentLight> evaluate_environment_sample(Vec2 uv, Vec3 receiver, const PathState& path) const;
-  void add_hit(uint32_t emitter, const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const;
+  std::optional<LampHit> find_hit(uint32_t emitter, const Ray& ray, const PathState& path) const;
 };
 
 void LightSet::Impl::prepare_choice() {
@@ -194,8 +193,9 @@ Rgb LightSet::Impl::program_factor(const SceneLamp& lamp, Vec3 receiver, const L
   return evaluate_lamp_emission(*scene, lamp.object, point, path);
 }
 
-std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp, Vec2 uv, Vec3 receiver,
+std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(uint32_t emitter, Vec2 uv, Vec3 receiver,
                                                            const PathState& path) const {
+  const SceneLamp& lamp = lamps[emitter];
   const Light& light = light_of(lamp);
   if (!has_set(light.links.lit, path.light_set)) return std::nullopt;
   if (path.depth - 1 > light.max_bounces) return std::nullopt;  // bounces up to the receiver
@@ -216,7 +216,9 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(const SceneLamp& lamp
                        light.casts_shadow,
                        use_mis,
                        light.visibility,
-                       light.links.blockers};
+                       light.links.blockers,
+                       false,
+                       emitter};
 }
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
@@ -296,18 +298,17 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv
   return light;
 }
 
-void LightSet::Impl::add_hit(uint32_t emitter, const Ray& ray, const PathState& path,
-                             std::vector<LampHit>& hits) const {
+std::optional<LampHit> LightSet::Impl::find_hit(uint32_t emitter, const Ray& ray, const PathState& path) const {
   const SceneLamp& lamp = lamps[emitter];
   const Light& light = light_of(lamp);
-  if ((light.visibility & path.ray_kind) == 0 || !has_set(light.links.lit, path.light_set)) return;
-  const std::optional<LampSample> sample = intersect_lamp(lamp.shape, ray);
-  if (!sample) return;
+  if ((light.visibility & path.ray_kind) == 0 || !has_set(light.links.lit, path.light_set)) return std::nullopt;
+  const std::optional<LampSample> sample = cistern::intersect_lamp(lamp.shape, ray);
+  if (!sample) return std::nullopt;
   PathState arriving = path;
   arriving.ray_length = sample->distance;
   const Rgb radiance = sample->radiance * program_factor(lamp, ray.origin, *sample, arriving);
-  hits.push_back(
-      {emitter, sample->distance, radiance, sample->pdf, light.max_bounces, light.casts_shadow, light.links.blockers});
+  return LampHit{
+      emitter, sample->distance, radiance, sample->pdf, light.max_bounces, light.casts_shadow, light.links.blockers};
 }
 
 void LightSet::Impl::look_through(Portals openings) {
@@ -384,8 +385,7 @@ std::optional<LitPart> LightSet::lit_part_of(uint32_t emitter, const Vec3& origi
 
 std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 position, const PathState& path,
                                                 const RayCone& cone, const Accel* accel) const {
-  if (sample.emitter < impl_->first_triangle())
-    return impl_->evaluate_lamp(impl_->lamps[sample.emitter], sample.uv, position, path);
+  if (sample.emitter < impl_->first_triangle()) return impl_->evaluate_lamp(sample.emitter, sample.uv, position, path);
   if (sample.emitter < impl_->environment_index()) {
     const EmissiveTriangle& t = (*impl_->triangles)[sample.emitter - impl_->first_triangle()];
     return impl_->evaluate_triangle(t, sample.uv, position, path, cone, accel);
@@ -432,9 +432,16 @@ float LightSet::environment_pdf(Vec3 direction, Vec3 receiver) const {
 
 void LightSet::intersect_lamps(const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const {
   const auto first = static_cast<std::ptrdiff_t>(hits.size());
-  impl_->bvh.for_each(ray, [&](uint32_t emitter) { impl_->add_hit(emitter, ray, path, hits); });
-  for (const uint32_t emitter : impl_->wide_suns) impl_->add_hit(emitter, ray, path, hits);
+  const auto add = [&](uint32_t emitter) {
+    if (const auto hit = impl_->find_hit(emitter, ray, path)) hits.push_back(*hit);
+  };
+  impl_->bvh.for_each(ray, add);
+  std::ranges::for_each(impl_->wide_suns, add);
   std::sort(hits.begin() + first, hits.end(), [](const LampHit& a, const LampHit& b) { return a.emitter < b.emitter; });
+}
+
+std::optional<LampHit> LightSet::intersect_lamp(uint32_t emitter, const Ray& ray, const PathState& path) const {
+  return impl_->find_hit(emitter, ray, path);
 }
 
 bool LightSet::has_visible_lamps() const { return !impl_->bvh.is_empty() || !impl_->wide_suns.empty(); }

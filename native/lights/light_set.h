@@ -35,6 +35,7 @@ struct IncidentLight {
   uint8_t visibility = kVisibleToAll;  // RayVisibility bits: not lit where the receiver's scattering kind is not in it
   uint64_t blockers = kAllSets;        // LightLinks::blockers of the emitter
   bool is_environment = false;
+  std::optional<uint32_t> lamp;  // the emitter, of lamps
 };
 
 /// A lamp shape passed through by a scattered ray before it hits a surface.
@@ -120,6 +121,8 @@ class LightSet {
   /// `use_mis`, in emitter order. Suns count with distance INFINITY, only when ray.t_max is infinite. Appends to
   /// `hits`.
   void intersect_lamps(const Ray& ray, const PathState& path, std::vector<LampHit>& hits) const;
+  /// The same of one of these lamps.
+  std::optional<LampHit> intersect_lamp(uint32_t emitter, const Ray& ray, const PathState& path) const;
   bool has_visible_lamps() const;
   /// Whether surfaces hide some of those from no light sample.
   bool has_visible_lamps_without_shadow() const;

@@ -23,12 +23,10 @@ bool tells_paths(const Scene& scene, int material) {
 
 bool is_seen_alike(uint8_t visibility) { return (visibility & kVisibleToScattered) == kVisibleToScattered; }
 
-/// Other lamps are not looked for through panes. Those without shadow are met past surfaces, see Walk::add_lamps.
+/// Lamps without shadow are met past surfaces, see Walk::add_lamps.
 bool is_even(const Scene& scene, const PathLimits& limits, const Light& light) {
   if (light.removed || is_portal(light)) return true;
-  if (!light.casts_shadow) return false;
-  if (!std::holds_alternative<SunLight>(light.shape)) return true;
-  return is_seen_alike(light.visibility) && light.max_bounces >= limits.max_bounces &&
+  return light.casts_shadow && is_seen_alike(light.visibility) && light.max_bounces >= limits.max_bounces &&
          !tells_paths(scene, light.material);
 }
 
@@ -62,50 +60,76 @@ bool is_parallel(Vec3 begin, Vec3 end) {
   return length_squared(cross(begin, end)) < kMostSine * kMostSine && dot(begin, end) > 0.0f;
 }
 
-PanePassage pass_panes(const PathContext& context, float footprint, Ray ray, bool may_turn, const PathState& vertex,
-                       PathState shadow) {
-  const PanePassage nothing{Rgb(0.0f), 0, ray.direction};
-  const Vec3 sought = ray.direction;
-  const int most_transparent = context.limits.max_transparent_bounces;
-  const RayCone cone{footprint, context.pixel.angle};
-  PanePassage passed;
-  float before = 0.0f;  // of its way
-  shadow.ray_length = 0.0f;
-  const auto meet = [&] {
-    return passed.faces == 0 ? context.accel.intersect_transparent_or_pane(ray)
-                             : context.accel.intersect(ray, kVisibleToShadow);
-  };
+PaneRay::PaneRay(const PathContext& context, float footprint, const Ray& ray, const PathState& vertex, PathState shadow)
+    : context_(context),
+      ray_(ray),
+      vertex_(vertex),
+      shadow_(shadow),
+      cone_{footprint, context.pixel.angle},
+      begin_(ray.direction),
+      last_face_(ray.origin) {
+  shadow_.ray_length = 0.0f;
+}
+
+std::optional<Hit> PaneRay::meet() const {
+  return faces_ == 0 ? context_.accel.intersect_transparent_or_pane(ray_)
+                     : context_.accel.intersect(ray_, kVisibleToShadow);
+}
+
+Ray PaneRay::segment(const std::optional<Hit>& next) const {
+  return {last_face_, ray_.direction, shadow_.ray_length, next ? shadow_.ray_length + next->t : INFINITY};
+}
+
+bool PaneRay::pass(const Hit& hit) {
+  SurfacePoint point = make_surface_point(context_.scene, ray_, hit);
+  const auto* const program = point.material < 0 ? nullptr : context_.scene.materials[point.material].get();
+  if (!program || !(program->may_be_transparent || program->may_be_pane)) return false;
+  shadow_.ray_length += hit.t;
+  set_footprint(point, cone_.at(before_ + shadow_.ray_length), context_.scene, shadow_);
+  std::optional<PaneFace> face;
+  if (program->may_be_pane)
+    face = find_pane_face(point, evaluate_material(context_.scene, point, shadow_, &context_.accel));
+  if (!face) return pass_transparent(point);
   // Paths have no vertices behind the last transparent surface they pass.
-  const auto ends_at_next_surface = [&](const PathState& state) {
-    return state.transparent_depth > 0 && state.transparent_depth >= most_transparent;
-  };
-  while (const std::optional<Hit> hit = meet()) {
-    SurfacePoint point = make_surface_point(context.scene, ray, *hit);
-    shadow.ray_length += hit->t;
-    const auto* const program = point.material < 0 ? nullptr : context.scene.materials[point.material].get();
-    if (!program || !(program->may_be_transparent || program->may_be_pane)) return nothing;
-    set_footprint(point, cone.at(before + shadow.ray_length), context.scene, shadow);
-    std::optional<PaneFace> face;
-    if (program->may_be_pane)
-      face = find_pane_face(point, evaluate_material(context.scene, point, shadow, &context.accel));
-    if (face) {
-      if (!may_pass_faces(vertex, ++passed.faces, context.limits) || ends_at_next_surface(shadow)) return nothing;
-      passed.share *= face->weight;
-      count_scattering(shadow, ScatterKind::TRANSMISSION);
-      shadow.ray_kind = kVisibleToShadow;
-      before += shadow.ray_length;
-      shadow.ray_length = 0.0f;
-      ray.direction = face->wi;
-    } else {
-      if (shadow.transparent_depth >= most_transparent) return nothing;
-      passed.share *= evaluate_transparency(context.scene, point, shadow, &context.accel);
-      ++shadow.transparent_depth;
+  const int transparent = shadow_.transparent_depth;
+  if (transparent > 0 && transparent >= context_.limits.max_transparent_bounces) return false;
+  if (!may_pass_faces(vertex_, ++faces_, context_.limits)) return false;
+  share_ *= face->weight;
+  count_scattering(shadow_, ScatterKind::TRANSMISSION);
+  shadow_.ray_kind = kVisibleToShadow;
+  before_ += std::exchange(shadow_.ray_length, 0.0f);
+  last_face_ = offset_origin(point.position, point.clearance, point.ng, face->wi);
+  ray_ = {last_face_, face->wi};
+  return !is_black(share_);
+}
+
+bool PaneRay::pass_transparent(const SurfacePoint& point) {
+  if (shadow_.transparent_depth >= context_.limits.max_transparent_bounces) return false;
+  share_ *= evaluate_transparency(context_.scene, point, shadow_, &context_.accel);
+  ++shadow_.transparent_depth;
+  ray_.origin = offset_origin(point.position, point.clearance, point.ng, ray_.direction);
+  return !is_black(share_);
+}
+
+PanePassage pass_panes(PaneRay ray, bool may_turn) {
+  while (const std::optional<Hit> hit = ray.meet())
+    if (!ray.pass(*hit)) return {};
+  if (!may_turn && !ray.is_parallel_again()) return {};
+  return {ray.share(), ray.faces(), ray.direction()};
+}
+
+PassedLight find_lamp_past_panes(const PathContext& context, PaneRay ray, uint32_t emitter) {
+  PathState seen;
+  seen.ray_kind = kVisibleToTransmission;
+  PassedLight passed;
+  for (;;) {
+    const std::optional<Hit> hit = ray.meet();
+    if (ray.faces() > 0 && ray.is_parallel_again()) {
+      const std::optional<LampHit> lamp = context.lights.intersect_lamp(emitter, ray.segment(hit), seen);
+      if (lamp) passed = {passed.radiance + lamp->radiance * ray.share(), ray.faces()};
     }
-    if (is_black(passed.share)) return nothing;
-    ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
+    if (!hit || !ray.pass(*hit)) return passed;
   }
-  passed.direction = ray.direction;
-  return may_turn || is_parallel(sought, ray.direction) ? passed : nothing;
 }
 
 }  // namespace cistern

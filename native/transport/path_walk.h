@@ -257,12 +257,12 @@ class Walk {
   // --- light found by the path itself: path_walk_light.h -----------------------------------------------------------
 
   /// Weight of this path against light samples of an emitter that has `pdf` (per solid angle, given the emitter).
-  float emitter_weight(std::optional<uint32_t> emitter, float pdf, Distance distance) const;
-  /// Whether light samples of the receiver might look for distant light that the path meets past panes; and where.
-  bool is_sought_past_panes(bool is_environment) const;
-  Vec3 sought_direction() const;
+  float emitter_weight(std::optional<uint32_t> emitter, float pdf) const;
   /// The same where reservoirs take the light samples.
   float captured_emitter_weight(uint32_t emitter, float pdf) const;
+  /// That density of what the ray meets: 0 where light samples of the receiver would not find this path, past panes.
+  float sought_pdf(const LampHit& lamp) const;
+  float sought_environment_pdf() const;
   void add(Rgb radiance, const LightSource& source);
   void add_lamps(const std::optional<Hit>& hit);
   void add_surface_emission(const SurfacePoint& point, Rgb emission);
@@ -372,9 +372,9 @@ class Walk {
   std::conditional_t<Kind::captures, CapturedThroughput, Throughput> throughput_;
   std::optional<MisReceiver> mis_receiver_;  // last vertex that next-event estimation could have lit; none after a
                                              // delta lobe, but of panes
-  PaneTrail panes_;             // where the context passes_panes
-  float scatter_pdf_ = 0.0f;    // of the current direction, per solid angle
-  float least_pdf_ = INFINITY;  // see gloss_limits
+  PaneTrail panes_;                          // where the context passes_panes
+  float scatter_pdf_ = 0.0f;                 // of the current direction, per solid angle
+  float least_pdf_ = INFINITY;               // see gloss_limits
   float path_length_ = 0.0f;
   Vec3 vertex_origin_;         // where the ray left the last vertex: transparent surfaces are no vertices
   float travelled_ = 0.0f;     // from there to the ray's origin

@@ -43,10 +43,8 @@ inline void Walk<Kind>::add_environment_behind_film_to_group() {
   const Environment& environment = context_.scene.environment;
   if (!context_.groups_behind_film || (environment.visibility & state_.ray_kind) == 0) return;
   const std::optional<uint32_t> emitter = context_.lights.environment_emitter();
-  const float pdf =
-      emitter && mis_receiver_ ? context_.lights.environment_pdf(sought_direction(), mis_receiver_->position) : 0.0f;
-  const Rgb radiance =
-      evaluate_environment(context_.scene, ray_.direction, state_) * emitter_weight(emitter, pdf, Distance::SKY);
+  const float pdf = emitter ? sought_environment_pdf() : 0.0f;
+  const Rgb radiance = evaluate_environment(context_.scene, ray_.direction, state_) * emitter_weight(emitter, pdf);
   add_to_group_of({SourceKind::ENVIRONMENT, environment.light_group}, throughput_.total() * radiance);
 }
 

@@ -7,9 +7,8 @@
 namespace cistern {
 
 template <class Kind>
-inline float Walk<Kind>::emitter_weight(std::optional<uint32_t> emitter, float pdf, Distance distance) const {
+inline float Walk<Kind>::emitter_weight(std::optional<uint32_t> emitter, float pdf) const {
   if (!emitter || !mis_receiver_) return 1.0f;
-  if (panes_.faces > 0 && (distance == Distance::NEAR || !is_sought_past_panes(distance == Distance::SKY))) return 1.0f;
   if constexpr (Kind::captures) {
     if (capture_.mis_candidates > 0.0f) return captured_emitter_weight(*emitter, pdf);
   }
@@ -21,19 +20,30 @@ inline float Walk<Kind>::emitter_weight(std::optional<uint32_t> emitter, float p
 }
 
 template <class Kind>
-inline bool Walk<Kind>::is_sought_past_panes(bool is_environment) const {
-  if (!may_pass_faces(panes_.vertex, panes_.faces, context_.limits)) return false;
-  if (!is_parallel(panes_.begin.direction, ray_.direction)) {
-    // No light sample is taken where the sky is black.
-    const Vec3 sought = panes_.begin.direction;
-    if (!is_environment || is_black(evaluate_environment(context_.scene, sought, state_))) return false;
-  }
-  return !context_.accel.occluded_but_for_panes(panes_.begin);
+inline float Walk<Kind>::sought_pdf(const LampHit& lamp) const {
+  if (panes_.faces == 0) return lamp.pdf;
+  const Ray& begin = panes_.begin;
+  if (!is_parallel(begin.direction, ray_.direction)) return 0.0f;
+  if (!may_pass_faces(panes_.vertex, panes_.faces, context_.limits)) return 0.0f;
+  if (std::isinf(lamp.distance)) return context_.accel.occluded_but_for_panes(begin) ? 0.0f : lamp.pdf;
+  const std::optional<LampHit> aim = context_.lights.intersect_lamp(lamp.emitter, begin, state_);
+  if (!aim || is_black(aim->radiance)) return 0.0f;
+  const Ray straight{begin.origin, begin.direction, 0.0f, aim->distance};
+  const bool is_behind_pane = context_.accel.occluded(straight) && !context_.accel.occluded_but_for_panes(straight);
+  return is_behind_pane ? aim->pdf : 0.0f;
 }
 
 template <class Kind>
-inline Vec3 Walk<Kind>::sought_direction() const {
-  return panes_.faces > 0 ? panes_.begin.direction : ray_.direction;
+inline float Walk<Kind>::sought_environment_pdf() const {
+  if (!mis_receiver_) return 0.0f;
+  if (panes_.faces == 0) return context_.lights.environment_pdf(ray_.direction, mis_receiver_->position);
+  const Ray& begin = panes_.begin;
+  if (!may_pass_faces(panes_.vertex, panes_.faces, context_.limits)) return 0.0f;
+  // No light sample is taken where the sky is black.
+  const bool has_turned = !is_parallel(begin.direction, ray_.direction);
+  if (has_turned && is_black(evaluate_environment(context_.scene, begin.direction, state_))) return 0.0f;
+  if (context_.accel.occluded_but_for_panes(begin)) return 0.0f;
+  return context_.lights.environment_pdf(begin.direction, mis_receiver_->position);
 }
 
 template <class Kind>
@@ -78,7 +88,7 @@ inline void Walk<Kind>::add_lamps(const std::optional<Hit>& hit) {
         passes_surfaces && (lamp.casts_shadow ? hit && lamp.distance >= t_max : travelled_ > 0.0f);
     if (is_met_past_blockers(lamp.blockers)) continue;
     if (!is_clipped && !is_elsewhere && state_.depth - 1 <= lamp.max_bounces) {
-      Rgb radiance = lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf, distance_of(lamp));
+      Rgb radiance = lamp.radiance * emitter_weight(lamp.emitter, sought_pdf(lamp));
       // Light samples of lamps without shadows are dimmed by nothing either.
       if (Kind::has_media && !(passes_surfaces && !lamp.casts_shadow))
         radiance *= segment_transmittance(lamp.distance - travelled_);
@@ -93,8 +103,9 @@ inline void Walk<Kind>::add_surface_emission(const SurfacePoint& point, Rgb emis
   const LightLinks& links = instance.links;
   if (!has_set(links.lit, state_.light_set) || is_met_past_blockers(links.blockers)) return;
   const std::optional<uint32_t> emitter = context_.lights.emitter_of(point.instance, point.triangle);
-  const float pdf = emitter && mis_receiver_ ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
-  add(emission * emitter_weight(emitter, pdf, Distance::NEAR), source_of(instance));
+  const bool is_sought = emitter && mis_receiver_ && panes_.faces == 0;
+  const float pdf = is_sought ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
+  add(emission * emitter_weight(emitter, pdf), source_of(instance));
 }
 
 template <class Kind>
@@ -111,7 +122,7 @@ inline void Walk<Kind>::add_lamps_past_blockers(PathState receiver) {
   context_.lights.intersect_lamps({vertex_origin_, ray_.direction}, state_, scratch_.lamp_hits);
   for (const LampHit& lamp : scratch_.lamp_hits) {
     if (lamp.blockers == kAllSets || receiver.depth > lamp.max_bounces) continue;
-    Rgb radiance = lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf, distance_of(lamp));
+    Rgb radiance = lamp.radiance * emitter_weight(lamp.emitter, lamp.pdf);
     if (is_black(radiance)) continue;
     IncidentLight light;
     light.wi = ray_.direction;
@@ -146,8 +157,7 @@ inline void Walk<Kind>::add_surfaces_past_blockers(PathState receiver) {
     light.normal = point.ng;
     light.clearance = point.clearance;
     light.blockers = links.blockers;
-    add(emission * emitter_weight(emitter, pdf, Distance::NEAR) * transmittance_ahead(light, receiver),
-        source_of(instance));
+    add(emission * emitter_weight(emitter, pdf) * transmittance_ahead(light, receiver), source_of(instance));
   }
 }
 
@@ -175,13 +185,11 @@ inline void Walk<Kind>::add_environment() {
   if (context_.record_seen && sees_film_) see_environment();
   const std::optional<uint32_t> emitter = context_.lights.environment_emitter();
   // Asked for first: it comes from far away in memory, and is needed last.
-  const float pdf =
-      emitter && mis_receiver_ ? context_.lights.environment_pdf(sought_direction(), mis_receiver_->position) : 0.0f;
+  const float pdf = emitter ? sought_environment_pdf() : 0.0f;
   const Rgb radiance = evaluate_environment(context_.scene, ray_.direction, state_);
   if (is_black(radiance)) return;
   if (!features_done_ && state_.depth > 0) record_.albedo = throughput_.smooth * min(radiance, Rgb(1.0f));
-  add(radiance * emitter_weight(emitter, pdf, Distance::SKY),
-      {SourceKind::ENVIRONMENT, context_.scene.environment.light_group});
+  add(radiance * emitter_weight(emitter, pdf), {SourceKind::ENVIRONMENT, context_.scene.environment.light_group});
 }
 
 template <class Kind>

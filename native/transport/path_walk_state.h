@@ -19,10 +19,6 @@ inline constexpr int kMostEmittersAhead = 1024;
 
 enum class SourceKind : uint8_t { SURFACE, ENVIRONMENT };
 
-/// How far emitters are: panes turn the directions in which others than the sky are seen, or where from.
-enum class Distance : uint8_t { NEAR, SUN, SKY };
-inline Distance distance_of(const LampHit& lamp) { return std::isinf(lamp.distance) ? Distance::SUN : Distance::NEAR; }
-
 /// Where light comes from; its group where walks split light.
 struct LightSource {
   SourceKind kind = SourceKind::SURFACE;

@@ -157,8 +157,21 @@ PathState shadow_state(const PathState& path) {
 
 PanePassage past_panes(const PathContext& context, float footprint, const Ray& ray, bool may_turn,
                        const PathState& path) {
-  if (context.accel.occluded_but_for_panes(ray)) return {Rgb(0.0f), 0, ray.direction};
-  return pass_panes(context, footprint, ray, may_turn, path, shadow_state(path));
+  if (context.accel.occluded_but_for_panes(ray)) return {};
+  return pass_panes({context, footprint, ray, path, shadow_state(path)}, may_turn);
+}
+
+/// What arrives of a lamp that is not distant.
+PassedLight lamp_past_panes(const PathContext& context, float footprint, const Ray& ray, const IncidentLight& lamp,
+                            const PathState& path) {
+  const PathState shadow = shadow_state(path);
+  if (!context.accel.occluded(ray)) {
+    const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
+    return {lamp.radiance * transparency_along(context, footprint, ray, shadow, most_surfaces).transmittance};
+  }
+  if (context.accel.occluded_but_for_panes(ray)) return {};
+  const Ray endless{ray.origin, ray.direction};
+  return find_lamp_past_panes(context, {context, footprint, endless, path, shadow}, *lamp.lamp);
 }
 
 /// Behind the last surface it passes, a path has no vertices; see PathLimits.
@@ -173,7 +186,9 @@ PassedLight passed_light(const PathContext& context, const SurfacePoint& receive
   if (!context.passes_panes || !is_sought_through_panes(light))
     return {light.radiance * transmittance(context, receiver, light, path)};
   const Ray ray = shadow_ray(context.scene, receiver, light, kGrazingCosine);
+  if (std::isfinite(light.distance)) return lamp_past_panes(context, receiver.footprint, ray, light, path);
   const PanePassage passage = past_panes(context, receiver.footprint, ray, light.is_environment, path);
+  if (is_black(passage.share)) return {};
   if (is_parallel(light.wi, passage.direction)) return {light.radiance * passage.share, passage.faces};
   return {evaluate_environment(context.scene, passage.direction, shadow_state(path)) * passage.share, passage.faces};
 }
@@ -205,7 +220,7 @@ Rgb transmittance(const PathContext& context, Vec3 position, float footprint, co
                   const PathState& path) {
   const PathState state = shadow_state(path);
   const Ray ray = ray_towards(position, light);
-  if (context.passes_panes && is_sought_through_panes(light))
+  if (context.passes_panes && is_sought_through_panes(light) && std::isinf(light.distance))
     return past_panes(context, footprint, ray, light.is_environment, path).share;
   if (context.accel.occluded(ray, state.ray_kind, light.blockers)) return Rgb(0.0f);
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;

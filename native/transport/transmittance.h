@@ -14,10 +14,6 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
                   const PathState& path);
 
 /// What arrives of a light, by clear panes, too, where PathContext::passes_panes.
-struct PassedLight {
-  Rgb radiance;
-  int faces = 0;  // of panes, that refracted it
-};
 PassedLight passed_light(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                          const PathState& path);
 
@@ -29,7 +25,8 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
 Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
                   const PathState& path, MediaStack media, PathSampler& sampler);
 
-/// Of light that reaches a point where there are none; by panes, too, taken to send as much the way it goes on.
+/// Of light that reaches a point where there are none; of the sky and suns by panes, too, as if they sent as much the
+/// way it goes on.
 Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
                   const PathState& path);
 
