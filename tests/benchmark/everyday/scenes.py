@@ -11,6 +11,7 @@ import numpy as np
 Place = tuple[float, float, float]
 GREY, CLAY = (0.8, 0.8, 0.8, 1.0), (0.8, 0.3, 0.2, 1.0)
 PLASTER = {"Base Color": (0.7, 0.7, 0.65, 1.0), "Roughness": 0.8}
+PANE = "Pane"
 GLASS = {"Transmission Weight": 1.0, "Roughness": 0.0}
 
 
@@ -187,6 +188,7 @@ def window_sky() -> None:
 def add_pane() -> None:
     """Glass of a centimetre in the window."""
     add(bpy.ops.mesh.primitive_cube_add, (4.1, 0, 1.7), (0.005, 1.01, 0.71), GLASS)
+    bpy.context.object.name = PANE
 
 
 def glazed_world() -> None:
@@ -196,6 +198,14 @@ def glazed_world() -> None:
 
 def glazed_sky() -> None:
     window_sky()
+    add_pane()
+
+
+def glazed_sun() -> None:
+    """The sun of the sky shines in."""
+    room(has_window=True)
+    sky = texture_world("ShaderNodeTexSky", 0.1)
+    sky.sun_elevation, sky.sun_rotation = 0.4, pi / 2
     add_pane()
 
 
@@ -237,6 +247,7 @@ SCENES: dict[str, Callable[[], None]] = {
     "window_sky": window_sky,
     "glazed_world": glazed_world,
     "glazed_sky": glazed_sky,
+    "glazed_sun": glazed_sun,
     "portal_world": portal_world,
     "portal_sky": portal_sky,
     "nine_lamps": nine_lamps,
