@@ -205,20 +205,19 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(uint32_t emitter, Vec
   arriving.ray_length = sample->distance;
   const Rgb radiance = sample->radiance * program_factor(lamp, receiver, *sample, arriving);
   if (is_black(radiance)) return std::nullopt;
-  const bool use_mis = light.use_mis && !sample->is_delta;
-  return IncidentLight{sample->wi,
-                       sample->distance,
-                       {},
-                       0.0f,
-                       radiance,
-                       sample->pdf,
-                       sample->is_delta,
-                       light.casts_shadow,
-                       use_mis,
-                       light.visibility,
-                       light.links.blockers,
-                       false,
-                       emitter};
+  std::optional<IncidentLight> result;
+  IncidentLight& incident = result.emplace();  // in place: a copy would wait for the stores it reads
+  incident.wi = sample->wi;
+  incident.distance = sample->distance;
+  incident.radiance = radiance;
+  incident.pdf = sample->pdf;
+  incident.is_delta = sample->is_delta;
+  incident.casts_shadow = light.casts_shadow;
+  incident.use_mis = light.use_mis && !sample->is_delta;
+  incident.visibility = light.visibility;
+  incident.blockers = light.links.blockers;
+  incident.lamp = emitter;
+  return result;
 }
 
 std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,

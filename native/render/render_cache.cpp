@@ -43,12 +43,15 @@ std::optional<std::vector<AreaLight>> RenderCache::openings(const Scene& scene, 
   if (settings.is_draft) return openings_;
   if (!settings.keep_history || !scene_of_openings_) return std::nullopt;
   const SceneChange change = compare_scenes(*scene_of_openings_, scene);
-  const bool is_lit_anew = change.surfaces || change.materials || change.lamps || change.environment;
+  const bool is_lit_anew = change.surfaces || change.materials || change.lamps || change.environment ||
+                           settings.passes_panes(scene) != openings_pass_panes_;
   return is_lit_anew || (change.camera && openings_.empty()) ? std::nullopt : std::optional(openings_);
 }
 
-void RenderCache::keep_openings(const std::shared_ptr<const Scene>& scene, const std::vector<AreaLight>& openings) {
+void RenderCache::keep_openings(const std::shared_ptr<const Scene>& scene, const Settings& settings,
+                                const std::vector<AreaLight>& openings) {
   const std::lock_guard lock(mutex_);
+  openings_pass_panes_ = settings.passes_panes(*scene);
   scene_of_openings_ = scene;
   openings_ = openings;
   if (openings_.empty()) lights_[1] = {};

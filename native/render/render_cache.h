@@ -25,7 +25,8 @@ class RenderCache {
   /// which have no time to search; other pictures of a viewport while nothing changes that openings depend on, but that
   /// the camera may move where there are some. Others look for themselves, or pictures would depend on earlier ones.
   std::optional<std::vector<AreaLight>> openings(const Scene& scene, const Settings& settings) const;
-  void keep_openings(const std::shared_ptr<const Scene>& scene, const std::vector<AreaLight>& openings);
+  void keep_openings(const std::shared_ptr<const Scene>& scene, const Settings& settings,
+                     const std::vector<AreaLight>& openings);
   /// The cells kept, if they were built from the very surfaces of `scene`, else newly built ones, which are kept from
   /// then on. Null when stopped.
   std::shared_ptr<const LightCacheCells> light_cache_cells(const Scene& scene, uint32_t point_count, uint64_t seed,
@@ -56,6 +57,7 @@ class RenderCache {
   };
   std::array<Lights, 2> lights_;  // without openings and with some
   std::shared_ptr<const Scene> scene_of_openings_;
+  bool openings_pass_panes_ = false;  // were sought through them
   std::vector<AreaLight> openings_;
   std::shared_ptr<const LightCacheCells> cells_;
   std::unique_ptr<ReuseFrame> history_, draft_history_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "transport/camera_ray.h"
-#include "transport/clear_panes.h"
 
 namespace cistern {
 namespace {
@@ -68,7 +67,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             wants_kinds(settings),
             static_cast<size_t>(settings.light_groups),
             settings.groups_behind_film,
-            settings.may_seek_through_panes() && may_pass_panes(*scene, settings.limits)},
+            settings.passes_panes(*scene)},
       sequences(std::move(the_sequences)),
       context{settings, paths, filter, *sequences, learning.get(), guiding.get(), surfaces.get()} {}
 

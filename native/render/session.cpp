@@ -276,7 +276,7 @@ std::shared_ptr<const LightSet> Session::find_lights(const std::shared_ptr<const
       if (!openings_pay(walks, *lights, *with, is_stopped)) openings_.clear();
     }
     if (cancelled_) return lights;
-    cache_->keep_openings(scene_, openings_);
+    cache_->keep_openings(scene_, settings_, openings_);
   }
   return openings_.empty() ? lights : cache_->lights(scene_, settings_.light_sampling, density, openings_);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/check.h"
+#include "transport/clear_panes.h"
 
 namespace cistern {
 namespace {
@@ -132,9 +133,10 @@ EnvironmentDensity Settings::environment_density() const {
                                                                : EnvironmentDensity::COMPENSATED;
 }
 
-bool Settings::may_seek_through_panes() const {
+bool Settings::passes_panes(const Scene& scene) const {
   const bool has_path_reservoirs = indirect != IndirectAnswer::PATH && indirect != IndirectAnswer::CELL_SHARED;
-  return light_through_panes && !uses_reservoirs(direct) && !uses_reservoirs(secondary) && !has_path_reservoirs;
+  const bool has_reservoirs = uses_reservoirs(direct) || uses_reservoirs(secondary) || has_path_reservoirs;
+  return light_through_panes && !has_reservoirs && may_pass_panes(scene, limits);
 }
 
 bool Settings::has_temporal_reuse() const {

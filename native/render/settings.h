@@ -95,8 +95,8 @@ struct Settings {
 
   /// Reservoirs resample light samples many times, the BSDF's once: theirs have to find all light.
   EnvironmentDensity environment_density() const;
-  /// Whether light samples may be sought through panes: not by reservoirs, which take them to be direct light.
-  bool may_seek_through_panes() const;
+  /// Whether light samples pass the panes of this scene: not those of reservoirs, which know straight lines alone.
+  bool passes_panes(const Scene& scene) const;
   /// Whether some answer hands its reservoirs on from frame to frame.
   bool has_temporal_reuse() const;
   /// What frames after the first are made by: these, unless paths are shared and the first alone has history.

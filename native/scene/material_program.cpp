@@ -61,7 +61,7 @@ bool may_emit_light(const MaterialProgram& p, const Instruction& closure) {
 
 /// Whether the closure refracts, and is smooth enough for a delta lobe wherever it is.
 bool refracts_clearly(const MaterialProgram& p, const Instruction& closure) {
-  constexpr float kRoughness = 0.0035f;
+  constexpr float kRoughness = 0.0035f;  // kDeltaAlphaProduct is above its fourth power
   const std::span<const Operand> in = operands_of(p, closure);
   size_t roughness = 2;
   if (closure.op == Op::CLOSURE_PRINCIPLED) {
@@ -307,6 +307,7 @@ void finish_program(MaterialProgram& program, int image_count) {
   program.looks_at_own_object |= std::ranges::any_of(program.aov_instructions, meets_own_object_alone);
   for (const Instruction& instruction : program.displaced_bump_instructions) {
     program.needs_footprint = true;
+    program.tells_scattered_rays |= tells_scattered_rays(instruction);
     program.depends_on_view |= reads_view(instruction.op);
     program.lobes_depend_on_view |= reads_view(instruction.op);
     program.reads_camera |= depends_on_camera(instruction);

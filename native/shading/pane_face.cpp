@@ -5,7 +5,9 @@
 namespace cistern {
 namespace {
 
-/// Cosine of what a normal may be off, by rounding.
+static_assert(0.0035 * 0.0035 * 0.0035 * 0.0035 <= kDeltaAlphaProduct, "MaterialProgram::may_be_pane counts on it");
+
+/// Cosine of a milliradian or so: what normals may be off without being those of a curve.
 constexpr float kFlat = 1.0f - 1e-6f;
 
 bool refracts_clearly(const MicrofacetLobe& lobe) { return lobe.transmits && is_delta(lobe); }

@@ -6,7 +6,6 @@
 #include "shading/displaced_normal.h"
 #include "shading/material.h"
 #include "transport/media.h"
-#include "transport/path_walk_state.h"
 
 namespace cistern {
 namespace {
@@ -21,19 +20,26 @@ bool tells_paths(const Scene& scene, int material) {
   return program && program->tells_scattered_rays;
 }
 
-bool is_seen_alike(uint8_t visibility) { return (visibility & kVisibleToScattered) == kVisibleToScattered; }
+/// Whether scattered rays may meet a lamp; others are neither met nor sought.
+bool has_size(const Light& light) {
+  if (const auto* point = std::get_if<PointLight>(&light.shape)) return point->radius > 0.0f;
+  if (const auto* spot = std::get_if<SpotLight>(&light.shape)) return spot->emitter.radius > 0.0f;
+  if (const auto* sun = std::get_if<SunLight>(&light.shape)) return sun->angle > 0.0f;
+  return !is_portal(light);
+}
 
 /// Lamps without shadow are met past surfaces, see Walk::add_lamps.
 bool is_even(const Scene& scene, const PathLimits& limits, const Light& light) {
-  if (light.removed || is_portal(light)) return true;
-  return light.casts_shadow && is_seen_alike(light.visibility) && light.max_bounces >= limits.max_bounces &&
+  if (light.removed || !light.use_mis || !has_size(light)) return true;
+  return light.casts_shadow && !tells_kinds(light.visibility) && light.max_bounces >= limits.max_bounces &&
          !tells_paths(scene, light.material);
 }
 
 bool is_linked(const LightLinks& links) { return links.lit != kAllSets || links.blockers != kAllSets; }
 
 bool has_links(const Scene& scene) {
-  return std::ranges::any_of(scene.lights, is_linked, &Light::links) ||
+  const auto is_linked_lamp = [](const Light& light) { return !light.removed && is_linked(light.links); };
+  return std::ranges::any_of(scene.lights, is_linked_lamp) ||
          std::ranges::any_of(scene.instances, is_linked, &Instance::links);
 }
 
@@ -42,7 +48,7 @@ bool has_links(const Scene& scene) {
 bool may_pass_panes(const Scene& scene, const PathLimits& limits) {
   if (!has_panes(scene) || limits.limits_gloss()) return false;
   const Environment& sky = scene.environment;
-  if (sky.material >= 0 && (!is_seen_alike(sky.visibility) || tells_paths(scene, sky.material))) return false;
+  if (sky.material >= 0 && (tells_kinds(sky.visibility) || tells_paths(scene, sky.material))) return false;
   if (!std::ranges::all_of(scene.lights, [&](const Light& light) { return is_even(scene, limits, light); }))
     return false;
   return !has_links(scene) && !has_shadow_catchers(scene) && shadow_rays_see_alike(scene) &&
@@ -82,7 +88,8 @@ Ray PaneRay::segment(const std::optional<Hit>& next) const {
 
 bool PaneRay::pass(const Hit& hit) {
   SurfacePoint point = make_surface_point(context_.scene, ray_, hit);
-  const auto* const program = point.material < 0 ? nullptr : context_.scene.materials[point.material].get();
+  const auto* const program =
+      point.material < 0 ? nullptr : context_.scene.materials[static_cast<size_t>(point.material)].get();
   if (!program || !(program->may_be_transparent || program->may_be_pane)) return false;
   shadow_.ray_length += hit.t;
   set_footprint(point, cone_.at(before_ + shadow_.ray_length), context_.scene, shadow_);
@@ -95,8 +102,6 @@ bool PaneRay::pass(const Hit& hit) {
   if (transparent > 0 && transparent >= context_.limits.max_transparent_bounces) return false;
   if (!may_pass_faces(vertex_, ++faces_, context_.limits)) return false;
   share_ *= face->weight;
-  count_scattering(shadow_, ScatterKind::TRANSMISSION);
-  shadow_.ray_kind = kVisibleToShadow;
   before_ += std::exchange(shadow_.ray_length, 0.0f);
   last_face_ = offset_origin(point.position, point.clearance, point.ng, face->wi);
   ray_ = {last_face_, face->wi};

@@ -35,7 +35,7 @@ bool may_pass_faces(const PathState& vertex, int faces, const PathLimits& limits
 bool is_parallel(Vec3 begin, Vec3 end);
 
 /// A ray towards a light that goes on behind panes and transparent surfaces. Up to the first pane it is straight, and
-/// occluded_but_for_panes by nothing.
+/// must be occluded_but_for_panes by nothing.
 class PaneRay {
  public:
   /// `ray` begins with `footprint` in the state `vertex`; `shadow`: its own.

@@ -8,10 +8,6 @@ namespace {
 
 constexpr uint8_t kScattered = kVisibleToDiffuse | kVisibleToGlossy | kVisibleToTransmission;
 
-bool tells_kinds(uint8_t visibility) {
-  return (visibility & kScattered) != 0 && (visibility & kScattered) != kScattered;
-}
-
 bool may_emit(const Scene& scene, const Instance& instance) {
   if (instance.mesh < 0) return false;
   const auto emits = [&](int material) {
@@ -22,6 +18,10 @@ bool may_emit(const Scene& scene, const Instance& instance) {
 }
 
 }  // namespace
+
+bool tells_kinds(uint8_t visibility) {
+  return (visibility & kScattered) != 0 && (visibility & kScattered) != kScattered;
+}
 
 GlossLimits gloss_limits(const PathLimits& limits, uint8_t ray_kind, float least_pdf) {
   GlossLimits gloss;
@@ -60,8 +60,8 @@ bool emitters_tell_kinds(const Scene& scene) {
 bool shadow_rays_see_alike(const Scene& scene) {
   const auto is_alike = [](const Instance& instance) {
     const bool to_shadow = instance.visibility & kVisibleToShadow;
-    const uint8_t to_scattered = instance.visibility & kVisibleToScattered;
-    return to_shadow ? to_scattered == kVisibleToScattered : to_scattered == 0;
+    const uint8_t to_scattered = instance.visibility & kScattered;
+    return to_shadow ? to_scattered == kScattered : to_scattered == 0;
   };
   const auto is_even = [](const auto& program) {
     return !program || !program->may_be_transparent || (program->has_transparent_shadow && !program->reads_light_path);

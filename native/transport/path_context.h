@@ -94,6 +94,9 @@ struct PathContext {
 /// Group of an emitter of the context's lights.
 LightGroup light_group_of(const PathContext& context, uint32_t emitter);
 
+/// Whether what has these RayVisibility bits is there for rays of some kinds of scattering at surfaces, not of all.
+bool tells_kinds(uint8_t visibility);
+
 /// Whether what a scattered ray meets, or how far its path goes on, depends on the kind of its scattering: by ray
 /// visibility, bounce limits or materials that read the path.
 bool scatter_kinds_matter(const Scene& scene, const PathLimits& limits);

@@ -78,10 +78,8 @@ inline bool Walk<Kind>::scatter(const SurfacePoint& point, const Bsdf& bsdf, flo
     if (!is_through_pane) learning_.of_ray = learning_.at_vertex;
   }
   panes_.faces = is_through_pane ? panes_.faces + 1 : 0;
-  if (is_through_pane) {
-    // light samples of the receiver may look for what is met
-  } else if (sample->is_delta) {
-    mis_receiver_.reset();
+  if (sample->is_delta) {
+    if (!is_through_pane) mis_receiver_.reset();
   } else {
     MisReceiver& receiver = mis_receiver_.emplace();  // in place: a copy would wait for the stores it reads
     receiver.position = point.position;

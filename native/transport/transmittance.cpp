@@ -157,6 +157,8 @@ PathState shadow_state(const PathState& path) {
 
 PanePassage past_panes(const PathContext& context, float footprint, const Ray& ray, bool may_turn,
                        const PathState& path) {
+  // Where nothing is transparent, most rays are told without looking for panes.
+  if (!context.accel.has_transparent_surfaces() && !context.accel.occluded(ray)) return {Rgb(1.0f), 0, ray.direction};
   if (context.accel.occluded_but_for_panes(ray)) return {};
   return pass_panes({context, footprint, ray, path, shadow_state(path)}, may_turn);
 }

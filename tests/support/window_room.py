@@ -19,9 +19,10 @@ def room(
     pane: int = 0,
     eye: tuple[float, float, float] = (-1.8, -1.5, 1.2),
     glass: tuple[float, ...] = (),
+    lamps: bool = False,
 ) -> core.Scene:
     """`pane`: kinds of rays that see a board in the window, which else is open; `glass`: how far faces of glass are
-    beyond it, m, every other one the outside of a pane."""
+    beyond it, m, every other one the outside of a pane; `lamps`: one inside, and one outside that shines in."""
     scene = SceneDescription()
     plaster = principled((0.7, 0.65, 0.6))
     w = 2.0 * HALF
@@ -42,6 +43,9 @@ def room(
         up, across = (0, 0, TOP - BOTTOM + 2.0 * margin), (0, 2.0 * (SIDE + margin), 0)
         corner = (HALF + depth, -SIDE - margin, BOTTOM - margin)
         scene.add_quad(corner, *((across, up) if i % 2 else (up, across)), clear, "glass")
+    if lamps:
+        scene.builder.add_point_light("inside", (-1.0, 1.0, 2.0), 0.2, (1.0 * brightness,) * 3, soft=True)
+        scene.builder.add_point_light("outside", (HALF + 1.0, 0.2, 2.0), 0.5, (20.0 * brightness,) * 3, soft=False)
     scene.set_environment((3.0 * brightness, 3.2 * brightness, 3.5 * brightness))
     scene.set_camera(eye, (1.0, 0.3, 1.0), 0.8)
     return scene.snapshot()

@@ -40,12 +40,14 @@ class PathScene {
           {p.constant(glossy_share), p.constant(albedo), p.constant(roughness), zero, zero, normal, normal}, {0});
     return builder.add_material(p.program);
   }
-  /// Where `normal` is zero, that of the surface.
-  int clear_glass(float ior, float roughness = 0.0f, Vec3 normal = {}) {
+  /// Where `normal` is zero, that of the surface. The rest of its weight is diffuse, or transparent.
+  int clear_glass(float ior, float roughness = 0.0f, Vec3 normal = {}, float diffuse = 0.0f, float transparent = 0.0f) {
     ProgramBuilder p;
+    const Operand weight = p.constant(1.0f - diffuse - transparent);
+    if (transparent > 0.0f) p.add(Op::CLOSURE_TRANSPARENT, {p.constant(transparent), p.constant(1)});
     const Operand n = normal == Vec3{} ? p.add(Op::NORMAL, {}) : p.constant(normalize(normal)), zero = p.constant(0);
-    p.add(Op::CLOSURE_GLASS, {p.constant(1), p.constant(1), p.constant(roughness), p.constant(ior), n, zero, zero},
-          {0});
+    p.add(Op::CLOSURE_GLASS, {weight, p.constant(1), p.constant(roughness), p.constant(ior), n, zero, zero}, {0});
+    if (diffuse > 0.0f) p.add(Op::CLOSURE_DIFFUSE, {p.constant(diffuse), p.constant(0.8f), zero, n});
     return builder.add_material(p.program);
   }
   int emission(Vec3 radiance) {
@@ -100,6 +102,14 @@ class PathScene {
     const Operand glow = p.add(Op::MATH, {up, p.constant(8), zero}, {5, 0});
     const Operand sum = p.add(Op::MATH, {glow, p.constant(more), p.constant(base)}, {4, 0});
     p.add(Op::CLOSURE_EMISSION, {p.constant(1), p.constant(1), sum});
+    environment_of(builder.add_material(p.program));
+  }
+  /// Of this radiance where x > 0, else black.
+  void half_environment(float bright) {
+    ProgramBuilder p;
+    const Operand zero = p.constant(0), x = p.add(Op::SEPARATE_X, {p.add(Op::GENERATED, {}, {0})});
+    const Operand right = p.add(Op::MATH, {x, zero, zero}, {14, 0});
+    p.add(Op::CLOSURE_EMISSION, {p.constant(1), p.constant(bright), right});
     environment_of(builder.add_material(p.program));
   }
   Light point_lamp(Vec3 position, float intensity, float radius = 0.0f) {
