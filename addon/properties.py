@@ -213,8 +213,8 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
     light_through_panes: BoolProperty(
         name="Light Through Panes",
         description=(
-            "Sample the sky and lamps through flat panes of smooth glass, too. Without, only scattered rays find that "
-            "light, which is noisy"
+            "Sample the sky, lamps and objects that emit through flat panes of smooth glass, too. Without, only "
+            "scattered rays find that light, which is noisy"
         ),
         default=True,
     )

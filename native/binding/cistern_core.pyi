@@ -344,7 +344,7 @@ class Settings:
     # Looks, where light samples compete with the BSDF's and the scene has no portals, for windows and other openings that
     # the sky lights an interior through, and takes them for portals if that promises less noise. True by default.
     find_openings: bool
-    # Light samples, where they compete with the BSDF's, look for the sky and lamps through flat panes of smooth glass,
+    # Light samples, where they compete with the BSDF's, look for what shines through flat panes of smooth glass,
     # too. True by default.
     light_through_panes: bool
     light_samples: int  # of the first vertex of a path, with NEE and more than two emitters; 0: 1

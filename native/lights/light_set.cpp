@@ -130,8 +130,11 @@ struct LightSet::Impl {
   void prepare_intersection();
   Rgb program_factor(const SceneLamp& lamp, Vec3 receiver, const LampSample& sample, const PathState& path) const;
   std::optional<IncidentLight> evaluate_lamp(uint32_t emitter, Vec2 uv, Vec3 receiver, const PathState& path) const;
-  std::optional<IncidentLight> evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
+  /// By a square's point, or in a direction.
+  using TrianglePoint = std::variant<Vec2, Vec3>;
+  std::optional<IncidentLight> evaluate_triangle(uint32_t emitter, const TrianglePoint& sample, Vec3 receiver,
                                                  const PathState& path, const RayCone& cone, const Accel* accel) const;
+  const EmissiveTriangle& triangle_of(uint32_t emitter) const { return (*triangles)[emitter - first_triangle()]; }
   /// Share of the environment's samples that go through portals.
   float portal_share(Vec3 receiver) const;
   float environment_pdf(Vec3 direction, Vec3 receiver) const;
@@ -216,18 +219,27 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_lamp(uint32_t emitter, Vec
   incident.use_mis = light.use_mis && !sample->is_delta;
   incident.visibility = light.visibility;
   incident.blockers = light.links.blockers;
-  incident.lamp = emitter;
+  incident.emitter = emitter;
   return result;
 }
 
-std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTriangle& t, Vec2 uv, Vec3 receiver,
-                                                               const PathState& path, const RayCone& cone,
-                                                               const Accel* accel) const {
+std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(uint32_t emitter, const TrianglePoint& sample,
+                                                               Vec3 receiver, const PathState& path,
+                                                               const RayCone& cone, const Accel* accel) const {
   std::optional<IncidentLight> result;
+  const EmissiveTriangle& t = triangle_of(emitter);
   const Instance& instance = scene->instances[t.instance];
   if (!has_set(instance.links.lit, path.light_set)) return result;
   const std::optional<SphericalTriangle> seen = SphericalTriangle::of(t, receiver);
-  const Vec2 barycentric = seen ? barycentric_along(t, receiver, seen->direction(uv)) : square_to_triangle(uv);
+  Vec2 barycentric;
+  if (const Vec3* direction = std::get_if<Vec3>(&sample)) {
+    const std::optional<Vec2> met = t.meet(receiver, *direction);
+    if (!met) return result;
+    barycentric = *met;
+  } else {
+    const Vec2 uv = std::get<Vec2>(sample);
+    barycentric = seen ? barycentric_along(t, receiver, seen->direction(uv)) : square_to_triangle(uv);
+  }
   const Vec3 offset = t.point(barycentric) - receiver;
   const float d2 = length_squared(offset);
   const Vec3 normal = t.scaled_normal();
@@ -242,6 +254,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(const EmissiveTri
   light.pdf = seen ? seen->pdf() : 2.0f * d2 * distance / projected;
   light.visibility = instance.visibility;
   light.blockers = instance.links.blockers;
+  light.emitter = emitter;
   if (const SideEmission* sides = triangles->uniform_emission(t)) {
     light.radiance = dot(normal, offset) < 0.0f ? sides->along_normal : sides->against_normal;
   } else {
@@ -385,11 +398,15 @@ std::optional<LitPart> LightSet::lit_part_of(uint32_t emitter, const Vec3& origi
 std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 position, const PathState& path,
                                                 const RayCone& cone, const Accel* accel) const {
   if (sample.emitter < impl_->first_triangle()) return impl_->evaluate_lamp(sample.emitter, sample.uv, position, path);
-  if (sample.emitter < impl_->environment_index()) {
-    const EmissiveTriangle& t = (*impl_->triangles)[sample.emitter - impl_->first_triangle()];
-    return impl_->evaluate_triangle(t, sample.uv, position, path, cone, accel);
-  }
+  if (sample.emitter < impl_->environment_index())
+    return impl_->evaluate_triangle(sample.emitter, sample.uv, position, path, cone, accel);
   return impl_->evaluate_environment_sample(sample.uv, position, path);
+}
+
+std::optional<IncidentLight> LightSet::evaluate_along(uint32_t emitter, Vec3 direction, Vec3 position,
+                                                      const PathState& path, const RayCone& cone,
+                                                      const Accel* accel) const {
+  return impl_->evaluate_triangle(emitter, direction, position, path, cone, accel);
 }
 
 std::optional<uint32_t> LightSet::emitter_of(uint32_t instance, uint32_t triangle) const {

@@ -35,7 +35,7 @@ struct IncidentLight {
   uint8_t visibility = kVisibleToAll;  // RayVisibility bits: not lit where the receiver's scattering kind is not in it
   uint64_t blockers = kAllSets;        // LightLinks::blockers of the emitter
   bool is_environment = false;
-  std::optional<uint32_t> lamp;  // the emitter, of lamps
+  std::optional<uint32_t> emitter;  // of lamps and emissive triangles
 };
 
 /// A lamp shape passed through by a scattered ray before it hits a surface.
@@ -99,6 +99,10 @@ class LightSet {
   /// and must not depend on which technique found the light.
   std::optional<IncidentLight> evaluate(const LightSample& sample, Vec3 position, const PathState& path,
                                         const RayCone& cone = {}, const Accel* accel = nullptr) const;
+
+  /// The same of an emissive triangle, as it is seen in a direction; empty where it is not.
+  std::optional<IncidentLight> evaluate_along(uint32_t emitter, Vec3 direction, Vec3 position, const PathState& path,
+                                              const RayCone& cone, const Accel* accel) const;
 
   /// Emitter of a surface hit, or none when its material does not emit (or is not worth sampling).
   std::optional<uint32_t> emitter_of(uint32_t instance, uint32_t triangle) const;

@@ -75,7 +75,7 @@ struct Settings {
   GridSettings grid{.min_cell_size = kDefaultMinCellShare, .cell_pixels = 0.0f};
   LightSampling light_sampling = LightSampling::TREE;
   bool find_openings = true;        // looks where the sky shines in; see opening_search.h
-  bool light_through_panes = true;  // light samples look for the sky and lamps through clear panes
+  bool light_through_panes = true;  // light samples look through clear panes
   int light_samples = 1;            // of the first vertex of a path, with NEE and more than two emitters
   Guiding guiding = Guiding::OFF;
   SampleSequence sequence = SampleSequence::SOBOL;

@@ -14,10 +14,11 @@ bool has_panes(const Scene& scene) {
   return std::ranges::any_of(scene.materials, [](const auto& program) { return program && program->may_be_pane; });
 }
 
-/// Whether light that a material makes depends on how a path came to see it.
-bool tells_paths(const Scene& scene, int material) {
-  const auto* const program = material < 0 ? nullptr : scene.materials[static_cast<size_t>(material)].get();
-  return program && program->tells_scattered_rays;
+/// Whether surfaces that emit are told how paths came to see them.
+bool emission_tells_paths(const Scene& scene) {
+  return std::ranges::any_of(scene.materials, [](const auto& program) {
+    return program && program->may_emit && program->tells_scattered_rays;
+  });
 }
 
 /// Whether scattered rays may meet a lamp; others are neither met nor sought.
@@ -29,10 +30,9 @@ bool has_size(const Light& light) {
 }
 
 /// Lamps without shadow are met past surfaces, see Walk::add_lamps.
-bool is_even(const Scene& scene, const PathLimits& limits, const Light& light) {
+bool is_even(const PathLimits& limits, const Light& light) {
   if (light.removed || !light.use_mis || !has_size(light)) return true;
-  return light.casts_shadow && !tells_kinds(light.visibility) && light.max_bounces >= limits.max_bounces &&
-         !tells_paths(scene, light.material);
+  return light.casts_shadow && !tells_kinds(light.visibility) && light.max_bounces >= limits.max_bounces;
 }
 
 bool is_linked(const LightLinks& links) { return links.lit != kAllSets || links.blockers != kAllSets; }
@@ -48,11 +48,10 @@ bool has_links(const Scene& scene) {
 bool may_pass_panes(const Scene& scene, const PathLimits& limits) {
   if (!has_panes(scene) || limits.limits_gloss()) return false;
   const Environment& sky = scene.environment;
-  if (sky.material >= 0 && (tells_kinds(sky.visibility) || tells_paths(scene, sky.material))) return false;
-  if (!std::ranges::all_of(scene.lights, [&](const Light& light) { return is_even(scene, limits, light); }))
-    return false;
-  return !has_links(scene) && !has_shadow_catchers(scene) && shadow_rays_see_alike(scene) &&
-         Media::find_name(scene).empty();
+  if (sky.material >= 0 && tells_kinds(sky.visibility)) return false;
+  if (!std::ranges::all_of(scene.lights, [&](const Light& light) { return is_even(limits, light); })) return false;
+  return !emission_tells_paths(scene) && !has_links(scene) && !has_shadow_catchers(scene) &&
+         shadow_rays_see_alike(scene) && Media::find_name(scene).empty();
 }
 
 bool may_pass_faces(const PathState& vertex, int faces, const PathLimits& limits) {
@@ -86,13 +85,20 @@ Ray PaneRay::segment(const std::optional<Hit>& next) const {
   return {last_face_, ray_.direction, shadow_.ray_length, next ? shadow_.ray_length + next->t : INFINITY};
 }
 
+SurfacePoint PaneRay::point(const Hit& next) const {
+  SurfacePoint point = make_surface_point(context_.scene, ray_, next);
+  PathState arriving = shadow_;
+  arriving.ray_length += next.t;
+  set_footprint(point, cone_.at(before_ + arriving.ray_length), context_.scene, arriving);
+  return point;
+}
+
 bool PaneRay::pass(const Hit& hit) {
-  SurfacePoint point = make_surface_point(context_.scene, ray_, hit);
+  const SurfacePoint point = this->point(hit);
   const auto* const program =
       point.material < 0 ? nullptr : context_.scene.materials[static_cast<size_t>(point.material)].get();
   if (!program || !(program->may_be_transparent || program->may_be_pane)) return false;
   shadow_.ray_length += hit.t;
-  set_footprint(point, cone_.at(before_ + shadow_.ray_length), context_.scene, shadow_);
   std::optional<PaneFace> face;
   if (program->may_be_pane)
     face = find_pane_face(point, evaluate_material(context_.scene, point, shadow_, &context_.accel));
@@ -135,6 +141,19 @@ PassedLight find_lamp_past_panes(const PathContext& context, PaneRay ray, uint32
     }
     if (!hit || !ray.pass(*hit)) return passed;
   }
+}
+
+PassedLight find_triangle_past_panes(const PathContext& context, PaneRay ray, uint32_t emitter) {
+  const auto sought = context.lights.triangle_of(emitter);
+  PathState seen;
+  seen.ray_kind = kVisibleToTransmission;
+  while (const std::optional<Hit> hit = ray.meet()) {
+    const bool is_met = hit->instance == sought->instance && hit->triangle == sought->triangle;
+    if (is_met && ray.faces() > 0 && ray.is_parallel_again())
+      return {ray.share() * evaluate_emission(context.scene, ray.point(*hit), seen, &context.accel), ray.faces()};
+    if (!ray.pass(*hit)) break;
+  }
+  return {};
 }
 
 }  // namespace cistern

@@ -22,10 +22,8 @@ namespace cistern {
 /// the way, neither on the kind of their rays nor on linked lights.
 bool may_pass_panes(const Scene& scene, const PathLimits& limits);
 
-/// Whether a light is one that is looked for through panes: the sky or a lamp, and found by BSDF samples, too.
-inline bool is_sought_through_panes(const IncidentLight& light) {
-  return !light.is_delta && light.use_mis && (light.is_environment || light.lamp);
-}
+/// Whether a light is one that is looked for through panes: found by BSDF samples, too.
+inline bool is_sought_through_panes(const IncidentLight& light) { return !light.is_delta && light.use_mis; }
 
 /// Whether a path may pass so many faces after it was scattered at a vertex, whatever the kind of that scattering.
 /// `vertex`: state at the vertex.
@@ -52,6 +50,8 @@ class PaneRay {
   bool is_parallel_again() const { return is_parallel(begin_, ray_.direction); }
   /// The way to the next surface, from the last face on.
   Ray segment(const std::optional<Hit>& next) const;
+  /// The next surface's point.
+  SurfacePoint point(const Hit& next) const;
 
  private:
   bool pass_transparent(const SurfacePoint& point);
@@ -80,7 +80,8 @@ struct PassedLight {
   Rgb radiance;
   int faces = 0;  // of panes, that refracted it
 };
-/// Of a lamp.
+/// Of a lamp, or of an emissive triangle.
 PassedLight find_lamp_past_panes(const PathContext& context, PaneRay ray, uint32_t emitter);
+PassedLight find_triangle_past_panes(const PathContext& context, PaneRay ray, uint32_t emitter);
 
 }  // namespace cistern

@@ -262,6 +262,7 @@ class Walk {
   float captured_emitter_weight(uint32_t emitter, float pdf) const;
   /// That density of what the ray meets: 0 where light samples of the receiver would not find this path, past panes.
   float sought_pdf(const LampHit& lamp) const;
+  float sought_pdf(const SurfacePoint& point, uint32_t emitter) const;
   float sought_environment_pdf() const;
   void add(Rgb radiance, const LightSource& source);
   void add_lamps(const std::optional<Hit>& hit);

@@ -28,9 +28,23 @@ inline float Walk<Kind>::sought_pdf(const LampHit& lamp) const {
   if (std::isinf(lamp.distance)) return context_.accel.occluded_but_for_panes(begin) ? 0.0f : lamp.pdf;
   const std::optional<LampHit> aim = context_.lights.intersect_lamp(lamp.emitter, begin, state_);
   if (!aim || is_black(aim->radiance)) return 0.0f;
-  const Ray straight{begin.origin, begin.direction, 0.0f, aim->distance};
-  const bool is_behind_pane = context_.accel.occluded(straight) && !context_.accel.occluded_but_for_panes(straight);
-  return is_behind_pane ? aim->pdf : 0.0f;
+  IncidentLight straight;
+  straight.wi = begin.direction;
+  straight.distance = aim->distance;
+  return is_behind_panes(context_, begin.origin, straight) ? aim->pdf : 0.0f;
+}
+
+template <class Kind>
+inline float Walk<Kind>::sought_pdf(const SurfacePoint& point, uint32_t emitter) const {
+  if (!mis_receiver_) return 0.0f;
+  if (panes_.faces == 0) return context_.lights.surface_pdf(point, mis_receiver_->position);
+  const Ray& begin = panes_.begin;
+  if (!is_parallel(begin.direction, ray_.direction)) return 0.0f;
+  if (!may_pass_faces(panes_.vertex, panes_.faces, context_.limits)) return 0.0f;
+  const RayCone cone{point.footprint, context_.pixel.angle};
+  const auto aim =
+      context_.lights.evaluate_along(emitter, begin.direction, mis_receiver_->position, state_, cone, &context_.accel);
+  return aim && is_behind_panes(context_, begin.origin, *aim) ? aim->pdf : 0.0f;
 }
 
 template <class Kind>
@@ -103,8 +117,7 @@ inline void Walk<Kind>::add_surface_emission(const SurfacePoint& point, Rgb emis
   const LightLinks& links = instance.links;
   if (!has_set(links.lit, state_.light_set) || is_met_past_blockers(links.blockers)) return;
   const std::optional<uint32_t> emitter = context_.lights.emitter_of(point.instance, point.triangle);
-  const bool is_sought = emitter && mis_receiver_ && panes_.faces == 0;
-  const float pdf = is_sought ? context_.lights.surface_pdf(point, mis_receiver_->position) : 0.0f;
+  const float pdf = emitter ? sought_pdf(point, *emitter) : 0.0f;
   add(emission * emitter_weight(emitter, pdf), source_of(instance));
 }
 

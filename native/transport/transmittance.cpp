@@ -163,17 +163,18 @@ PanePassage past_panes(const PathContext& context, float footprint, const Ray& r
   return pass_panes({context, footprint, ray, path, shadow_state(path)}, may_turn);
 }
 
-/// What arrives of a lamp that is not distant.
-PassedLight lamp_past_panes(const PathContext& context, float footprint, const Ray& ray, const IncidentLight& lamp,
-                            const PathState& path) {
+/// What arrives of a light that is not distant.
+PassedLight near_light(const PathContext& context, float footprint, const Ray& ray, const IncidentLight& light,
+                       const PathState& path) {
   const PathState shadow = shadow_state(path);
   if (!context.accel.occluded(ray)) {
     const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
-    return {lamp.radiance * transparency_along(context, footprint, ray, shadow, most_surfaces).transmittance};
+    return {light.radiance * transparency_along(context, footprint, ray, shadow, most_surfaces).transmittance};
   }
   if (context.accel.occluded_but_for_panes(ray)) return {};
   const Ray endless{ray.origin, ray.direction};
-  return find_lamp_past_panes(context, {context, footprint, endless, path, shadow}, *lamp.lamp);
+  const auto find = context.lights.lamp_of(*light.emitter) ? find_lamp_past_panes : find_triangle_past_panes;
+  return find(context, {context, footprint, endless, path, shadow}, *light.emitter);
 }
 
 /// Behind the last surface it passes, a path has no vertices; see PathLimits.
@@ -188,11 +189,16 @@ PassedLight passed_light(const PathContext& context, const SurfacePoint& receive
   if (!context.passes_panes || !is_sought_through_panes(light))
     return {light.radiance * transmittance(context, receiver, light, path)};
   const Ray ray = shadow_ray(context.scene, receiver, light, kGrazingCosine);
-  if (std::isfinite(light.distance)) return lamp_past_panes(context, receiver.footprint, ray, light, path);
+  if (std::isfinite(light.distance)) return near_light(context, receiver.footprint, ray, light, path);
   const PanePassage passage = past_panes(context, receiver.footprint, ray, light.is_environment, path);
   if (is_black(passage.share)) return {};
   if (is_parallel(light.wi, passage.direction)) return {light.radiance * passage.share, passage.faces};
   return {evaluate_environment(context.scene, passage.direction, shadow_state(path)) * passage.share, passage.faces};
+}
+
+bool is_behind_panes(const PathContext& context, Vec3 origin, const IncidentLight& light) {
+  const Ray ray = ray_towards(origin, light);
+  return context.accel.occluded(ray) && !context.accel.occluded_but_for_panes(ray);
 }
 
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,

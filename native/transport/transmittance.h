@@ -17,6 +17,9 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
 PassedLight passed_light(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,
                          const PathState& path);
 
+/// Whether a light that is not distant would be looked for past panes from this origin of a ray.
+bool is_behind_panes(const PathContext& context, Vec3 origin, const IncidentLight& light);
+
 /// The same where there are media, with those that the ray to the receiver arrived in; of media that vary from place to
 /// place an estimate, whose mean it is.
 Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& light,

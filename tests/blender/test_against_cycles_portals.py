@@ -2,6 +2,7 @@
 Cycles; as test_against_cycles_lights.py."""
 
 import math
+from collections.abc import Callable
 
 import bpy
 import numpy as np
@@ -112,18 +113,40 @@ def test_light_through_glass(empty_scene: bpy.types.Scene, world: str, preset: s
     assert not compare_with_cycles(empty_scene, preset=preset, plant=brighter).agrees
 
 
+def add_sun(scene: bpy.types.Scene) -> None:
+    build.add_light(scene, "SUN", (0, 0, 5), (0.2, 1.0, 0.0), energy=8.0, angle=1.6)
+
+
+def add_area_lamp(scene: bpy.types.Scene) -> None:
+    build.add_light(scene, "AREA", (HALF + 1.0, 0.0, 1.6), (0.0, 1.4, 0.0), energy=200.0, shape="SQUARE", size=2.0)
+
+
+def add_panel(scene: bpy.types.Scene) -> None:
+    x = HALF + 0.6
+    points = [(x, -1, 0.6), (x, 1, 0.6), (x, 1, 2.2), (x, -1, 2.2)]
+    light = build.principled("panel", Emission_Color=(1, 0.9, 0.8, 1), Emission_Strength=10.0)
+    build.add_mesh(scene, "panel", points, [(0, 1, 2, 3)], light)
+
+
+def stronger(scene: bpy.types.Scene) -> None:
+    """A planted bug."""
+    for light in bpy.data.lights:
+        light.energy *= 1.3
+    for material in bpy.data.materials:
+        material.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value *= 1.3
+
+
 @pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL"])
-def test_a_sun_through_glass(empty_scene: bpy.types.Scene, preset: str) -> None:
+@pytest.mark.parametrize("add_light", [add_sun, add_area_lamp, add_panel])
+def test_lamps_through_glass(
+    empty_scene: bpy.types.Scene, add_light: Callable[[bpy.types.Scene], None], preset: str
+) -> None:
     """Wide enough for Cycles to find by chance."""
     add_room(empty_scene)
     add_pane(empty_scene)
-    sun = build.add_light(empty_scene, "SUN", (0, 0, 5), (0.2, 1.0, 0.0), energy=8.0, angle=1.6).data
+    add_light(empty_scene)
     result = compare_with_cycles(empty_scene, samples=160, preset=preset)
     assert result.agrees, result
-
-    def stronger(scene: bpy.types.Scene) -> None:
-        sun.energy *= 1.3
-
     assert not compare_with_cycles(empty_scene, samples=160, preset=preset, plant=stronger).agrees
 
 

@@ -55,6 +55,14 @@ class PathScene {
     p.add(Op::CLOSURE_EMISSION, {p.constant(1), p.constant(radiance), p.constant(1)});
     return builder.add_material(p.program);
   }
+  /// Of this radiance where x > 0.2 m, else black.
+  int striped_emission(float radiance) {
+    ProgramBuilder p;
+    const Operand zero = p.constant(0), x = p.add(Op::SEPARATE_X, {p.add(Op::POSITION, {}, {0})});
+    const Operand is_bright = p.add(Op::MATH, {x, p.constant(0.2f), zero}, {14, 0});
+    p.add(Op::CLOSURE_EMISSION, {p.constant(1), p.constant(radiance), is_bright});
+    return builder.add_material(p.program);
+  }
   /// A share `weight` of the surface passes `tint`; the rest is diffuse paint of this albedo.
   int transparent(Vec3 tint, float weight = 1.0f, float albedo = 0.0f) {
     ProgramBuilder p;
