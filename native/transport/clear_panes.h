@@ -12,11 +12,11 @@ namespace cistern {
 // the receiver. The two are weighed by their densities there [Veach 1997, 9.2], without the probability of refraction,
 // which both could count and need not.
 //
-// The path of a light sample may pass more faces than one pane has. Where it leads is followed exactly: to the sun in
-// the direction it began with, to the sky in any, and to a lamp that the straight ray was aimed at, too, if it is met
-// in the direction that was. Nothing opaque may lie on the straight line to the light, panes aside: shadow rays look
-// there first, since they mostly end there. Whatever light samples do not find for these reasons is left to BSDF
-// samples whole. Reflections within a pane, curved glass and surfaces that emit are, too.
+// The path of a light sample may pass more faces than one pane has. Where it leads is followed exactly: to a sun in the
+// direction it began with, to the sky in any, and to the lamp or triangle that the straight ray was aimed at, if it is
+// met in the direction that ray had. Nothing opaque may lie on the straight line to the light, panes aside: shadow rays
+// look there first, since they mostly end there. Whatever light samples do not find for these reasons is left to BSDF
+// samples whole, and so are reflections within a pane, and curved glass.
 
 /// Whether light samples pass panes in this scene: there are some, and what their paths meet depends on nothing but
 /// the way, neither on the kind of their rays nor on linked lights.
