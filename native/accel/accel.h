@@ -97,8 +97,10 @@ class Accel {
   /// Closest surface whose materials may let light through (MaterialProgram::may_be_transparent).
   virtual std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility = kVisibleToShadow,
                                                    uint64_t blockers = kAllSets) const = 0;
-  /// As occluded and intersect_transparent, for shadow rays that refraction may let through: instances of which a
-  /// material may refract clearly (MaterialProgram::may_be_pane) and none is transparent are no longer opaque.
+  /// Whether an instance has a material that may refract clearly (MaterialProgram::may_be_pane), and has_pane_shape.
+  virtual bool may_be_pane(uint32_t instance) const = 0;
+  /// As occluded and intersect_transparent, for shadow rays that refraction may let through: instances that may be
+  /// panes are no longer opaque.
   virtual bool occluded_but_for_panes(const Ray& ray) const = 0;
   virtual std::optional<Hit> intersect_transparent_or_pane(const Ray& ray) const = 0;
   /// As intersect and intersect_transparent, but surfaces that have a medium inside are there for all rays, and none

@@ -120,6 +120,7 @@ class EmbreeAccel final : public Accel {
   std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
     return closest_hit(ray, transparent_mask(visibility), sets);
   }
+  bool may_be_pane(uint32_t instance) const override { return top_->placements[instance].is_pane; }
   bool occluded_but_for_panes(const Ray& ray) const override {
     if (!is_number(ray)) return false;
     RTCRay query;

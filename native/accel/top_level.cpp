@@ -1,6 +1,9 @@
 #include "accel/top_level.h"
 
 #include <algorithm>
+#include <map>
+
+#include "accel/pane_shape.h"
 
 namespace cistern {
 namespace {
@@ -35,20 +38,33 @@ std::vector<SetTraits> traits_of_sets(const Scene& scene) {
   return traits;
 }
 
-uint32_t opaque_instance_mask(const SetTraits& traits, uint8_t visibility) {
-  const bool is_pane = traits.may_be_pane && (visibility & kVisibleToShadow) != 0;
-  return is_pane ? opaque_mask(visibility & ~kVisibleToShadow) | kPaneMask : opaque_mask(visibility);
+uint32_t opaque_instance_mask(bool is_pane, uint8_t visibility) {
+  return is_pane && (visibility & kVisibleToShadow) != 0 ? opaque_mask(visibility & ~kVisibleToShadow) | kPaneMask
+                                                         : opaque_mask(visibility);
 }
 
 /// Strands of hair have no inside.
-uint32_t mask_of(const SetTraits& traits, const Instance& instance, const Mesh& mesh) {
+uint32_t mask_of(const SetTraits& traits, const Instance& instance, const Mesh& mesh, bool is_pane) {
   const uint8_t visibility = instance.visibility & kVisibleToAll;
   uint32_t mask = any_surface_mask(visibility);
-  mask |= traits.may_be_transparent ? transparent_mask(visibility) : opaque_instance_mask(traits, visibility);
+  mask |= traits.may_be_transparent ? transparent_mask(visibility) : opaque_instance_mask(is_pane, visibility);
   if (!traits.is_boundary) mask |= surface_mask(visibility);
   if (visibility != 0 && !mesh.is_strands() && traits.has_volume) mask |= kMediumMask;
   return mask;
 }
+
+/// Which meshes have the shape of panes with which materials. Told once for each: there may be a million instances.
+class PaneShapes {
+ public:
+  bool has(const Scene& scene, const Instance& instance) {
+    const auto [known, is_new] = shapes_.try_emplace({instance.mesh, instance.material_set});
+    if (is_new) known->second = has_pane_shape(scene, instance);
+    return known->second;
+  }
+
+ private:
+  std::map<std::pair<int, int>, bool> shapes_;
+};
 
 /// Whether rays, taken to the space of an object this small, may lie beyond what Embree allows (1.8e18), which ends the
 /// process where it was built with assertions.
@@ -106,18 +122,20 @@ std::vector<Placement> place_instances(const Scene& scene, bool keep_instances) 
   const bool has_shadow_links = scene.has_shadow_links();
   const std::vector<SetTraits> traits_by_set = traits_of_sets(scene);
   std::vector<Placement> placements(scene.instances.size());
+  PaneShapes panes;
   for (size_t i = 0; i < placements.size(); ++i) {
     const Instance& instance = scene.instances[i];
     if (instance.mesh < 0) continue;
     const std::shared_ptr<const Mesh>& mesh = scene.meshes[instance.mesh];
     if (!mesh || mesh->triangle_count() == 0) continue;
     const SetTraits& traits = traits_by_set[static_cast<size_t>(instance.material_set)];
-    const uint32_t mask = mask_of(traits, instance, *mesh);
+    const bool is_pane = traits.may_be_pane && panes.has(scene, instance);
+    const uint32_t mask = mask_of(traits, instance, *mesh, is_pane);
     if (mask == 0) continue;
     const bool is_flattened =
         !keep_instances && uses[instance.mesh] == 1 && !mesh->is_strands() && !traits.is_traced_alone;
     if (!is_flattened && enlarges_rays(instance.object_to_world)) continue;
-    placements[i] = {mesh, instance.object_to_world, mask, is_flattened};
+    placements[i] = {mesh, instance.object_to_world, mask, is_flattened, is_pane};
     if (!has_shadow_links) continue;
     placements[i].shadow_set = instance.shadow_set;
     placements[i].is_shadow_linked = instance.links.blockers != kAllSets && traits.may_emit;

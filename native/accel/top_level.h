@@ -26,6 +26,7 @@ struct Placement {
   Transform object_to_world;
   uint32_t mask = 0;
   bool is_flattened = false;
+  bool is_pane = false;           // see Accel::may_be_pane
   uint8_t shadow_set = 0;         // 0 unless the scene has_shadow_links
   bool is_shadow_linked = false;  // see Accel::intersect_shadow_linked
 

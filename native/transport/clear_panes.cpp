@@ -100,7 +100,7 @@ bool PaneRay::pass(const Hit& hit) {
   if (!program || !(program->may_be_transparent || program->may_be_pane)) return false;
   shadow_.ray_length += hit.t;
   std::optional<PaneFace> face;
-  if (program->may_be_pane)
+  if (program->may_be_pane && context_.accel.may_be_pane(point.instance))
     face = find_pane_face(point, evaluate_material(context_.scene, point, shadow_, &context_.accel));
   if (!face) return pass_transparent(point);
   // Paths have no vertices behind the last transparent surface they pass.

@@ -102,7 +102,7 @@ template <class Kind>
 inline bool Walk<Kind>::goes_through_pane(const SurfacePoint& point, const Bsdf& bsdf, const BsdfSample& sample) const {
   if (!context_.passes_panes || !mis_receiver_ || sample.kind != ScatterKind::TRANSMISSION) return false;
   const bool may_be_pane = context_.scene.materials[static_cast<size_t>(point.material)]->may_be_pane;
-  return may_be_pane && find_pane_face(point, bsdf).has_value();
+  return may_be_pane && context_.accel.may_be_pane(point.instance) && find_pane_face(point, bsdf).has_value();
 }
 
 template <class Kind>
