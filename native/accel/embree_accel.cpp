@@ -97,16 +97,10 @@ class EmbreeAccel final : public Accel {
     return query.tfar < 0.0f;
   }
   bool occluded(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
-    if (!is_number(ray)) return false;
-    RTCRay query;
-    set_ray(query, ray, opaque_ray_mask(visibility));
-    if (sets == kAllSets || !top_->is_filtered) {
-      embree_occluded(top_->scene.get(), query);
-    } else {
-      const Blockers blockers{top_->placements, sets};
-      embree_occluded(top_->scene.get(), query, {Blockers::counts, &blockers});
-    }
-    return query.tfar < 0.0f;
+    const uint32_t mask = opaque_ray_mask(visibility);
+    if (sets == kAllSets || !top_->is_filtered) return any_hit(ray, mask);
+    const Blockers blockers{top_->placements, sets};
+    return any_hit(ray, mask, HitFilter{Blockers::counts, &blockers});
   }
   LaneMask occluded(const RayLanes& rays, uint8_t visibility) const override {
     return in_packet(rays, opaque_ray_mask(visibility));
@@ -121,13 +115,7 @@ class EmbreeAccel final : public Accel {
     return closest_hit(ray, transparent_mask(visibility), sets);
   }
   bool may_be_pane(uint32_t instance) const override { return top_->placements[instance].is_pane; }
-  bool occluded_but_for_panes(const Ray& ray) const override {
-    if (!is_number(ray)) return false;
-    RTCRay query;
-    set_ray(query, ray, opaque_mask(kVisibleToShadow));
-    embree_occluded(top_->scene.get(), query);
-    return query.tfar < 0.0f;
-  }
+  bool occluded_but_for_panes(const Ray& ray) const override { return any_hit(ray, opaque_mask(kVisibleToShadow)); }
   std::optional<Hit> intersect_transparent_or_pane(const Ray& ray) const override {
     return closest_hit(ray, transparent_mask(kVisibleToShadow) | kPaneMask);
   }
@@ -201,6 +189,15 @@ class EmbreeAccel final : public Accel {
     set_rays(packet, rays, mask);
     embree_occluded(valid.data(), top_->scene.get(), packet);
     return is_traced && Lanes(packet.tfar, std::experimental::vector_aligned) < 0.0f;
+  }
+  /// Of those that the filter, if there is one, counts.
+  template <class... Filter>
+  bool any_hit(const Ray& ray, uint32_t mask, const Filter&... filter) const {
+    if (!is_number(ray)) return false;
+    RTCRay query;
+    set_ray(query, ray, mask);
+    embree_occluded(top_->scene.get(), query, filter...);
+    return query.tfar < 0.0f;
   }
   std::optional<Hit> closest_hit(const Ray& ray, uint32_t mask) const {
     RTCRayHit query;

@@ -20,14 +20,6 @@ struct EmissiveTriangle {
   /// Normal by the winding, as long as twice the area.
   Vec3 scaled_normal() const { return cross(edge_1, edge_2); }
   float area() const { return 0.5f * length(scaled_normal()); }
-  /// Barycentric coordinates of the point that a ray meets; empty beside the triangle. [Möller and Trumbore 1997]
-  std::optional<Vec2> meet(Vec3 origin, Vec3 direction) const {
-    const Vec3 p = cross(direction, edge_2), from = origin - p0, q = cross(from, edge_1);
-    const float determinant = dot(edge_1, p);
-    const Vec2 b{dot(from, p) / determinant, dot(direction, q) / determinant};
-    const bool is_met = b.x >= 0.0f && b.y >= 0.0f && b.x + b.y <= 1.0f && dot(edge_2, q) / determinant > 0.0f;
-    return is_met ? std::optional(b) : std::nullopt;
-  }
 };
 
 /// Radiance that a triangle sends from its two sides, by the winding of its corners in the world.

@@ -233,7 +233,7 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_triangle(uint32_t emitter,
   const std::optional<SphericalTriangle> seen = SphericalTriangle::of(t, receiver);
   Vec2 barycentric;
   if (const Vec3* direction = std::get_if<Vec3>(&sample)) {
-    const std::optional<Vec2> met = t.meet(receiver, *direction);
+    const std::optional<Vec2> met = find_barycentric(t, receiver, *direction);
     if (!met) return result;
     barycentric = *met;
   } else {

@@ -10,6 +10,19 @@ constexpr float kNearEdges = 1.0f;
 /// And those that take less than this of all directions (turns of half a solid angle): nearly edge-on, or slivers.
 constexpr float kLeastHalfTurns = 1e-4f;
 
+/// Where a ray meets the plane of a triangle, in its barycentric coordinates.
+struct PlanePoint {
+  float b1, b2, distance;
+};
+/// Empty where they are parallel. [Moeller and Trumbore 1997]
+std::optional<PlanePoint> meet_plane(const EmissiveTriangle& triangle, Vec3 origin, Vec3 direction) {
+  const Vec3 from_corner = origin - triangle.p0;
+  const Vec3 p = cross(direction, triangle.edge_2), q = cross(from_corner, triangle.edge_1);
+  const float scale = 1.0f / dot(p, triangle.edge_1);
+  if (!std::isfinite(scale)) return std::nullopt;
+  return PlanePoint{dot(p, from_corner) * scale, dot(q, direction) * scale, dot(q, triangle.edge_2) * scale};
+}
+
 }  // namespace
 
 std::optional<SphericalTriangle> SphericalTriangle::of(const EmissiveTriangle& triangle, Vec3 receiver) {
@@ -49,13 +62,16 @@ Vec3 SphericalTriangle::direction(Vec2 u) const {
 }
 
 Vec2 barycentric_along(const EmissiveTriangle& triangle, Vec3 receiver, Vec3 direction) {
-  const Vec3 from_corner = receiver - triangle.p0;  // [Moeller and Trumbore 1997]
-  const Vec3 p = cross(direction, triangle.edge_2), q = cross(from_corner, triangle.edge_1);
-  const float scale = 1.0f / dot(p, triangle.edge_1);
-  const float b1 = std::isfinite(scale) ? clamp01(dot(p, from_corner) * scale) : 0.0f;
-  const float b2 = std::isfinite(scale) ? clamp01(dot(q, direction) * scale) : 0.0f;
+  const std::optional<PlanePoint> point = meet_plane(triangle, receiver, direction);
+  const float b1 = point ? clamp01(point->b1) : 0.0f, b2 = point ? clamp01(point->b2) : 0.0f;
   const float outside = std::max(b1 + b2, 1.0f);
   return {b1 / outside, b2 / outside};
+}
+
+std::optional<Vec2> find_barycentric(const EmissiveTriangle& triangle, Vec3 receiver, Vec3 direction) {
+  const std::optional<PlanePoint> point = meet_plane(triangle, receiver, direction);
+  const bool is_met = point && point->b1 >= 0.0f && point->b2 >= 0.0f && point->b1 + point->b2 <= 1.0f;
+  return is_met && point->distance > 0.0f ? std::optional(Vec2{point->b1, point->b2}) : std::nullopt;
 }
 
 }  // namespace cistern

@@ -30,5 +30,7 @@ class SphericalTriangle {
 /// Barycentric coordinates (b1, b2) of the point of a triangle that a direction from the receiver meets: of one next to
 /// it those of its edge.
 Vec2 barycentric_along(const EmissiveTriangle& triangle, Vec3 receiver, Vec3 direction);
+/// The same where the direction meets the triangle; else empty.
+std::optional<Vec2> find_barycentric(const EmissiveTriangle& triangle, Vec3 receiver, Vec3 direction);
 
 }  // namespace cistern

@@ -1,7 +1,9 @@
 #include "transport/clear_panes.h"
 
 #include <algorithm>
+#include <utility>
 
+#include "lights/lamp_shapes.h"
 #include "scene/shadow_catchers.h"
 #include "shading/displaced_normal.h"
 #include "shading/material.h"
@@ -21,17 +23,10 @@ bool emission_tells_paths(const Scene& scene) {
   });
 }
 
-/// Whether scattered rays may meet a lamp; others are neither met nor sought.
-bool has_size(const Light& light) {
-  if (const auto* point = std::get_if<PointLight>(&light.shape)) return point->radius > 0.0f;
-  if (const auto* spot = std::get_if<SpotLight>(&light.shape)) return spot->emitter.radius > 0.0f;
-  if (const auto* sun = std::get_if<SunLight>(&light.shape)) return sun->angle > 0.0f;
-  return !is_portal(light);
-}
-
-/// Lamps without shadow are met past surfaces, see Walk::add_lamps.
+/// Lamps that scattered rays do not meet are not sought either. Those without shadow are met past surfaces, see
+/// Walk::add_lamps.
 bool is_even(const PathLimits& limits, const Light& light) {
-  if (light.removed || !light.use_mis || !has_size(light)) return true;
+  if (light.removed || !light.use_mis || is_portal(light) || !has_extent(make_lamp(light))) return true;
   return light.casts_shadow && !tells_kinds(light.visibility) && light.max_bounces >= limits.max_bounces;
 }
 

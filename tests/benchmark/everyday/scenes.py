@@ -81,8 +81,9 @@ def image_world(sun: float) -> None:
     texture_world("ShaderNodeTexEnvironment", 1.0).image = image
 
 
-def sky_world() -> None:
-    texture_world("ShaderNodeTexSky", 0.1).sun_elevation = 0.6
+def sky_world(elevation: float = 0.6, rotation: float = 0.0) -> None:
+    sky = texture_world("ShaderNodeTexSky", 0.1)
+    sky.sun_elevation, sky.sun_rotation = elevation, rotation
 
 
 def camera(at: Place, turn: Place) -> None:
@@ -204,8 +205,7 @@ def glazed_sky() -> None:
 def glazed_sun() -> None:
     """The sun of the sky shines in."""
     room(has_window=True)
-    sky = texture_world("ShaderNodeTexSky", 0.1)
-    sky.sun_elevation, sky.sun_rotation = 0.4, pi / 2
+    sky_world(0.4, pi / 2)
     add_pane()
 
 
