@@ -117,6 +117,8 @@ class Accel {
   virtual std::optional<Hit> intersect_shadow_linked(const Ray& ray, uint8_t visibility) const = 0;
   virtual bool has_transparent_surfaces() const = 0;
   virtual bool has_media() const = 0;
+  /// Whether an instance may_be_pane.
+  virtual bool has_panes() const = 0;
   virtual Bounds3 bounds() const = 0;
   /// Bytes held by Embree for this accel, scenes shared with others included.
   virtual size_t memory_bytes() const = 0;

@@ -144,6 +144,7 @@ class EmbreeAccel final : public Accel {
   }
   bool has_transparent_surfaces() const override { return top_->has_transparent_surfaces; }
   bool has_media() const override { return top_->has_media; }
+  bool has_panes() const override { return top_->has_panes; }
   Bounds3 bounds() const override { return top_->bounds; }
   size_t memory_bytes() const override {
     size_t bytes = top_->memory_bytes;

@@ -160,6 +160,7 @@ std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevi
     if (!top->placements[i].mesh) continue;
     attach(*top, i, mesh_scenes);
     top->has_shadow_linked_surfaces |= top->placements[i].is_shadow_linked;
+    top->has_panes |= top->placements[i].is_pane;
     top->has_media |= top->placements[i].has_medium();
     top->has_transparent_surfaces |= (top->placements[i].mask & transparent_mask(kVisibleToAll)) != 0;
   }

@@ -47,6 +47,7 @@ struct TopLevel {
   bool has_transparent_surfaces = false;
   bool has_shadow_linked_surfaces = false;
   bool has_media = false;
+  bool has_panes = false;
   bool is_filtered = false;  // see new_scene
   size_t memory_bytes = 0;
 };

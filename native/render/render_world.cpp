@@ -67,7 +67,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             wants_kinds(settings),
             static_cast<size_t>(settings.light_groups),
             settings.groups_behind_film,
-            settings.passes_panes(*scene)},
+            accel->has_panes() && settings.passes_panes(*scene)},
       sequences(std::move(the_sequences)),
       context{settings, paths, filter, *sequences, learning.get(), guiding.get(), surfaces.get()} {}
 

@@ -20,7 +20,7 @@ SkyWalks::SkyWalks(const Scene& scene, const Accel& accel, const Settings& setti
       context_{scene, accel, no_lights_, settings.limits,
                pixel_footprint(scene.camera, settings.width, settings.height)},
       seed_(settings.seed) {
-  context_.passes_panes = settings.passes_panes(scene);
+  context_.passes_panes = accel.has_panes() && settings.passes_panes(scene);
 }
 
 SkyWalks::Walks SkyWalks::walk(uint32_t first, uint32_t last, uint32_t stream,
