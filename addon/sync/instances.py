@@ -305,7 +305,8 @@ class InstanceSync:
         if not self._subdivides:
             return None
         found = subdivision_of(obj, self._depsgraph.scene_eval, self._depsgraph.mode == "RENDER")
-        if found is None or not getattr(obj.data, "is_editmode", False):
+        # Not the evaluated mesh: after a render with a Grease Pencil object, those of Blender 4.2 no longer tell.
+        if found is None or not getattr(obj.original.data, "is_editmode", False):
             return found
         self._report.warn(f"Object '{obj.name}': is subdivided by its levels, not adaptively, while it is edited")
         return None
