@@ -39,12 +39,22 @@ float constant_x(const MaterialProgram& p, Operand o) { return p.constants[stati
 /// Floats are stored in x; what else a constant holds does not matter then.
 bool is_zero_float(const MaterialProgram& p, Operand o) { return o.is_constant() && constant_x(p, o) == 0.0f; }
 
+bool is_thin(const Instruction& closure) {
+  constexpr size_t kThin = 3;  // parameter of CLOSURE_PRINCIPLED, op_table.cpp
+  return closure.op == Op::CLOSURE_PRINCIPLED && closure.parameters[kThin] != 0;
+}
+
+/// Whether the closure is a sheet of glass: what is clear of it passes straight through.
+bool is_sheet(const MaterialProgram& p, const Instruction& closure) {
+  return is_thin(closure) && !is_zero_float(p, operands_of(p, closure)[kPrincipledTransmission]);
+}
+
 bool may_pass_light(const MaterialProgram& p, const Instruction& closure) {
   const std::span<const Operand> in = operands_of(p, closure);
   if (closure.op == Op::CLOSURE_TRANSPARENT) return !is_zero_float(p, in[0]) && !is_constant_zero(p, in[1]);
   if (closure.op != Op::CLOSURE_PRINCIPLED || is_zero_float(p, in[kPrincipledWeight])) return false;
   const Operand alpha = in[kPrincipledAlpha];
-  return !(alpha.is_constant() && constant_x(p, alpha) >= 1.0f);
+  return is_sheet(p, closure) || !(alpha.is_constant() && constant_x(p, alpha) >= 1.0f);
 }
 
 bool may_emit_light(const MaterialProgram& p, const Instruction& closure) {
@@ -66,7 +76,7 @@ bool refracts_clearly(const MaterialProgram& p, const Instruction& closure) {
   size_t roughness = 2;
   if (closure.op == Op::CLOSURE_PRINCIPLED) {
     roughness = kPrincipledRoughness;
-    if (is_zero_float(p, in[kPrincipledTransmission])) return false;
+    if (is_thin(closure) || is_zero_float(p, in[kPrincipledTransmission])) return false;
   } else if (closure.op != Op::CLOSURE_GLASS && closure.op != Op::CLOSURE_REFRACTION) {
     return false;
   }
@@ -103,8 +113,9 @@ bool depends_on_camera(const Instruction& instruction) {
 }
 
 /// Whether the closure's transparency (emission) depends on operand `i`.
-bool matters_to_transparency(const MaterialProgram&, const Instruction& closure, size_t i) {
-  return closure.op != Op::CLOSURE_PRINCIPLED || i == kPrincipledWeight || i == kPrincipledAlpha;
+bool matters_to_transparency(const MaterialProgram& p, const Instruction& closure, size_t i) {
+  return closure.op != Op::CLOSURE_PRINCIPLED || i == kPrincipledWeight || i == kPrincipledAlpha ||
+         is_sheet(p, closure);
 }
 bool matters_to_emission(const MaterialProgram& p, const Instruction& closure, size_t i) {
   if (matters_to_transparency(p, closure, i) || i == kPrincipledEmissionColor || i == kPrincipledEmissionStrength)
@@ -206,7 +217,7 @@ bool may_turn(const MaterialProgram& p, const Instruction& closure) {
 
 bool may_enter(const MaterialProgram& p, const Instruction& closure) {
   const std::span<const Operand> in = operands_of(p, closure);
-  if (closure.op == Op::CLOSURE_PRINCIPLED) return !is_zero_float(p, in[kPrincipledSubsurface]);
+  if (closure.op == Op::CLOSURE_PRINCIPLED) return !is_thin(closure) && !is_zero_float(p, in[kPrincipledSubsurface]);
   return closure.op == Op::CLOSURE_SUBSURFACE;
 }
 

@@ -73,7 +73,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::CLOSURE_TOON:
       return {kFlag};
     case Op::CLOSURE_PRINCIPLED:
-      return {kFlag, up_to(2), kFlag};
+      return {kFlag, up_to(2), kFlag, kFlag};
     case Op::BUMP:
     case Op::WIREFRAME:
       return {kFlag, kShift};

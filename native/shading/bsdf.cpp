@@ -362,7 +362,8 @@ bool is_narrow(const Lobe& lobe) {
 bool transmits(const Lobe& lobe) {
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
   if (microfacet) return microfacet->transmits;
-  return std::holds_alternative<TranslucentLobe>(lobe.model) || as_hair(lobe);
+  return std::holds_alternative<TranslucentLobe>(lobe.model) ||
+         std::holds_alternative<RoughTranslucentLobe>(lobe.model) || as_hair(lobe);
 }
 
 BsdfKinds evaluate_kinds(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility) {

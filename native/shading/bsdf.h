@@ -43,6 +43,8 @@ struct OrenNayarLobe {
 struct TranslucentLobe {
   Vec3 n;
 };
+/// Scatters to the other side what an Oren-Nayar surface reflects.
+struct RoughTranslucentLobe : OrenNayarLobe {};
 struct SheenLobe {
   Vec3 n;
   float a = 1.0f, b = 0.0f;
@@ -83,6 +85,7 @@ struct MicrofacetLobe {
   float alpha_x = 0.0f, alpha_y = 0.0f;
   float ior = 1.0f;  // of the far side relative to the near one
   bool reflects = true, transmits = false;
+  bool is_sheet = false;  // transmits what facets would reflect, mirrored: a thin sheet, with an `ior` of 1
   Microfacets microfacets = Microfacets::GGX;
   FresnelModel fresnel = FresnelModel::NONE;
   Rgb f0,
@@ -104,7 +107,7 @@ struct HairLobe {
 
 struct Lobe {
   std::variant<LambertLobe, OrenNayarLobe, TranslucentLobe, SheenLobe, ToonDiffuseLobe, MicrofacetLobe, HairLobe,
-               ToonGlossyLobe, VelvetLobe>
+               ToonGlossyLobe, VelvetLobe, RoughTranslucentLobe>
       model;
   Rgb weight;                  // multiplies f
   Rgb even;                    // its part of the even part, below; black unless diffuse
@@ -136,7 +139,8 @@ struct Bsdf {
   float even_shade = 0.0f;           // of the layers above diffuse lobes, see even_transmittance
   Vec3 even_normal;                  // of those layers
   RoughSampling rough_sampling = RoughSampling::BSDF;
-  GlossLimits gloss;  // of the path, for those who add lobes
+  GlossLimits gloss;                    // of the path, for those who add lobes
+  uint8_t ray_kind = kVisibleToCamera;  // the same: PathState::ray_kind
   /// Where light is thought to come from, or null. Lobes that are not narrow then take kGuideShare of their directions
   /// from it, as far as they could have been their own: elsewhere its density counts as 0. Lives longer than the Bsdf.
   const DirectionHistogram* guide = nullptr;

@@ -54,7 +54,7 @@ void set_anisotropy(MicrofacetLobe& lobe, const Anisotropy& anisotropy) {
 /// Then light goes straight on however rough the surface.
 bool is_index_matched(const MicrofacetLobe& lobe) {
   constexpr float kMatched = 1e-4f;  // as Cycles
-  return lobe.transmits && std::abs(lobe.ior - 1.0f) < kMatched;
+  return lobe.transmits && !lobe.is_sheet && std::abs(lobe.ior - 1.0f) < kMatched;
 }
 
 MicrofacetLobe make_refraction(Vec3 n, float roughness, float ior, const SurfacePoint& point, bool reflects) {

@@ -1,8 +1,10 @@
 // The Principled BSDF as Cycles 5.0 layers it: alpha, then sheen over coat over emission, then metal, glass and a
 // dielectric over diffuse. A layer takes from those below what it reflects itself, in the strongest channel.
-// [OpenPBR 1.1] describes the same stack; the order of factors follows Cycles.
+// [OpenPBR 1.1] describes the same stack; the order of factors follows Cycles. Of thin walls, as Cycles 5.2 has them,
+// glass is a sheet with both its faces, and what would get below the surface leaves on either side.
 #include "shading/closure_parts.h"
 #include "shading/fresnel.h"
+#include "shading/thin_sheet.h"
 
 namespace cistern {
 namespace {
@@ -46,6 +48,7 @@ struct Principled {
 
 bool compensates(const int32_t* parameters) { return parameters[0] != 0; }
 bool covers_metal(const int32_t* parameters) { return parameters[2] != 0; }
+bool is_thin(const int32_t* parameters) { return parameters[3] != 0; }
 
 /// What layers have left for those below them.
 struct Remainder {
@@ -137,6 +140,53 @@ void add_glass(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const Surfac
   add_microfacet(bsdf, lobe, weight, mean);
 }
 
+/// A face of a thin wall, met from outside or from inside.
+MicrofacetLobe sheet_face(const Principled& p, bool is_inside) {
+  MicrofacetLobe face;
+  face.transmits = true;
+  face.ior = is_inside ? 1.0f / p.ior() : p.ior();
+  face.fresnel = FresnelModel::GENERALIZED_SCHLICK;
+  face.f0 = saturate(f0_from_ior(p.ior()) * p.specular_tint());
+  face.f90_or_b = Rgb(1.0f);
+  ThinFilm film = p.film();
+  if (is_inside) film.ior /= p.ior();
+  put_film_on(face, film);
+  return face;
+}
+
+SheetOptics sheet_of(const Principled& p, Vec3 n, Vec3 wo) {
+  return sheet_optics(sheet_face(p, false), sheet_face(p, true), saturate(p.base_color()), clamp01(dot(n, wo)));
+}
+
+/// What passes it is not bent, and to all but the camera as if nothing was there.
+bool is_clear_sheet(const Principled& p) { return sqr(sheet_alpha(sqr(p.roughness()), p.ior())) <= kDeltaAlphaProduct; }
+
+/// Of a clear sheet below all its layers, whatever of them paths keep back: shadow rays know nothing of that.
+Rgb sheet_transparency(const Principled& p, Vec3 n, const SurfacePoint& point) {
+  Bsdf layers;
+  layers.ng = point.ng;
+  layers.wo = point.wo;
+  const Rgb weight = (1.0f - p.metallic()) * p.transmission() * add_top_layers(layers, p, n, point).weight;
+  const Rgb through = weight * sheet_of(p, specular_normal(n, point), point.wo).transmittance;
+  return is_negligible(through) ? Rgb(0.0f) : through;
+}
+
+/// Both lobes with the energy that facets lose.
+void add_sheet(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight) {
+  const SheetOptics optics = sheet_of(p, n, bsdf.wo);
+  MicrofacetLobe reflection = make_microfacet(n, sqr(p.roughness()));
+  add_microfacet(bsdf, reflection, weight * optics.reflectance, p.specular_tint());
+  MicrofacetLobe transmission = make_microfacet(n, sheet_alpha(sqr(p.roughness()), p.ior()));
+  transmission.reflects = false;
+  transmission.transmits = true;
+  if (is_clear_sheet(p)) {
+    if (bsdf.ray_kind == kVisibleToCamera) add_microfacet(bsdf, transmission, weight * optics.transmittance, {});
+    return;
+  }
+  transmission.is_sheet = true;
+  add_microfacet(bsdf, transmission, weight * optics.transmittance, Rgb(1.0f));
+}
+
 /// The dielectric interface above the diffuse base, of which it returns the index; `rest` is then what is left for the
 /// base.
 float add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisotropy, Remainder& rest,
@@ -177,6 +227,24 @@ void add_subsurface(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const i
   add_subsurface(bsdf, subsurface, least_radius(point));
 }
 
+/// In place of what gets below the surface of thick things: a part is reflected and a part comes out on the other side.
+void add_thin_subsurface(Bsdf& bsdf, const Principled& p, Vec3 n, const Remainder& rest) {
+  const Rgb color = p.subsurface() * saturate(p.base_color());
+  const float reflected = clamp01(0.5f * (1.0f - p.subsurface_anisotropy()));
+  const float passed = clamp01(0.5f * (1.0f + p.subsurface_anisotropy()));
+  const auto add = [&](const auto& lobe, float share) {
+    add_diffuse(bsdf, lobe, share * color * rest.weight, share * color * rest.even);
+  };
+  if (p.diffuse_roughness() < kNegligibleWeight) {
+    add(LambertLobe{n}, reflected);
+    add(TranslucentLobe{n}, passed);
+    return;
+  }
+  const OrenNayarLobe rough = make_oren_nayar(n, bsdf.wo, p.diffuse_roughness(), saturate(p.base_color()));
+  add(rough, reflected);
+  add(RoughTranslucentLobe{rough}, passed);
+}
+
 void add_base(Bsdf& bsdf, const Principled& p, Vec3 n, const Remainder& rest) {
   const Rgb base = p.base_color();
   const Rgb color = base * (1.0f - p.subsurface());
@@ -196,7 +264,7 @@ void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* par
   const Principled p{inputs};
   const Vec3 n = closure_normal(p.normal(), point);
   const bool compensate = compensates(parameters);
-  bsdf.transparency += principled_transparency(inputs);
+  bsdf.transparency += principled_transparency(inputs, parameters, point, bsdf.ray_kind);
   Remainder rest = add_top_layers(bsdf, p, n, point);
   if (const Rgb emission = p.emission(); !is_black(emission)) {
     // A coat that is kept back still dims it: a light is the same one to all paths.
@@ -209,13 +277,21 @@ void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* par
     rest.scale(1.0f - metallic);
   }
   if (const float transmission = p.transmission(); transmission > kNegligibleWeight) {
-    add_glass(bsdf, p, specular_normal(n, point), transmission * rest.weight, point, compensate);
+    const Vec3 glass_normal = specular_normal(n, point);
+    if (is_thin(parameters))
+      add_sheet(bsdf, p, glass_normal, transmission * rest.weight);
+    else
+      add_glass(bsdf, p, glass_normal, transmission * rest.weight, point, compensate);
     rest.scale(1.0f - transmission);
   }
   if (is_negligible(rest.weight)) return;
   const float ior = add_specular(bsdf, p, n, anisotropy, rest, compensate, point);
-  if (p.subsurface() > kNegligibleWeight)
-    add_subsurface(bsdf, p, n, p.subsurface() * rest.weight, parameters, ior, point);
+  if (p.subsurface() > kNegligibleWeight) {
+    if (is_thin(parameters))
+      add_thin_subsurface(bsdf, p, n, rest);
+    else
+      add_subsurface(bsdf, p, n, p.subsurface() * rest.weight, parameters, ior, point);
+  }
   add_base(bsdf, p, n, rest);
 }
 
@@ -229,10 +305,14 @@ Rgb principled_emission(std::span<const Vec3> inputs, const SurfacePoint& point)
   return emission * add_top_layers(layers, p, closure_normal(p.normal(), point), point).weight;
 }
 
-Rgb principled_transparency(std::span<const Vec3> inputs) {
+Rgb principled_transparency(std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point,
+                            uint8_t ray_kind) {
   const Principled p{inputs};
   const Rgb weight(p.weight() * (1.0f - p.alpha()));
-  return is_negligible(weight) ? Rgb(0.0f) : weight;
+  const Rgb cut_out = is_negligible(weight) ? Rgb(0.0f) : weight;
+  const bool is_sheet = is_thin(parameters) && p.transmission() > kNegligibleWeight && is_clear_sheet(p);
+  if (!is_sheet || ray_kind == kVisibleToCamera) return cut_out;
+  return cut_out + sheet_transparency(p, closure_normal(p.normal(), point), point);
 }
 
 }  // namespace cistern

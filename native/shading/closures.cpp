@@ -191,7 +191,7 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
     case Op::CLOSURE_METALLIC:
       return add_metallic(bsdf, inputs, parameters, point);
     case Op::CLOSURE_TRANSPARENT:
-      bsdf.transparency += closure_transparency(op, inputs, parameters, point);
+      bsdf.transparency += closure_transparency(op, inputs, parameters, point, bsdf.ray_kind);
       return;
     case Op::CLOSURE_EMISSION:
       bsdf.emission += closure_emission(op, inputs, parameters, point);
@@ -214,9 +214,10 @@ Rgb closure_emission(Op op, std::span<const Vec3> inputs, const int32_t*, const 
   return Rgb(0.0f);
 }
 
-Rgb closure_transparency(Op op, std::span<const Vec3> inputs, const int32_t*, const SurfacePoint&) {
+Rgb closure_transparency(Op op, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point,
+                         uint8_t ray_kind) {
   if (inputs[0].x == 0.0f) return Rgb(0.0f);
-  if (op == Op::CLOSURE_PRINCIPLED) return principled_transparency(inputs);
+  if (op == Op::CLOSURE_PRINCIPLED) return principled_transparency(inputs, parameters, point, ray_kind);
   if (op != Op::CLOSURE_TRANSPARENT) return Rgb(0.0f);
   const Rgb weight = inputs[0].x * to_rgb(inputs[1]);
   return is_negligible(weight) ? Rgb(0.0f) : weight;

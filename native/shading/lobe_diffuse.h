@@ -39,4 +39,15 @@ inline std::optional<Vec3> sample_lobe(const OrenNayarLobe& lobe, Vec3, float, V
   return Frame(lobe.n).to_world(square_to_cosine_hemisphere(u));
 }
 
+/// `v` on the other side of the surface.
+inline Vec3 mirrored(Vec3 v, Vec3 n) { return v - 2.0f * dot(v, n) * n; }
+
+// Rough translucent: f(wo, wi) of Oren and Nayar's for the mirrored wi. Density: cosine.
+inline LobeEvaluation evaluate_lobe(const RoughTranslucentLobe& lobe, Vec3 wo, Vec3 wi) {
+  return evaluate_lobe(static_cast<const OrenNayarLobe&>(lobe), wo, mirrored(wi, lobe.n));
+}
+inline std::optional<Vec3> sample_lobe(const RoughTranslucentLobe& lobe, Vec3, float, Vec2 u) {
+  return Frame(-lobe.n).to_world(square_to_cosine_hemisphere(u));
+}
+
 }  // namespace cistern

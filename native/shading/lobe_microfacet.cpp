@@ -16,17 +16,6 @@ Frame frame_of(const MicrofacetLobe& lobe) {
   return {lobe.tangent, cross(lobe.n, lobe.tangent), lobe.n};
 }
 
-/// What a facet reflects and transmits; a side that the lobe does not have is black.
-struct FresnelTerms {
-  Rgb reflectance, transmittance;
-  float cos_t = 0.0f;  // of the refracted ray; only where the lobe transmits
-
-  float reflection_probability() const {
-    const float total = average(reflectance + transmittance);
-    return total > 0.0f ? average(reflectance) / total : 0.0f;
-  }
-};
-
 /// Reflectance at `cos_o`, before the tints. Sets `cos_t` where the dielectric curve is used or the lobe transmits.
 Rgb facet_reflectance(const MicrofacetLobe& lobe, float cos_o, float* cos_t) {
   switch (lobe.fresnel) {
@@ -51,6 +40,8 @@ Rgb facet_reflectance(const MicrofacetLobe& lobe, float cos_o, float* cos_t) {
   return Rgb(0.0f);
 }
 
+}  // namespace
+
 FresnelTerms facet_fresnel(const MicrofacetLobe& lobe, float cos_o) {
   FresnelTerms terms;
   const Rgb reflectance = facet_reflectance(lobe, cos_o, &terms.cos_t);
@@ -58,6 +49,8 @@ FresnelTerms facet_fresnel(const MicrofacetLobe& lobe, float cos_o) {
   if (lobe.transmits) terms.transmittance = (Rgb(1.0f) - reflectance) * lobe.transmission_tint;
   return terms;
 }
+
+namespace {
 
 /// The branch that `u` chooses and its direction, in the coordinates of `wo` and `h`; empty without energy. The caller
 /// checks that it ends on its side of the surface.
@@ -91,7 +84,7 @@ LobeEvaluation evaluate_isotropic_reflection(const MicrofacetLobe& lobe, const V
   const float cos_o = dot(lobe.n, wo);
   if (cos_o <= 0.0f) return {};
   const Vec3 h = normalize(wo + wi);  // both are on the side of n
-  const Rgb reflectance = facet_fresnel(lobe, dot(wo, h)).reflectance;
+  const Rgb reflectance = lobe.is_sheet ? lobe.transmission_tint : facet_fresnel(lobe, dot(wo, h)).reflectance;
   if (is_black(reflectance)) return {};
   const float alpha2 = sqr(lobe.alpha_x);
   const float e = length_squared(cross(lobe.n, h)) + alpha2 * sqr(dot(lobe.n, h));
@@ -156,6 +149,7 @@ LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, const Vec3& wo, const V
   const float cos_wi = dot(lobe.n, wi);
   const bool is_transmission = cos_wi < 0.0f;
   if (cos_wi == 0.0f || !(is_transmission ? lobe.transmits : lobe.reflects) || is_delta(lobe)) return {};
+  if (lobe.is_sheet) return evaluate_isotropic_reflection(lobe, wo, mirrored(wi, lobe.n), -cos_wi);
   if (lobe.microfacets == Microfacets::ASHIKHMIN_SHIRLEY) return evaluate_ashikhmin_shirley(lobe, wo, wi);
   const bool is_beckmann = lobe.microfacets == Microfacets::BECKMANN;
   if (!lobe.transmits && !is_beckmann && lobe.alpha_x == lobe.alpha_y)
@@ -190,9 +184,10 @@ std::optional<Vec3> sample_lobe(const MicrofacetLobe& lobe, const Vec3& wo, floa
   const Vec3 o = frame.to_local(wo);
   if (o.z <= 0.0f) return {};
   const Vec3 h = sample_normal(lobe, o, u);
-  if (!lobe.transmits) {
+  if (!lobe.transmits || lobe.is_sheet) {
     const Vec3 i = reflect(o, h);
-    return i.z > 0.0f ? std::optional(frame.to_world(i)) : std::nullopt;
+    if (i.z <= 0.0f) return {};
+    return frame.to_world(lobe.is_sheet ? Vec3{i.x, i.y, -i.z} : i);
   }
   const std::optional<Branch> branch = choose_branch(lobe, o, h, u_branch);
   if (!branch || branch->wi.z == 0.0f || (branch->wi.z < 0.0f) != branch->is_transmission) return {};
@@ -208,6 +203,7 @@ std::optional<DeltaSample> sample_delta_lobe(const MicrofacetLobe& lobe, Vec3 wo
 SidedAlbedo microfacet_albedo_by_side(const MicrofacetLobe& lobe, const Vec3& wo) {
   const float mu = clamp01(dot(lobe.n, wo));
   if (!lobe.transmits) return {mean_over_normals(lobe, mu), {}};
+  if (lobe.is_sheet) return {{}, lobe.transmission_tint};
   const FresnelTerms terms = facet_fresnel(lobe, mu);
   return {is_black(terms.reflectance) ? Rgb(0.0f) : mean_over_normals(lobe, mu), terms.transmittance};
 }

@@ -10,6 +10,7 @@ namespace cistern {
 // Density: that of the visible normal times the Jacobian of reflection or refraction times the probability of the
 // branch, which is its share of the Fresnel terms. Light lost between facets is returned by `energy_scale`.
 // Or Ashikhmin and Shirley's reflection (ashikhmin_shirley.h), by half vectors and their density.
+// Or a sheet: f(wo, wi) of GGX reflection without Fresnel for wi mirrored at the surface, times the transmission tint.
 
 /// alpha_x * alpha_y at and below which the lobe is a delta lobe.
 inline constexpr float kDeltaAlphaProduct = 2e-10f;
@@ -19,6 +20,19 @@ inline bool is_delta(const MicrofacetLobe& lobe) { return lobe.alpha_x * lobe.al
 LobeEvaluation evaluate_lobe(const MicrofacetLobe& lobe, const Vec3& wo, const Vec3& wi);
 /// Not for delta lobes. `u_branch` chooses between reflection and refraction.
 std::optional<Vec3> sample_lobe(const MicrofacetLobe& lobe, const Vec3& wo, float u_branch, Vec2 u);
+
+/// What a facet reflects and transmits; a side that the lobe does not have is black.
+struct FresnelTerms {
+  Rgb reflectance, transmittance;
+  float cos_t = 0.0f;  // of the refracted ray, 0 where there is none; only where the lobe transmits
+
+  float reflection_probability() const {
+    const float total = average(reflectance + transmittance);
+    return total > 0.0f ? average(reflectance) / total : 0.0f;
+  }
+};
+/// `cos_o`: between the facet's normal and the direction. Not of sheets.
+FresnelTerms facet_fresnel(const MicrofacetLobe& lobe, float cos_o);
 
 struct DeltaSample {
   Vec3 wi;

@@ -94,6 +94,7 @@ Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const Path
   bsdf.ns = point.ns;
   bsdf.wo = point.wo;
   bsdf.gloss = path.gloss;
+  bsdf.ray_kind = path.ray_kind;
   const MaterialProgram* program = find_program(scene, point.material);
   if (program == nullptr) return bsdf;
   bsdf.corrects_bumps = program->corrects_bumps;
@@ -149,7 +150,7 @@ Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const P
   Rgb transparency;
   run({.scene = scene, .program = *program, .point = point, .path = path, .accel = accel},
       program->transparency_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
-        transparency += closure_transparency(closure.op, in, closure.parameters, point);
+        transparency += closure_transparency(closure.op, in, closure.parameters, point, path.ray_kind);
       });
   return transparency;
 }

@@ -20,6 +20,7 @@ def principled(
     specular: float = 0.0,
     emission: float = 0.0,
     multiscatter: bool = True,
+    is_thin: bool = False,
     **inputs: float,
 ) -> core.MaterialProgram:
     """A Principled BSDF of constants. Without specular it is Lambertian."""
@@ -35,7 +36,7 @@ def principled(
         p.constant(1.5), white, normal, value.get("sheen", zero), p.constant(0.5), white, white, p.constant(emission),
         normal, zero, one, zero, value.get("film", zero), value.get("film_ior", p.constant(1.33)),
     ]  # fmt: skip
-    p.closure("CLOSURE_PRINCIPLED", operands, [1 if multiscatter else 0, 0, 1])
+    p.closure("CLOSURE_PRINCIPLED", operands, [int(multiscatter), 0, 1, int(is_thin)])
     return p
 
 

@@ -20,9 +20,11 @@ def room(
     eye: tuple[float, float, float] = (-1.8, -1.5, 1.2),
     glass: tuple[float, ...] = (),
     lamps: bool = False,
+    sheet: core.MaterialProgram | None = None,
 ) -> core.Scene:
     """`pane`: kinds of rays that see a board in the window, which else is open; `glass`: how far faces of glass are
-    beyond it, m, every other one the outside of a pane; `lamps`: one inside, and one outside that shines in."""
+    beyond it, m, every other one the outside of a pane; `lamps`: one inside, and one outside that shines in; `sheet`: one of
+    that material closes the window."""
     scene = SceneDescription()
     plaster = principled((0.7, 0.65, 0.6))
     w = 2.0 * HALF
@@ -37,6 +39,8 @@ def room(
     scene.add_quad((HALF, -SIDE, TOP), (0, 0, HEIGHT - TOP), (0, 2 * SIDE, 0), plaster, "above")
     if pane:
         scene.add_quad((HALF, -SIDE, BOTTOM), (0, 0, TOP - BOTTOM), (0, 2 * SIDE, 0), plaster, "pane", visibility=pane)
+    if sheet:
+        scene.add_quad((HALF + 0.01, -HALF, 0), (0, 0, HEIGHT), (0, w, 0), sheet, "sheet")
     clear = principled(transmission=1.0, roughness=0.0)
     for i, depth in enumerate(glass):
         margin = 0.2 if depth > 0.0 else 0.0  # the first may close the window, others are wider

@@ -32,11 +32,10 @@ def add_shader(node: NodeView, weight: Value) -> None:
 
 @closure_node("ShaderNodeBsdfPrincipled")
 def principled(node: NodeView, weight: Value) -> None:
-    _warn_thin_wall(node)
+    thick = _thick_wall(node)
     anisotropic = node.value("Anisotropic")
     value = node.value
     inputs = [
-        weight,
         *node.values("Base Color, Metallic, Roughness, IOR, Alpha"),
         node.normal(),
         *node.values("Diffuse Roughness, Subsurface Weight, Specular IOR Level, Specular Tint"),
@@ -52,9 +51,9 @@ def principled(node: NodeView, weight: Value) -> None:
     ]
     multiple_scattering = node.node.distribution == "MULTI_GGX"
     method = node.choice("subsurface_method", SUBSURFACE_METHODS)
-    node.compiler.code.closure(
-        "CLOSURE_PRINCIPLED", inputs, (int(multiple_scattering), method, int(films_cover_metal()))
-    )
+    for share, is_thin in ((thick, 0), (node.math("SUBTRACT", ONE, thick), 1)):
+        parameters = (int(multiple_scattering), method, int(films_cover_metal()), is_thin)
+        node.compiler.code.closure("CLOSURE_PRINCIPLED", (node.math("MULTIPLY", weight, share), *inputs), parameters)
 
 
 def new_principled(compiler: Compiler) -> None:
@@ -70,7 +69,7 @@ def new_principled(compiler: Compiler) -> None:
         *NO_SUBSURFACE,
         *NO_FILM,
     ]
-    compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (1, 0, 0))
+    compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (1, 0, 0, 0))
 
 
 def _subsurface(node: NodeView) -> tuple[Value, ...]:
@@ -99,9 +98,9 @@ def _thin_film(node: NodeView) -> tuple[Value, ...]:
     return NO_FILM if thickness.constant == (0.0, 0.0, 0.0) else (thickness, node.value("Thin Film IOR"))
 
 
-def _warn_thin_wall(node: NodeView) -> None:
-    if node.value("Thin Wall").constant != (0.0, 0.0, 0.0):  # from Blender 5.2 on
-        node.warn("thin walls are not supported: light is refracted as by a solid")
+def _thick_wall(node: NodeView) -> Value:
+    """0 where walls are thin, 1 where not, as always before Blender 5.2. Of linked numbers the whole part counts."""
+    return node.math("COMPARE", node.math("TRUNC", node.value("Thin Wall")), constant(0.0))
 
 
 def _distribution(node: NodeView) -> tuple[int]:

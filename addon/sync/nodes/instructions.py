@@ -140,8 +140,8 @@ class InstructionList:
         return placed
 
     @property
-    def closures(self) -> list[tuple[str, tuple[Value, ...]]]:
-        return [(closure.op, closure.inputs) for closure in self._closures]
+    def closures(self) -> list[tuple[str, tuple[Value, ...], tuple[int, ...]]]:
+        return [(closure.op, closure.inputs, closure.parameters) for closure in self._closures]
 
     def write(self) -> MaterialProgram:
         registers = self.registers()

@@ -15,12 +15,14 @@ _WITHOUT_LOBES = (
 # Operands by their place in native/scene/op_table.cpp.
 _ROUGHNESS_AND_NORMAL = {"CLOSURE_DIFFUSE": (2, 3), "CLOSURE_PRINCIPLED": (7, 6)}  # of diffuse reflection
 _PRINCIPLED_LAYERS = (2, 14, 15, 20)  # metallic, transmission, coat, sheen
+_THIN_LAYERS = (8, 8, 14)  # of thin walls: subsurface scattering to either side, and what passes glass
+_IS_THIN = 3  # by its place in the parameters
 
 
-def most_lobes(closures: Iterable[tuple[str, tuple[Value, ...]]]) -> int:
+def most_lobes(closures: Iterable[tuple[str, tuple[Value, ...], tuple[int, ...]]]) -> int:
     """What these closures add up to where none is negligible. The core merges diffuse lobes of one normal."""
     count, merged = 0, set()
-    for op, inputs in closures:
+    for op, inputs, parameters in closures:
         if op in _WITHOUT_LOBES:
             continue
         roughness, normal = _ROUGHNESS_AND_NORMAL.get(op, (None, None))
@@ -29,7 +31,8 @@ def most_lobes(closures: Iterable[tuple[str, tuple[Value, ...]]]) -> int:
         else:
             count += 1
         if op == "CLOSURE_PRINCIPLED":
-            count += 1 + sum(not _is_zero(inputs[layer]) for layer in _PRINCIPLED_LAYERS)  # 1: specular reflection
+            layers = _PRINCIPLED_LAYERS + (_THIN_LAYERS if parameters[_IS_THIN] else ())
+            count += 1 + sum(not _is_zero(inputs[layer]) for layer in layers)  # 1: specular reflection
     return count + len(merged)
 
 

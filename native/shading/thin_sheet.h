@@ -1,0 +1,21 @@
+#pragma once
+
+#include "shading/bsdf.h"
+
+namespace cistern {
+
+/// What a sheet of a dielectric reflects and lets through by way of both faces, which are so close together that what
+/// leaves after however many reflections between them leaves in one place. [OpenPBR 1.1, thin-walled case]
+struct SheetOptics {
+  Rgb reflectance, transmittance;
+};
+
+/// `front` and `back`: a face met from outside, and from inside. `tint` is what passes through the inside head-on, by
+/// Beer's law less of rays that pass at an angle; `cos_o` that between the normal and the direction.
+SheetOptics sheet_optics(const MicrofacetLobe& front, const MicrofacetLobe& back, Rgb tint, float cos_o);
+
+/// GGX width of what passes both faces of a sheet with facets of that width and an index of `ior`, as if it was
+/// reflected; 0 below an index of 1. [Kulla and Conty 2017, p. 40, where 3.7 is to be 3.4]
+float sheet_alpha(float alpha, float ior);
+
+}  // namespace cistern
