@@ -23,8 +23,8 @@ def room(
     sheet: core.MaterialProgram | None = None,
 ) -> core.Scene:
     """`pane`: kinds of rays that see a board in the window, which else is open; `glass`: how far faces of glass are
-    beyond it, m, every other one the outside of a pane; `lamps`: one inside, and one outside that shines in; `sheet`: one of
-    that material closes the window."""
+    beyond it, m, every other one the outside of a pane; `lamps`: one inside, and one outside that shines in; `sheet`:
+    one of that material closes the window."""
     scene = SceneDescription()
     plaster = principled((0.7, 0.65, 0.6))
     w = 2.0 * HALF
