@@ -3,6 +3,7 @@
 #include "shading/displaced_normal.h"
 #include "shading/material.h"
 #include "transport/camera_ray.h"
+#include "transport/ray_portal.h"
 
 namespace cistern {
 namespace {
@@ -29,6 +30,10 @@ std::optional<SurfacePoint> first_opaque(const PathContext& paths, Ray ray) {
     const Bsdf bsdf = evaluate_material(paths.scene, point, state, &paths.accel);
     if (bsdf.holdout >= 1.0f) return std::nullopt;
     if (average(bsdf.transparency) <= kMostTransparency) return point;
+    if (bsdf.portal_count > 0) {
+      ray = portal_ray(point, bsdf.portals[0]);
+      continue;
+    }
     ray.t_max -= hit->t;
     ray.t_min = 0.0f;
     ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);

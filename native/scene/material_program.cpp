@@ -57,6 +57,13 @@ bool may_pass_light(const MaterialProgram& p, const Instruction& closure) {
   return is_sheet(p, closure) || !(alpha.is_constant() && constant_x(p, alpha) >= 1.0f);
 }
 
+bool is_portal(const MaterialProgram&, const Instruction& closure) { return closure.op == Op::CLOSURE_RAY_PORTAL; }
+
+/// Whether what shadow rays may pass of a surface depends on the closure.
+bool matters_to_shadow(const MaterialProgram& p, const Instruction& closure) {
+  return may_pass_light(p, closure) || is_portal(p, closure);
+}
+
 bool may_emit_light(const MaterialProgram& p, const Instruction& closure) {
   const std::span<const Operand> in = operands_of(p, closure);
   size_t color = 1, strength = 2;
@@ -329,7 +336,7 @@ void finish_program(MaterialProgram& program, int image_count) {
   program.attribute_hashes.clear();
   for (const std::string& name : program.attribute_names) program.attribute_hashes.push_back(attribute_name_hash(name));
   program.emission_instructions = slice(program, may_emit_light, matters_to_emission);
-  program.transparency_instructions = slice(program, may_pass_light, matters_to_transparency);
+  program.transparency_instructions = slice(program, matters_to_shadow, matters_to_transparency);
   program.emission_is_uniform =
       std::ranges::none_of(program.emission_instructions, [&](const Instruction& instruction) {
         return varies_over_object(instruction.op) || may_have_layers(program, instruction);

@@ -42,7 +42,7 @@ enum class Op : uint8_t {
   // Closures: first input is the weight (float), no output.
   CLOSURE_PRINCIPLED, CLOSURE_DIFFUSE, CLOSURE_GLOSSY, CLOSURE_GLASS, CLOSURE_REFRACTION, CLOSURE_TRANSLUCENT,
   CLOSURE_TRANSPARENT, CLOSURE_EMISSION, CLOSURE_SHEEN, CLOSURE_METALLIC, CLOSURE_SUBSURFACE, CLOSURE_TOON, CLOSURE_HAIR,
-  CLOSURE_HOLDOUT,
+  CLOSURE_HOLDOUT, CLOSURE_RAY_PORTAL,
   // No shader, but no value either: the normal that displacement bends, for the closures after it.
   CLOSURE_NORMAL,
   // Nor this one: what goes to passes of its own.
@@ -103,7 +103,7 @@ struct MaterialProgram {
   std::vector<Vec3> input_values;
   std::vector<uint32_t> attribute_hashes;  // attribute_name_hash of attribute_names
   /// The instructions that emission (transparency) depends on, in order; operands without influence are constant 0.
-  std::vector<Instruction> emission_instructions, transparency_instructions;
+  std::vector<Instruction> emission_instructions, transparency_instructions;  // the second with those of ray portals
   std::vector<Instruction> aov_instructions;  // that passes of its own depend on; `instructions` is then without them
   std::vector<Instruction> volume_instructions;          // the same of media
   std::vector<Instruction> displacement_instructions;    // the same of moved vertices; its closure is the last

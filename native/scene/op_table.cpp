@@ -164,6 +164,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // [0 ABSORPTION 1 MELANIN, with the tint, 2 COLOR]
     {"CLOSURE_HAIR", "fvcffccfffff", 0, 1, true},
     {"CLOSURE_HOLDOUT", "f", 0, 0, true},             // weight
+    {"CLOSURE_RAY_PORTAL", "fcvv", 0, 0, true},       // weight, colour, position, direction (zero: straight on)
     {"CLOSURE_NORMAL", "fv", 0, 0, true},             // weight 1, normal
     {"CLOSURE_AOV", "fcf", 0, 1, true},               // weight 1, colour, value; [name index]
     // weight, scattering colour, absorption colour, density in 1/m that multiplies both, anisotropy (Henyey-Greenstein)

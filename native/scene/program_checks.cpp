@@ -56,7 +56,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::CLOSURE_AOV:
       return {kName};
     case Op::LIGHT_PATH:
-      return {up_to(13)};
+      return {up_to(14)};
     case Op::MATH:
       return {up_to(40), kFlag};
     case Op::VECTOR_MATH:

@@ -260,6 +260,8 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   total_sample_weight = other.total_sample_weight;
   subsurface_count = other.subsurface_count;
   std::copy_n(other.subsurfaces.begin(), subsurface_count, subsurfaces.begin());
+  portal_count = other.portal_count;
+  std::copy_n(other.portals.begin(), portal_count, portals.begin());
   even_shade = other.even_shade;
   even_normal = other.even_normal;
   rough_sampling = other.rough_sampling;
@@ -278,6 +280,12 @@ void add_subsurface(Bsdf& bsdf, Subsurface subsurface, float least_radius) {
   if (!(sample_weight > 0.0f) || !std::isfinite(sample_weight)) return;
   bsdf.subsurfaces[static_cast<size_t>(bsdf.subsurface_count++)] = subsurface;
   bsdf.total_sample_weight += sample_weight;
+}
+
+void add_portal(Bsdf& bsdf, const RayPortal& portal) {
+  if (bsdf.portal_count == Bsdf::kMaxPortals) return;
+  bsdf.transparency += portal.weight;
+  bsdf.portals[static_cast<size_t>(bsdf.portal_count++)] = portal;
 }
 
 BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility) {

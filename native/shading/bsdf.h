@@ -121,14 +121,22 @@ enum class RoughSampling : uint8_t { BSDF, COSINE, UNIFORM };
 /// Share of the directions of lobes that are not narrow which follow Bsdf::guide, where there is one.
 inline constexpr float kGuideShare = 0.5f;
 
+/// Where light that reaches a point comes from in place of what lies behind: a ray from another place in another
+/// direction.
+struct RayPortal {
+  Rgb weight;
+  Vec3 position, direction;  // the latter unit
+};
+
 /// The scattering at one point: a sum of lobes, what passes straight through, and what is emitted. Lobes beyond `count`
 /// are never touched: neither constructed nor copied, since most materials have one and a Bsdf is made at every hit.
 struct Bsdf {
   static constexpr int kMaxLobes = 64;  // as Cycles
-  static constexpr int kMaxSubsurfaces = 16;
+  static constexpr int kMaxSubsurfaces = 16, kMaxPortals = 16;
   int count = 0;
-  int subsurface_count = 0;          // light that leaves elsewhere, beside the lobes
-  Rgb transparency;                  // weight of light passing straight through
+  int subsurface_count = 0;  // light that leaves elsewhere, beside the lobes
+  int portal_count = 0;
+  Rgb transparency;                  // weight of light passing through, straight or by way of ray portals
   Rgb emission;                      // radiance towards wo
   float holdout = 0.0f;              // in [0, 1]
   Vec3 ng, wo;                       // of the surface point: unit, same side
@@ -149,6 +157,9 @@ struct Bsdf {
   };
   union {
     std::array<Subsurface, kMaxSubsurfaces> subsurfaces;  // the same
+  };
+  union {
+    std::array<RayPortal, kMaxPortals> portals;  // the same
   };
 
   Bsdf() {}
@@ -206,6 +217,9 @@ bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight, R
 /// Adds a subsurface under the same conditions; as a Lambert lobe beyond kMaxSubsurfaces, and what has a radius below
 /// `least_radius` (metres): rounding would show where light leaves.
 void add_subsurface(Bsdf& bsdf, Subsurface subsurface, float least_radius);
+
+/// Adds a ray portal, also to the transparency; nothing happens beyond kMaxPortals.
+void add_portal(Bsdf& bsdf, const RayPortal& portal);
 
 /// f(wo, wi) |cos(theta_i)| summed over the lobes, split by lobe: `smooth` from lobes with roughness below
 /// kReconnectRoughness, `rough` from the others. Delta lobes contribute nothing.

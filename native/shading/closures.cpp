@@ -199,6 +199,10 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
     case Op::CLOSURE_HOLDOUT:
       bsdf.holdout = clamp01(bsdf.holdout + inputs[0].x);
       return;
+    case Op::CLOSURE_RAY_PORTAL:
+      if (is_ray_portal(op, inputs))
+        add_portal(bsdf, {inputs[0].x * to_rgb(inputs[1]), inputs[2], normalize_or(inputs[3], -bsdf.wo)});
+      return;
     case Op::CLOSURE_NORMAL:
       bsdf.bump_ns = closure_normal(inputs[1], point);
       return;
@@ -212,6 +216,10 @@ Rgb closure_emission(Op op, std::span<const Vec3> inputs, const int32_t*, const 
   if (op == Op::CLOSURE_PRINCIPLED) return principled_emission(inputs, point);
   if (op == Op::CLOSURE_EMISSION) return to_rgb(inputs[1]) * (inputs[0].x * inputs[2].x);
   return Rgb(0.0f);
+}
+
+bool is_ray_portal(Op op, std::span<const Vec3> inputs) {
+  return op == Op::CLOSURE_RAY_PORTAL && !is_negligible(inputs[0].x * to_rgb(inputs[1]));
 }
 
 Rgb closure_transparency(Op op, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point,

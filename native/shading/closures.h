@@ -19,8 +19,11 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
 /// Only what add_closure would add to `emission`: the same bits.
 Rgb closure_emission(Op op, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point);
 
-/// Only what add_closure would add to `transparency` where the ray that meets the surface is of that kind
-/// (PathState::ray_kind): the same bits.
+/// Whether add_closure would add a ray portal.
+bool is_ray_portal(Op op, std::span<const Vec3> inputs);
+
+/// Only what add_closure would add to `transparency` but by ray portals where the ray that meets the surface is of that
+/// kind (PathState::ray_kind): the same bits.
 Rgb closure_transparency(Op op, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point,
                          uint8_t ray_kind);
 

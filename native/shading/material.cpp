@@ -148,11 +148,13 @@ Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const P
   const bool may_hide_light = !program->has_transparent_shadow && !program->has_volume;
   if (may_hide_light && path.ray_kind == kVisibleToShadow) return {};
   Rgb transparency;
+  bool is_portal = false;
   run({.scene = scene, .program = *program, .point = point, .path = path, .accel = accel},
       program->transparency_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
         transparency += closure_transparency(closure.op, in, closure.parameters, point, path.ray_kind);
+        is_portal |= is_ray_portal(closure.op, in);
       });
-  return transparency;
+  return is_portal ? Rgb(0.0f) : transparency;
 }
 
 Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& path) {

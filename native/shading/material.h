@@ -25,8 +25,8 @@ Rgb evaluate_emission(const Scene& scene, const SurfacePoint& point, const PathS
 Rgb evaluate_lamp_emission(const Scene& scene, const Instance& object, const SurfacePoint& point,
                            const PathState& path);
 
-/// Only what passes straight through: same as evaluate_material(...).transparency, but nothing where the path's ray is
-/// one of light samples and the material has no transparent shadow.
+/// Only what passes straight through: same as evaluate_material(...).transparency, but nothing where there is a ray
+/// portal, and where the path's ray is one of light samples and the material has no transparent shadow.
 Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const PathState& path,
                           const Accel* accel = nullptr);
 

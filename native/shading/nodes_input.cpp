@@ -267,8 +267,10 @@ float light_path_node(int output, const PathState& path) {
       return static_cast<float>(path.transparent_depth);
     case 12:
       return static_cast<float>(path.transmission_depth);
-    default:
+    case 13:
       return is_kind(kVisibleToVolume);
+    default:
+      return static_cast<float>(path.portal_depth);
   }
 }
 

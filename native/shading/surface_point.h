@@ -22,7 +22,8 @@ struct PathState {
   bool is_singular : 1 = false;         // the last scattering was a delta lobe
   uint8_t light_set : 7 = kEveryLight;  // Instance::light_set of what scattered it last: who light is sought for
   uint16_t depth = 0, diffuse_depth = 0, glossy_depth = 0, transmission_depth = 0, transparent_depth = 0;
-  float ray_length = 0.0f;  // of the arriving segment
+  uint16_t portal_depth = 0;  // of the transparent ones those with a ray portal
+  float ray_length = 0.0f;    // of the arriving segment
   GlossLimits gloss;
 
   void set_receiver(uint8_t set) { light_set = set & 0x7f; }

@@ -338,6 +338,9 @@ class Walk {
   /// After an event that the path took with `probability`.
   void scale_by_chance(Rgb weight, float probability);
   bool pass_through(const SurfacePoint& point, const Bsdf& bsdf, float probability);
+  /// Goes on from a surface that has ray portals, straight or through one of these. Light samples and connections stop
+  /// at the surface, so what is found behind is no rival of theirs.
+  [[gnu::noinline]] bool pass_portal(const SurfacePoint& point, const Bsdf& bsdf, float probability);
   bool scatter(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter);
   /// Goes on from where a walk below the surface comes out, with a Lambert lobe of albedo 1: a vertex that nothing is
   /// captured at. Getting there counts as smooth, and as no bounce.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "transport/path_walk.h"
+#include "transport/ray_portal.h"
 
 // How a walk goes on from a vertex: through it or scattered, if roulette lets it. Included by path_walk.h.
 
@@ -33,12 +34,35 @@ inline bool Walk<Kind>::pass_through(const SurfacePoint& point, const Bsdf& bsdf
   const int most_surfaces = context_.limits.max_transparent_bounces;
   if (state_.transparent_depth >= most_surfaces) return false;
   last_segment_ |= ++state_.transparent_depth == most_surfaces;
+  if (bsdf.portal_count > 0) return pass_portal(point, bsdf, probability);
   update_media(point, ray_.direction);
   scale_by_chance(bsdf.transparency, probability);
   ray_.t_max -= state_.ray_length - travelled_;  // clipping stays measured from the last vertex
   ray_.t_min = 0.0f;
   travelled_ = state_.ray_length;
   ray_.origin = offset_origin(point.position, point.clearance, point.ng, ray_.direction);
+  return true;
+}
+
+template <class Kind>
+bool Walk<Kind>::pass_portal(const SurfacePoint& point, const Bsdf& bsdf, float probability) {
+  if constexpr (Kind::captures) {
+    if (capture_.only_deep_link_next) return false;
+    capture_.open_link.reset();
+    capture_.vertex = {};
+  }
+  ++state_.portal_depth;
+  mis_receiver_.reset();
+  const PortalChoice choice = choose_portal(bsdf, sampler_.next_float());
+  scale_by_chance(choice.weight, probability * choice.probability);
+  ray_ = choice.portal ? portal_ray(point, *choice.portal)
+                       : Ray{offset_origin(point.position, point.clearance, point.ng, ray_.direction), ray_.direction};
+  vertex_origin_ = ray_.origin;
+  travelled_ = 0.0f;
+  if constexpr (Kind::has_media) {
+    media_.stack = context_.media->around(context_.accel, ray_.origin);
+    media_.trail.clear();
+  }
   return true;
 }
 

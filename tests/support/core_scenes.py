@@ -40,6 +40,18 @@ def principled(
     return p
 
 
+def portal(color: Color, transparent: Color = (0.0, 0.0, 0.0), move: Color = (0.0, 0.0, 0.0)) -> core.MaterialProgram:
+    """A ray portal to so far from where it is, and what passes straight beside it."""
+    p = core.MaterialProgram("portal")
+    place = p.emit(
+        "VECTOR_MATH", [p.emit("POSITION", [], [0]), p.constant(*move), p.constant(0.0), p.constant(0.0)], [0]
+    )
+    one = p.constant(1.0)
+    p.closure("CLOSURE_RAY_PORTAL", [one, p.constant(*color), place, p.constant(0.0, 0.0, 0.0)])
+    p.closure("CLOSURE_TRANSPARENT", [one, p.constant(*transparent)])
+    return p
+
+
 def emission(color: Color, strength: float = 1.0) -> core.MaterialProgram:
     p = core.MaterialProgram("emission")
     p.closure("CLOSURE_EMISSION", [p.constant(1.0), p.constant(*color), p.constant(strength)])

@@ -133,6 +133,13 @@ def refraction(node: NodeView, weight: Value) -> None:
     node.compiler.code.closure("CLOSURE_REFRACTION", inputs, _distribution(node))
 
 
+@closure_node("ShaderNodeBsdfRayPortal")
+def ray_portal(node: NodeView, weight: Value) -> None:
+    position = node.linked("Position") or node.at_shift("POSITION")
+    inputs = (weight, node.value("Color"), position, node.value("Direction"))
+    node.compiler.code.closure("CLOSURE_RAY_PORTAL", inputs)
+
+
 @closure_node("ShaderNodeBsdfTranslucent")
 def translucent(node: NodeView, weight: Value) -> None:
     node.compiler.code.closure("CLOSURE_TRANSLUCENT", (weight, node.value("Color"), node.normal()))

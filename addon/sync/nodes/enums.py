@@ -56,4 +56,5 @@ LIGHT_PATH_OUTPUTS = {
     "Transparent Depth": 11,
     "Transmission Depth": 12,
     "Is Volume Scatter Ray": 13,
+    "Portal Depth": 14,
 }

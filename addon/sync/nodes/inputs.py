@@ -161,8 +161,6 @@ def object_info(node: NodeView, output: str) -> Value | None:
 
 @value_node("ShaderNodeLightPath")
 def light_path(node: NodeView, output: str) -> Value:
-    if output not in LIGHT_PATH_OUTPUTS:
-        return constant(0.0)  # portals: there are none
     return node.emit("LIGHT_PATH", (), (LIGHT_PATH_OUTPUTS[output],))
 
 
