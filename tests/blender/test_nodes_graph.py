@@ -62,6 +62,19 @@ def test_nested_groups_reroutes_and_group_defaults(empty_scene):
     assert emission_color(tree) == pytest.approx((1.25, 0.0, 0.0))
 
 
+def test_constants_reach_inputs_with_a_default_of_their_own(empty_scene):
+    """From 5.2 on Blender hands them over as nodes that it makes itself."""
+    tree = Tree()
+    place = tree.set(tree.node("ShaderNodeCombineXYZ"), X=0.25, Y=0.5, Z=0.75)
+    portal = tree.node("ShaderNodeBsdfRayPortal")
+    tree.link(place, "Vector", portal, "Position")
+    tree.link(portal, "BSDF", tree.output, "Surface")
+    context = Context()
+    [closure] = tree.compile(context).closures
+    assert closure.inputs[2] == (0.25, 0.5, 0.75)
+    assert context.warnings == []
+
+
 def test_group_socket_converts_what_passes(empty_scene):
     """Only before Blender 5.0, which joins the links: what they carry then keeps its colour."""
     group = bpy.data.node_groups.new("Grey", "ShaderNodeTree")

@@ -15,13 +15,24 @@ _PARTICLE_VECTORS = {"Location", "Velocity", "Angular Velocity"}
 _POWERS_OF_DISTANCE = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 DOT_PRODUCT, _LENGTH = VECTOR_MATH_VALUES.index("DOT_PRODUCT"), VECTOR_MATH_VALUES.index("LENGTH")
 _DIAGONAL = (3.0**-0.5,) * 3
-_DISTANCE_WITHOUT_WORLD = 10.0  # m
 DEFAULT_COLOR_ATTRIBUTE = "Color"  # Blender's name for a new colour attribute
 
 
 @value_node("ShaderNodeRGB", "ShaderNodeValue")
 def plain_value(node: NodeView, output: str) -> Value:
     return default_of(socket_named(node.node.outputs, output))
+
+
+@value_node("FunctionNodeInputVector")
+def input_vector(node: NodeView, output: str) -> Value:
+    """From Blender 5.2 on, which also makes such nodes of what is the same everywhere where it resolves trees."""
+    x, y, z, *_ = (*node.node.vector, 0.0)  # of two to four dimensions
+    return vector_constant(x, y, z)
+
+
+@value_node("FunctionNodeInputInt", "FunctionNodeInputBool")
+def input_number(node: NodeView, output: str) -> Value:
+    return constant(float(node.node.integer if hasattr(node.node, "integer") else node.node.boolean))
 
 
 def uv_coordinate(node: NodeView, uv_map: str = "") -> Value:
@@ -260,25 +271,6 @@ def wireframe(node: NodeView, output: str) -> Value:
     return node.emit("WIREFRAME", (node.value("Size"),), (int(node.node.use_pixel_size), node.compiler.shift))
 
 
-@value_node("ShaderNodeAmbientOcclusion")
-def ambient_occlusion(node: NodeView, output: str) -> Value:
-    color = node.value("Color")
-    if not node.compiler.traces_rays:
-        return constant(1.0) if output == "AO" else color
-    parameters = (node.node.samples, int(node.node.inside), int(node.node.only_local))
-    part = node.emit("AMBIENT_OCCLUSION", (_occlusion_distance(node), node.normal()), parameters)
-    return part if output == "AO" else node.vector_math("MULTIPLY", color, part).retyped(COLOR)
-
-
-def _occlusion_distance(node: NodeView) -> Value:
-    """Where the node shows 0, that of the world's Ambient Occlusion, or without a world Cycles' own."""
-    distance = node.value("Distance")
-    if node.linked("Distance") is not None or distance.constant[0] != 0.0:
-        return distance
-    of_world, *_, is_there = node.compiler.context.layer_value("light_settings.distance")
-    return constant(of_world if is_there else _DISTANCE_WITHOUT_WORLD)
-
-
 @value_node("ShaderNodeLightFalloff")
 def light_falloff(node: NodeView, output: str) -> Value:
     """svm_node_light_falloff of Cycles, with 1 / (1 + s / d^2) in place of d^2 / (s + d^2): suns are 1e38 m away."""
@@ -290,3 +282,10 @@ def light_falloff(node: NodeView, output: str) -> Value:
         return strength
     part = node.math("DIVIDE", node.math("MAXIMUM", smooth, constant(0.0)), node.math("MULTIPLY", length, length))
     return node.math("DIVIDE", strength, node.math("ADD", constant(1.0), part))
+
+
+@value_node("GeometryNodeInputSceneTime")
+def scene_time(node: NodeView, output: str) -> Value:
+    scene = node.compiler.context.layer_value
+    frame, rate, base = (scene(name)[0] for name in ("frame_current_final", "render.fps", "render.fps_base"))
+    return constant(frame if output == "Frame" else frame * base / rate)
