@@ -230,7 +230,8 @@ bool may_enter(const MaterialProgram& p, const Instruction& closure) {
 
 /// Whether rays of a node meet its own object alone.
 bool meets_own_object_alone(const Instruction& node) {
-  return node.op == Op::BEVEL || (node.op == Op::AMBIENT_OCCLUSION && node.parameters[2] != 0);
+  return node.op == Op::BEVEL || (node.op == Op::AMBIENT_OCCLUSION && node.parameters[2] != 0) ||
+         (node.op == Op::RAYCAST && node.parameters[1] != 0);
 }
 
 /// Whether a node returns how often a path has bounced.
@@ -277,6 +278,7 @@ bool varies_over_object(Op op) {
     case Op::LAYER_WEIGHT_FACING:
     case Op::AMBIENT_OCCLUSION:
     case Op::BEVEL:
+    case Op::RAYCAST:
       return true;
     default:
       return op < Op::LIGHT_PATH;  // coordinates and geometry

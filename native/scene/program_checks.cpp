@@ -81,6 +81,8 @@ ParameterRules parameter_rules(Op op) {
       return {kRays, kFlag, kFlag};
     case Op::BEVEL:
       return {kRays};
+    case Op::RAYCAST:
+      return {kFlag, kFlag};
     case Op::MIX_COLOR:
       return {up_to(18), kFlag, kFlag};
     case Op::MAP_RANGE:

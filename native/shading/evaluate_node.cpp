@@ -127,8 +127,10 @@ Vec3 evaluate_vector(const Instruction& instruction, const Vec3* in, const NodeC
       return broadcast(wireframe_node(c, in[0].x, p[0] != 0, unpack_bump_shift(p[1])));
     case Op::AMBIENT_OCCLUSION:
       return broadcast(ambient_occlusion_node(c, {p[0], p[1] != 0, p[2] != 0}, in[0].x, in[1]));
-    default:  // BEVEL
+    case Op::BEVEL:
       return bevel_node(c, p[0], in[0].x, in[1]);
+    default:  // RAYCAST
+      return raycast_node(c, p[0] != 0, {in[0], in[1], in[2].x, p[1] != 0});
   }
 }
 

@@ -104,6 +104,31 @@ class BevelProbes {
   Vec3 sum_;
 };
 
+/// Metres from the point, or from the origin, that rays start within.
+bool is_near(Vec3 place, Vec3 from, float distance) { return length(place - from) <= distance; }
+
+struct NodeHit {
+  Ray ray;
+  Hit hit;
+  float scale;  // metres by unit of the node's length
+};
+std::optional<NodeHit> cast(const NodeContext& c, const NodeRay& asked) {
+  constexpr float kFarthest = 1e17f;
+  const float scale = length(asked.direction);
+  if (!can_trace(c, asked.is_local) || !(asked.length > 0.0f) || !(scale > 0.0f) || !std::isfinite(scale)) return {};
+  const SurfacePoint& point = c.point;
+  const bool is_reachable =
+      asked.is_local ? is_near(asked.origin, point.position, kMostRadius) : is_near(asked.origin, {}, kFarthest);
+  if (!is_reachable) return {};
+  Ray ray{asked.origin, asked.direction / scale, 0.0f, scale * asked.length};
+  if (asked.origin == point.position)
+    ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
+  const std::optional<Hit> hit =
+      asked.is_local ? c.accel->intersect_instance(ray, point.instance) : c.accel->intersect(ray, kVisibleToAll);
+  if (!hit) return {};
+  return NodeHit{ray, *hit, scale};
+}
+
 }  // namespace
 
 float ambient_occlusion(const Accel& accel, const SurfacePoint& point, const OcclusionSettings& settings,
@@ -146,6 +171,13 @@ Vec3 bevel_node(const NodeContext& context, int probes, float radius, Vec3 norma
   const Vec3 mean = normalize_or(found.sum(), {});
   if (mean == Vec3{}) return normal;
   return context.point.is_backface ? -mean : mean;
+}
+
+Vec3 raycast_node(const NodeContext& context, bool wants_normal, const NodeRay& ray) {
+  const std::optional<NodeHit> met = cast(context, ray);
+  if (!met) return wants_normal ? Vec3{} : Vec3{0.0f, 0.0f, ray.length};
+  if (wants_normal) return make_surface_point(context.scene, met->ray, met->hit).ns;
+  return {1.0f, met->hit.instance == context.point.instance ? 1.0f : 0.0f, met->hit.t / met->scale};
 }
 
 }  // namespace cistern

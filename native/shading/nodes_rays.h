@@ -39,4 +39,15 @@ float ambient_occlusion_node(const NodeContext& context, const OcclusionSettings
 /// sampling]; the weights and the shares of the axes are Cycles'.
 Vec3 bevel_node(const NodeContext& context, int probes, float radius, Vec3 normal);
 
+/// A ray up to `length` times its direction's length away; of the object of the point alone if `is_local`.
+struct NodeRay {
+  Vec3 origin, direction;
+  float length = 1.0f;
+  bool is_local = false;
+};
+/// Of the first thing that any kind of ray sees: 1, whether it is the object of the point, and how often the length of
+/// the direction it is away; or the shading normal there, on the side of the ray. Where nothing is met 0, 0 and
+/// `length`; or 0. From the point itself it leaves the surface to the side of the direction.
+Vec3 raycast_node(const NodeContext& context, bool wants_normal, const NodeRay& ray);
+
 }  // namespace cistern

@@ -39,10 +39,14 @@ inline PortalChoice choose_portal(const Bsdf& bsdf, float u) {
 }
 
 /// The ray that a portal of `point` sends on: from another place, or from the surface itself where that is the same.
+/// From places that are so far away that Embree ends the process it starts nearer, where there is nothing either.
 inline Ray portal_ray(const SurfacePoint& point, const RayPortal& portal) {
   constexpr float kSamePlace = 1e-9f;  // square metres, as in Cycles
-  const bool moves = length_squared(portal.position - point.position) > kSamePlace;
-  return {moves ? portal.position : offset_origin(point.position, point.clearance, point.ng, portal.direction),
+  constexpr float kFarthest = 1e18f;   // metres along an axis
+  const Vec3 farthest{kFarthest, kFarthest, kFarthest};
+  const bool moves = !(length_squared(portal.position - point.position) <= kSamePlace);
+  return {moves ? max(-farthest, min(portal.position, farthest))
+                : offset_origin(point.position, point.clearance, point.ng, portal.direction),
           portal.direction};
 }
 

@@ -24,6 +24,7 @@ from . import (  # noqa: F401 - they register
     hair,
     ies,
     inputs,
+    rays,
     sky,
     textures,
     vector,

@@ -175,5 +175,57 @@ TEST(RayNodes, OnlyWhatLooksAtItsOwnObjectIsTracedAlone) {
   EXPECT_TRUE(is_alone(CubeScene(bevelled(0.1f, 4))));
 }
 
+/// From there in that direction, up to that many lengths of it; 0 what was met, 1 the normal.
+auto cast(Vec3 origin, Vec3 direction, float length, int what, bool is_local = false) {
+  return [=](ProgramBuilder& b) {
+    return b.add(Op::RAYCAST, {b.constant(origin), b.constant(direction), b.constant(length)}, {what, is_local});
+  };
+}
+Rgb seen(const CubeScene& cube) { return cube.value(cube.at(kAbove, kDown)); }
+
+TEST(Raycast, MeetsTheCube) {
+  const Vec3 from{3.0f, 0.3f, 0.4f}, along{-2.0f, 0.0f, 0.0f};
+  for (const bool is_local : {false, true}) {
+    EXPECT_EQ(seen(CubeScene(cast(from, along, 2.0f, 0, is_local))), Rgb(1.0f, 1.0f, 1.0f));
+    EXPECT_EQ(seen(CubeScene(cast(from, along, 2.0f, 1, is_local))), Rgb(1.0f, 0.0f, 0.0f));
+  }
+  // Inside, the normal is on the side of the ray.
+  EXPECT_EQ(seen(CubeScene(cast({0.5f, 0.3f, 0.4f}, along, 2.0f, 1))), Rgb(1.0f, 0.0f, 0.0f));
+  // 0.9 lengths do not reach it.
+  EXPECT_EQ(seen(CubeScene(cast(from, along, 0.9f, 0))), Rgb(0.0f, 0.0f, 0.9f));
+  EXPECT_EQ(seen(CubeScene(cast(from, along, 0.9f, 1))), Rgb(0.0f));
+}
+
+TEST(Raycast, FromThePointItselfItLeavesTheSurface) {
+  const auto from_here = [](Vec3 direction) {
+    return [=](ProgramBuilder& b) {
+      return b.add(Op::RAYCAST, {b.add(Op::POSITION, {}, {0}), b.constant(direction), b.constant(10.0f)}, {0, 0});
+    };
+  };
+  EXPECT_EQ(seen(CubeScene(from_here({0.0f, 0.0f, 1.0f}))), Rgb(0.0f, 0.0f, 10.0f));
+  const Rgb through = seen(CubeScene(from_here({0.0f, 0.0f, -1.0f})));
+  EXPECT_EQ(through.r, 1.0f);
+  EXPECT_NEAR(through.b, 1.0f, 1e-5f);
+}
+
+TEST(Raycast, RaysThatAreNoRaysMeetNothing) {
+  const Vec3 down{0.0f, 0.0f, -1.0f}, above{0.5f, 0.5f, 2.0f};
+  const Rgb nothing(0.0f, 0.0f, 5.0f);
+  for (const bool is_local : {false, true}) {
+    EXPECT_EQ(seen(CubeScene(cast(above, {}, 5.0f, 0, is_local))), nothing);
+    EXPECT_EQ(seen(CubeScene(cast(above, {0.0f, 0.0f, -3e38f}, 5.0f, 0, is_local))), nothing);
+    EXPECT_EQ(seen(CubeScene(cast({3e38f, 0.0f, 0.0f}, down, 5.0f, 0, is_local))), nothing);
+    EXPECT_EQ(seen(CubeScene(cast(above, down, -1.0f, 0, is_local))), Rgb(0.0f, 0.0f, -1.0f));
+    EXPECT_EQ(seen(CubeScene(cast(above, down, 3e38f, 0, is_local))).r, 1.0f);
+  }
+  const CubeScene cube(cast(above, down, 5.0f, 0));
+  EXPECT_EQ(evaluate_emission(*cube.scene, cube.at(kAbove, kDown), {}), nothing);  // no accel
+}
+
+TEST(Raycast, OnlyThoseThatMeetTheirOwnObjectNeedItAlone) {
+  EXPECT_FALSE(CubeScene(cast({}, kDown, 1.0f, 0)).scene->materials[0]->looks_at_own_object);
+  EXPECT_TRUE(CubeScene(cast({}, kDown, 1.0f, 0, true)).scene->materials[0]->looks_at_own_object);
+}
+
 }  // namespace
 }  // namespace cistern

@@ -76,6 +76,8 @@ TEST(RayPortal, RaysThatStayWhereTheyAreLeaveTheSurface) {
   const Ray moved = portal_ray(point, {Rgb(1.0f), {5.0f, 0.0f, 0.0f}, down});
   EXPECT_EQ(moved.origin, (Vec3{5.0f, 0.0f, 0.0f}));
   EXPECT_EQ(moved.direction, down);
+  // From 3e38 m away Embree would end the process.
+  EXPECT_EQ(portal_ray(point, {Rgb(1.0f), {3e38f, 0.0f, -3e38f}, down}).origin, (Vec3{1e18f, 0.0f, -1e18f}));
 }
 
 }  // namespace
