@@ -30,8 +30,9 @@ std::optional<SurfacePoint> first_opaque(const PathContext& paths, Ray ray) {
     const Bsdf bsdf = evaluate_material(paths.scene, point, state, &paths.accel);
     if (bsdf.holdout >= 1.0f) return std::nullopt;
     if (average(bsdf.transparency) <= kMostTransparency) return point;
-    if (bsdf.portal_count > 0) {
-      ray = portal_ray(point, bsdf.portals[0]);
+    if (bsdf.portal_count > 0) ++state.portal_depth;
+    if (const RayPortal* portal = strongest_portal(bsdf)) {
+      ray = portal_ray(point, *portal);
       continue;
     }
     ray.t_max -= hit->t;

@@ -59,7 +59,8 @@ void send_evenly(PathSample& sample, Rgb radiance) {
 uint32_t CellSharedPaths::group_class(const VisiblePoint& vertex) {
   const PathState& s = vertex.state;
   uint32_t bounces = s.depth;
-  for (const uint16_t count : {s.diffuse_depth, s.glossy_depth, s.transmission_depth, s.transparent_depth})
+  for (const uint16_t count :
+       {s.diffuse_depth, s.glossy_depth, s.transmission_depth, s.transparent_depth, s.portal_depth})
     bounces = bounces * 31 + count;
   return bounces;
 }

@@ -95,7 +95,8 @@ bool is_at(const EarlierView& view, const EarlierPlace& place, const VisiblePoin
 
 bool has_same_bounces(const VisiblePoint& a, const VisiblePoint& b) {
   const auto bounces = [](const PathState& s) {
-    return std::array{s.depth, s.diffuse_depth, s.glossy_depth, s.transmission_depth, s.transparent_depth};
+    return std::array{s.depth,       s.diffuse_depth, s.glossy_depth, s.transmission_depth, s.transparent_depth,
+                      s.portal_depth};
   };
   return bounces(a.state) == bounces(b.state);
 }

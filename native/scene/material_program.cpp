@@ -15,6 +15,7 @@ namespace {
 enum Principled : size_t {
   kPrincipledWeight = 0,
   kPrincipledRoughness = 3,
+  kPrincipledIor = 4,
   kPrincipledAlpha = 5,
   kPrincipledNormal = 6,
   kPrincipledSubsurface = 8,
@@ -44,9 +45,14 @@ bool is_thin(const Instruction& closure) {
   return closure.op == Op::CLOSURE_PRINCIPLED && closure.parameters[kThin] != 0;
 }
 
-/// Whether the closure is a sheet of glass: what is clear of it passes straight through.
+/// Whether the closure is a sheet of glass that may be clear somewhere: what is passes straight through. One of that
+/// roughness and index is far from it (sheet_alpha).
 bool is_sheet(const MaterialProgram& p, const Instruction& closure) {
-  return is_thin(closure) && !is_zero_float(p, operands_of(p, closure)[kPrincipledTransmission]);
+  constexpr float kRough = 0.1f, kDense = 1.01f;
+  const std::span<const Operand> in = operands_of(p, closure);
+  if (!is_thin(closure) || is_zero_float(p, in[kPrincipledTransmission])) return false;
+  const auto is_at_least = [&](size_t i, float least) { return in[i].is_constant() && constant_x(p, in[i]) >= least; };
+  return !(is_at_least(kPrincipledRoughness, kRough) && is_at_least(kPrincipledIor, kDense));
 }
 
 bool may_pass_light(const MaterialProgram& p, const Instruction& closure) {
@@ -125,8 +131,8 @@ bool matters_to_transparency(const MaterialProgram& p, const Instruction& closur
          is_sheet(p, closure);
 }
 bool matters_to_emission(const MaterialProgram& p, const Instruction& closure, size_t i) {
-  if (matters_to_transparency(p, closure, i) || i == kPrincipledEmissionColor || i == kPrincipledEmissionStrength)
-    return true;
+  if (closure.op != Op::CLOSURE_PRINCIPLED || i == kPrincipledWeight || i == kPrincipledAlpha) return true;
+  if (i == kPrincipledEmissionColor || i == kPrincipledEmissionStrength) return true;
   return may_have_layers(p, closure) &&
          (i == kPrincipledNormal || (i >= kPrincipledCoatWeight && i < kPrincipledSubsurfaceRadius));
 }

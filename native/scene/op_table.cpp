@@ -99,8 +99,8 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"BEVEL", "fv", 'v', 1, false},
     // The same, of a ray that meets nothing there: from a place in a direction, up to that many times the direction's
     // length; [0 = whether something is met, whether that is the object itself, how often the direction's length away,
-    // 1 = shading normal there, towards the ray; only of the object itself].
-    {"RAYCAST", "vvf", 'v', 2, false},
+    // 1 = shading normal there, towards the ray; only of the object itself; shift].
+    {"RAYCAST", "vvf", 'v', 3, false},
     // Textures.
     // vector, shading normal for BOX; [image index, interpolation: 0 LINEAR 1 CLOSEST 2 CUBIC, extension: 0 REPEAT 1 EXTEND 2 CLIP 3 MIRROR,
     // projection: 0 FLAT 2 SPHERE 3 TUBE; 1 BOX with the blend factor in percent in bits 8 to 15;

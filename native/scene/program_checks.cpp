@@ -82,7 +82,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::BEVEL:
       return {kRays};
     case Op::RAYCAST:
-      return {kFlag, kFlag};
+      return {kFlag, kFlag, kShift};
     case Op::MIX_COLOR:
       return {up_to(18), kFlag, kFlag};
     case Op::MAP_RANGE:

@@ -75,6 +75,9 @@ float even_share(const Model&) {
   return 1.0f;
 }
 inline float even_share(const OrenNayarLobe& lobe) { return kPi * (lobe.a - 0.5f * lobe.b); }
+inline float even_share(const RoughTranslucentLobe& lobe) {
+  return even_share(static_cast<const OrenNayarLobe&>(lobe));
+}
 
 /// Appends a lobe whose albedo is its weight, unless that is negligible; `even` is what the weight would be whatever
 /// the view.

@@ -130,7 +130,7 @@ Vec3 evaluate_vector(const Instruction& instruction, const Vec3* in, const NodeC
     case Op::BEVEL:
       return bevel_node(c, p[0], in[0].x, in[1]);
     default:  // RAYCAST
-      return raycast_node(c, p[0] != 0, {in[0], in[1], in[2].x, p[1] != 0});
+      return raycast_node(c, p[0] != 0, {in[0], in[1], in[2].x, p[1] != 0, unpack_bump_shift(p[2])});
   }
 }
 

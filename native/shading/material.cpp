@@ -149,11 +149,13 @@ Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const P
   if (may_hide_light && path.ray_kind == kVisibleToShadow) return {};
   Rgb transparency;
   bool is_portal = false;
-  run({.scene = scene, .program = *program, .point = point, .path = path, .accel = accel},
-      program->transparency_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
-        transparency += closure_transparency(closure.op, in, closure.parameters, point, path.ray_kind);
-        is_portal |= is_ray_portal(closure.op, in);
-      });
+  as_program_takes(point, *program, [&](const SurfacePoint& taken) {
+    run({.scene = scene, .program = *program, .point = taken, .path = path, .accel = accel},
+        program->transparency_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
+          transparency += closure_transparency(closure.op, in, closure.parameters, taken, path.ray_kind);
+          is_portal |= is_ray_portal(closure.op, in);
+        });
+  });
   return is_portal ? Rgb(0.0f) : transparency;
 }
 

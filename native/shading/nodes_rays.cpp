@@ -113,7 +113,7 @@ struct NodeHit {
   float scale;  // metres by unit of the node's length
 };
 std::optional<NodeHit> cast(const NodeContext& c, const NodeRay& asked) {
-  constexpr float kFarthest = 1e17f;
+  constexpr float kFarthest = 1e9f;  // as of ray portals
   const float scale = length(asked.direction);
   if (!can_trace(c, asked.is_local) || !(asked.length > 0.0f) || !(scale > 0.0f) || !std::isfinite(scale)) return {};
   const SurfacePoint& point = c.point;
@@ -121,7 +121,10 @@ std::optional<NodeHit> cast(const NodeContext& c, const NodeRay& asked) {
       asked.is_local ? is_near(asked.origin, point.position, kMostRadius) : is_near(asked.origin, {}, kFarthest);
   if (!is_reachable) return {};
   Ray ray{asked.origin, asked.direction / scale, 0.0f, scale * asked.length};
-  if (asked.origin == point.position)
+  constexpr float kBeyondStep = 1.1f;
+  if (asked.shift.step != 0)
+    ray.t_min = kBeyondStep * length(footprint_step(point, asked.shift));
+  else if (asked.origin == point.position)
     ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
   const std::optional<Hit> hit =
       asked.is_local ? c.accel->intersect_instance(ray, point.instance) : c.accel->intersect(ray, kVisibleToAll);

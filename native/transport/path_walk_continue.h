@@ -35,8 +35,13 @@ inline bool Walk<Kind>::pass_through(const SurfacePoint& point, const Bsdf& bsdf
   if (state_.transparent_depth >= most_surfaces) return false;
   last_segment_ |= ++state_.transparent_depth == most_surfaces;
   if (bsdf.portal_count > 0) return pass_portal(point, bsdf, probability);
+  return go_straight(point, bsdf.transparency, probability);
+}
+
+template <class Kind>
+inline bool Walk<Kind>::go_straight(const SurfacePoint& point, Rgb weight, float probability) {
   update_media(point, ray_.direction);
-  scale_by_chance(bsdf.transparency, probability);
+  scale_by_chance(weight, probability);
   ray_.t_max -= state_.ray_length - travelled_;  // clipping stays measured from the last vertex
   ray_.t_min = 0.0f;
   travelled_ = state_.ray_length;
@@ -45,18 +50,31 @@ inline bool Walk<Kind>::pass_through(const SurfacePoint& point, const Bsdf& bsdf
 }
 
 template <class Kind>
+inline void Walk<Kind>::has_no_rivals() {
+  if (mis_receiver_) mis_receiver_->light_samples = 0;
+  if constexpr (Kind::captures) capture_.mis_candidates = 0.0f;
+  if constexpr (Kind::learns) learning_.of_ray.reset();
+}
+
+template <class Kind>
 bool Walk<Kind>::pass_portal(const SurfacePoint& point, const Bsdf& bsdf, float probability) {
   if constexpr (Kind::captures) {
-    if (capture_.only_deep_link_next) return false;
     capture_.open_link.reset();
     capture_.vertex = {};
+    if (capture_.only_deep_link_next && !continues_deep_link()) {
+      capture_.only_deep_link_next = false;
+      last_segment_ = true;
+    }
   }
   ++state_.portal_depth;
-  mis_receiver_.reset();
   const PortalChoice choice = choose_portal(bsdf, sampler_.next_float());
+  if (!choice.portal) {
+    has_no_rivals();
+    return go_straight(point, choice.weight, probability * choice.probability);
+  }
+  mis_receiver_.reset();
   scale_by_chance(choice.weight, probability * choice.probability);
-  ray_ = choice.portal ? portal_ray(point, *choice.portal)
-                       : Ray{offset_origin(point.position, point.clearance, point.ng, ray_.direction), ray_.direction};
+  ray_ = portal_ray(point, *choice.portal);
   vertex_origin_ = ray_.origin;
   travelled_ = 0.0f;
   if constexpr (Kind::has_media) {

@@ -16,19 +16,26 @@ struct PortalChoice {
   float probability;
 };
 
+inline std::span<const RayPortal> portals_of(const Bsdf& bsdf) {
+  return {bsdf.portals.data(), static_cast<size_t>(bsdf.portal_count)};
+}
+
+/// What passes beside the portals; black where that is but a rounding.
+inline Rgb straight_transparency(const Bsdf& bsdf) {
+  Rgb straight = bsdf.transparency;
+  for (const RayPortal& portal : portals_of(bsdf)) straight = straight - portal.weight;
+  straight = max(straight, Rgb(0.0f));
+  constexpr float kRounding = 1e-6f;
+  return average(straight) > kRounding * average(bsdf.transparency) ? straight : Rgb(0.0f);
+}
+
 /// `u` in [0, 1); the surface has at least one.
 inline PortalChoice choose_portal(const Bsdf& bsdf, float u) {
-  const std::span<const RayPortal> portals(bsdf.portals.data(), static_cast<size_t>(bsdf.portal_count));
-  Rgb straight = bsdf.transparency;
-  float total = 0.0f;
-  for (const RayPortal& portal : portals) {
-    straight = straight - portal.weight;
-    total += average(portal.weight);
-  }
-  straight = max(straight, Rgb(0.0f));  // roundings
-  constexpr float kRounding = 1e-6f;
-  const float of_straight = average(straight) > kRounding * total ? average(straight) : 0.0f;
-  total += of_straight;
+  const std::span<const RayPortal> portals = portals_of(bsdf);
+  const Rgb straight = straight_transparency(bsdf);
+  const float of_straight = average(straight);
+  float total = of_straight;
+  for (const RayPortal& portal : portals) total += average(portal.weight);
   float left = u * total;
   if (left < of_straight) return {nullptr, straight, of_straight / total};
   left -= of_straight;
@@ -39,15 +46,28 @@ inline PortalChoice choose_portal(const Bsdf& bsdf, float u) {
 }
 
 /// The ray that a portal of `point` sends on: from another place, or from the surface itself where that is the same.
-/// From places that are so far away that Embree ends the process it starts nearer, where there is nothing either.
+/// From beyond a million kilometres it starts there: where an object is small, its space has no room for rays from
+/// farther away (top_level.cpp).
 inline Ray portal_ray(const SurfacePoint& point, const RayPortal& portal) {
   constexpr float kSamePlace = 1e-9f;  // square metres, as in Cycles
-  constexpr float kFarthest = 1e18f;   // metres along an axis
+  constexpr float kFarthest = 1e9f;    // metres along an axis
   const Vec3 farthest{kFarthest, kFarthest, kFarthest};
   const bool moves = !(length_squared(portal.position - point.position) <= kSamePlace);
   return {moves ? max(-farthest, min(portal.position, farthest))
                 : offset_origin(point.position, point.clearance, point.ng, portal.direction),
           portal.direction};
+}
+
+/// The portal that most of what passes takes; null where most goes straight on.
+inline const RayPortal* strongest_portal(const Bsdf& bsdf) {
+  const RayPortal* strongest = nullptr;
+  float most = average(straight_transparency(bsdf));
+  for (const RayPortal& portal : portals_of(bsdf)) {
+    if (average(portal.weight) <= most) continue;
+    most = average(portal.weight);
+    strongest = &portal;
+  }
+  return strongest;
 }
 
 }  // namespace cistern

@@ -62,6 +62,22 @@ def test_it_returns_the_same(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+def test_bumps_of_distances(empty_scene: bpy.types.Scene) -> None:
+    """Rays that start beside the point do not meet the surface they start on."""
+
+    def surface(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        inside = build.shader(tree, "ShaderNodeVectorMath", Vector=geometry("Normal")(tree))
+        inside.operation = "SCALE"
+        inside.inputs["Scale"].default_value = -1.0
+        ray = dict(Position=geometry("Position"), Direction=lambda tree: inside.outputs[0])
+        bump = build.shader(tree, "ShaderNodeBump", Height=raycast("Hit Distance", Length=1.0, **ray)(tree))
+        return build.shader(tree, "ShaderNodeBsdfDiffuse", Normal=bump.outputs[0]).outputs[0]
+
+    build.stage(empty_scene, build.material("ball", surface))
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
 def test_other_lengths_are_seen(empty_scene: bpy.types.Scene) -> None:
     """Planted bug: a length that is 5 % too large."""
 

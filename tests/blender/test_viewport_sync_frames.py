@@ -121,6 +121,27 @@ def test_a_sequence_follows_the_frame_beside_what_moves(watched, tmp_path) -> No
     watched.expect_truth()
 
 
+def test_what_is_read_of_the_scene_follows_the_frame_beside_what_moves(watched) -> None:
+    def show_frame() -> None:
+        tree = bpy.data.materials["Material 1"].node_tree
+        node = tree.nodes.new("ShaderNodeAttribute")
+        node.attribute_type, node.attribute_name = "VIEW_LAYER", "frame_current"
+        tree.links.new(node.outputs["Color"], base_color(bpy.data.materials["Material 1"]))
+
+    def move_with_the_frame() -> None:
+        obj = bpy.data.objects["Object 2"]
+        for frame in (1, 5):
+            obj.location.x = frame
+            obj.keyframe_insert("location", frame=frame)
+
+    watched.after(show_frame)
+    watched.after(move_with_the_frame)
+    for frame in (3, 4):
+        exported = watched.after(lambda frame=frame: bpy.context.scene.frame_set(frame))
+        assert exported.materials == 1 and exported.instances
+        watched.expect_truth()
+
+
 @pytest.mark.parametrize("kind", ["keyframes", "driver"])
 def test_what_animates_a_material_of_geometry_nodes_is_followed(watched, kind) -> None:
     material = painted_cubes()

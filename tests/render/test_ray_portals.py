@@ -24,7 +24,7 @@ SYSTEMS = {
     "reservoirs": dict(direct="RESTIR", secondary="CELL_RESERVOIRS"),
     "paths of neighbours": dict(indirect="WORLD_REUSE"),
 }
-CASE_RATE = sidak(FALSE_ALARM_RATE, len(WINDOWS) + len(SYSTEMS))
+CASE_RATE = sidak(FALSE_ALARM_RATE, len(WINDOWS) + 3 * len(SYSTEMS) + 1)
 
 
 @pytest.mark.parametrize("window", WINDOWS)
@@ -36,6 +36,40 @@ def test_what_leads_straight_on_is_not_there(window: str) -> None:
     assert result.agrees, result
     dim = block_replicas(room(lamps=True, sheet=portal((0.8, 0.8, 0.8))), 201, samples=48, **DEEP)
     assert not compare_replicas(without, dim, CASE_RATE).agrees
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+@pytest.mark.parametrize("bounces", [1, 2])
+def test_the_last_bounce_goes_through_as_well(system: str, bounces: int) -> None:
+    """Planted bug: a bounce less."""
+    without = block_replicas(room(lamps=True), 1, max_bounces=bounces)
+    settings = dict(samples=48, max_bounces=bounces) | SYSTEMS[system]
+    there = block_replicas(room(lamps=True, sheet=portal(WHITE)), 101, **settings)
+    result = compare_replicas(without, there, CASE_RATE)
+    assert result.agrees, result
+    fewer = block_replicas(room(lamps=True, sheet=portal(WHITE)), 101, **settings | dict(max_bounces=bounces - 1))
+    assert not compare_replicas(without, fewer, CASE_RATE).agrees
+
+
+def lit_through(sheet: core.MaterialProgram | None, brightness: float = 1.0) -> np.ndarray:
+    """A floor under a lamp without shadow that is not in the picture, with a sheet between."""
+    scene = SceneDescription()
+    scene.add_quad((-2, -2, 0), (4, 0, 0), (0, 4, 0), principled((0.7, 0.65, 0.6)), "floor")
+    light = (30.0 * brightness,) * 3
+    scene.builder.add_point_light("lamp", (0.5, 0.3, 3.0), 0.6, light, soft=False, casts_shadow=False)
+    if sheet:
+        scene.add_quad((-20, -20, 1), (40, 0, 0), (0, 40, 0), sheet, "sheet")
+    scene.set_environment((0.0, 0.0, 0.0))
+    scene.set_camera((0.0, -2.0, 0.9), (0.0, -0.5, 0.0), 0.7)
+    return block_replicas(scene.snapshot(), 1 if sheet else 101, max_bounces=1)
+
+
+def test_lamps_without_shadow_are_met_once() -> None:
+    """By light samples and by rays that go straight on beside a portal. Planted bug: a tenth more."""
+    without, there = lit_through(None), lit_through(portal((0.2, 0.2, 0.2), (0.8, 0.8, 0.8), move=(1000.0, 0.0, 0.0)))
+    result = compare_replicas(without, there, CASE_RATE)
+    assert result.agrees, result
+    assert not compare_replicas(without, lit_through(None, 1.1), CASE_RATE).agrees
 
 
 def lit_from(height: float, brightness: float = 1.0) -> core.Scene:

@@ -38,7 +38,9 @@ def raycast(node: NodeView, output: str) -> Value | None:
 
     def ask(wants_normal: bool) -> Value:
         if node.compiler.traces_rays:
-            return node.emit("RAYCAST", (position, direction, length), (int(wants_normal), is_local))
+            return node.emit(
+                "RAYCAST", (position, direction, length), (int(wants_normal), is_local, node.compiler.shift)
+            )
         zero = constant(0.0)
         return node.emit("COMBINE_XYZ", (zero, zero, zero if wants_normal else length))
 

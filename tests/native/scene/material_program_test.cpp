@@ -5,7 +5,9 @@
 #include <limits>
 
 #include "base/check.h"
+#include "shading/lobe_microfacet.h"
 #include "shading/program_builder.h"
+#include "shading/thin_sheet.h"
 
 namespace cistern {
 namespace {
@@ -152,7 +154,7 @@ MaterialProgram finished(ProgramBuilder& b) {
 }
 
 /// As the exporter writes it, with the shading normal.
-MaterialProgram principled(std::initializer_list<std::pair<size_t, float>> changes) {
+MaterialProgram principled(std::initializer_list<std::pair<size_t, float>> changes, bool is_thin = false) {
   constexpr size_t kNormal = 6;
   ProgramBuilder b;
   std::vector<float> values = test::kPrincipledDefaults;
@@ -160,7 +162,7 @@ MaterialProgram principled(std::initializer_list<std::pair<size_t, float>> chang
   std::vector<Operand> inputs;
   for (const float v : values) inputs.push_back(b.constant(v));
   inputs[kNormal] = b.add(Op::NORMAL, {});
-  b.add(Op::CLOSURE_PRINCIPLED, inputs, {1});
+  b.add(Op::CLOSURE_PRINCIPLED, inputs, {1, 0, 0, is_thin});
   return finished(b);
 }
 
@@ -180,6 +182,23 @@ TEST(MaterialProgram, TransparencyIsDerived) {
   ProgramBuilder holdout;
   holdout.add(Op::CLOSURE_HOLDOUT, {holdout.constant(1)});
   EXPECT_FALSE(finished(holdout).may_be_transparent);
+}
+
+TEST(MaterialProgram, SheetsOfGlassMayBeTransparentIfTheyMayBeClear) {
+  constexpr size_t kRoughness = 3, kIor = 4, kSubsurface = 8, kTransmission = 14;
+  EXPECT_TRUE(principled({{kTransmission, 1.0f}, {kRoughness, 0.0f}}, true).may_be_transparent);
+  EXPECT_TRUE(principled({{kTransmission, 1.0f}, {kRoughness, 0.5f}, {kIor, 1.0f}}, true).may_be_transparent);
+  EXPECT_FALSE(principled({{kTransmission, 1.0f}, {kRoughness, 0.1f}, {kIor, 1.01f}}, true).may_be_transparent);
+  EXPECT_GT(sqr(sheet_alpha(sqr(0.1f), 1.01f)), kDeltaAlphaProduct);
+  EXPECT_FALSE(principled({{kTransmission, 1.0f}, {kRoughness, 0.0f}}).may_be_transparent);
+  EXPECT_FALSE(principled({{kRoughness, 0.0f}}, true).may_be_transparent);
+  // Solid glass may be a pane, and what gets below a surface is walked.
+  EXPECT_TRUE(principled({{kTransmission, 1.0f}, {kRoughness, 0.0f}}).may_be_pane);
+  EXPECT_FALSE(principled({{kTransmission, 1.0f}, {kRoughness, 0.0f}}, true).may_be_pane);
+  EXPECT_TRUE(principled({{kSubsurface, 1.0f}}).has_subsurface);
+  EXPECT_FALSE(principled({{kSubsurface, 1.0f}}, true).has_subsurface);
+  EXPECT_TRUE(
+      principled({{kTransmission, 1.0f}, {kRoughness, 0.0f}, {23, 0.5f}, {24, 3.0f}}, true).emission_is_uniform);
 }
 
 TEST(MaterialProgram, EmissionIsDerived) {

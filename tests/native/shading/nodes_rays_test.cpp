@@ -178,7 +178,7 @@ TEST(RayNodes, OnlyWhatLooksAtItsOwnObjectIsTracedAlone) {
 /// From there in that direction, up to that many lengths of it; 0 what was met, 1 the normal.
 auto cast(Vec3 origin, Vec3 direction, float length, int what, bool is_local = false) {
   return [=](ProgramBuilder& b) {
-    return b.add(Op::RAYCAST, {b.constant(origin), b.constant(direction), b.constant(length)}, {what, is_local});
+    return b.add(Op::RAYCAST, {b.constant(origin), b.constant(direction), b.constant(length)}, {what, is_local, 0});
   };
 }
 Rgb seen(const CubeScene& cube) { return cube.value(cube.at(kAbove, kDown)); }
@@ -199,7 +199,7 @@ TEST(Raycast, MeetsTheCube) {
 TEST(Raycast, FromThePointItselfItLeavesTheSurface) {
   const auto from_here = [](Vec3 direction) {
     return [=](ProgramBuilder& b) {
-      return b.add(Op::RAYCAST, {b.add(Op::POSITION, {}, {0}), b.constant(direction), b.constant(10.0f)}, {0, 0});
+      return b.add(Op::RAYCAST, {b.add(Op::POSITION, {}, {0}), b.constant(direction), b.constant(10.0f)}, {0, 0, 0});
     };
   };
   EXPECT_EQ(seen(CubeScene(from_here({0.0f, 0.0f, 1.0f}))), Rgb(0.0f, 0.0f, 10.0f));

@@ -190,6 +190,16 @@ TEST(ThinWall, SubsurfaceLeavesOnBothSidesAsAnisotropySays) {
     }
 }
 
+TEST(ThinWall, EvenPartsOfRoughLeavesSeldomExceedThem) {
+  Inputs in = principled();
+  in[LEVEL] = grey(0.0f);
+  in[SUBSURFACE] = in[DIFFUSE_ROUGHNESS] = grey(1.0f);
+  const Bsdf bsdf = thin(in, make_point(0.5f));
+  ASSERT_EQ(bsdf.count, 2);
+  EXPECT_NEAR(average(bsdf.lobes[1].even), average(bsdf.lobes[0].even), 1e-6f);  // what passes, and what is reflected
+  EXPECT_LT(average(bsdf.lobes[1].even), 0.9f * average(bsdf.lobes[1].weight));
+}
+
 TEST(ThinWall, TransparencyAloneIsTheSameBits) {
   constexpr int32_t kParameters[4] = {1, 0, 1, 1};
   Rng rng(8, 0, 0, 0);
