@@ -18,13 +18,15 @@ MODES = {  # enum members that select what a node computes
     "feature", "gabor_type", "wave_type", "bands_direction", "rings_direction", "wave_profile", "fresnel_type",
 }  # fmt: skip
 PARTLY_SUPPORTED = {  # outputs that become defaults with a warning
-    ("ShaderNodeNewGeometry", "Parametric"),
+    ("ShaderNodeNewGeometry", "Parametric"), ("ShaderNodeRaycast", "__extend__"),  # the latter adds attributes
     ("ShaderNodeHairInfo", "Tangent Normal"), ("ShaderNodeTexVoronoi", "W"), ("ShaderNodeMix", "Result_Rotation"),
 }  # fmt: skip
 
 
 def exists(idname: str) -> bool:
-    return hasattr(bpy.types, idname)
+    """Nodes of other editors are nodes of shaders, too, from Blender 5.2 on."""
+    is_of_shaders = idname.startswith("ShaderNode") or bpy.app.version >= (5, 2, 0)
+    return hasattr(bpy.types, idname) and is_of_shaders
 
 
 def mode_settings(node: bpy.types.Node):
