@@ -79,6 +79,8 @@ SLOW = {"into itself", "two"}
 
 @pytest.mark.parametrize("case", marked(PORTALS, SLOW))
 def test_ball(empty_scene: bpy.types.Scene, case: str) -> None:
+    if case == "by depth" and bpy.app.version < (5, 0, 0):
+        pytest.skip("this Blender does not tell how many portals a path has passed")
     build.stage(empty_scene, build.material("ball", PORTALS[case]))
     result = compare_with_cycles(empty_scene)
     assert result.agrees, result
