@@ -30,14 +30,7 @@ std::optional<SurfacePoint> first_opaque(const PathContext& paths, Ray ray) {
     const Bsdf bsdf = evaluate_material(paths.scene, point, state, &paths.accel);
     if (bsdf.holdout >= 1.0f) return std::nullopt;
     if (average(bsdf.transparency) <= kMostTransparency) return point;
-    if (bsdf.portal_count > 0) ++state.portal_depth;
-    if (const RayPortal* portal = strongest_portal(bsdf)) {
-      ray = portal_ray(point, *portal);
-      continue;
-    }
-    ray.t_max -= hit->t;
-    ray.t_min = 0.0f;
-    ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
+    ray = ray_behind(ray, hit->t, point, bsdf, state);
   }
   return std::nullopt;
 }

@@ -80,9 +80,7 @@ Rgb coat_transmittance(const Principled& p, float cos_o) {
   const Rgb tint = p.coat_tint();
   if (tint == Rgb(1.0f)) return Rgb(1.0f);
   const float cos_t = std::sqrt(1.0f - (1.0f - sqr(cos_o)) / sqr(p.coat_ior()));
-  const float depth = 1.0f / cos_t;
-  const Rgb absorbed{std::pow(tint.r, depth), std::pow(tint.g, depth), std::pow(tint.b, depth)};
-  return lerp(Rgb(1.0f), absorbed, p.coat());
+  return lerp(Rgb(1.0f), passage(tint, cos_t), p.coat());
 }
 
 /// Sheen and coat; returns what is left for those below them.

@@ -1,18 +1,12 @@
 #include "shading/thin_sheet.h"
 
 #include <cmath>
+#include <limits>
 
 #include "shading/lobe_microfacet.h"
 
 namespace cistern {
-namespace {
 
-Rgb over(Rgb a, Rgb b) {
-  const auto ratio = [](float x, float y) { return y != 0.0f ? x / y : 0.0f; };
-  return {ratio(a.r, b.r), ratio(a.g, b.g), ratio(a.b, b.b)};
-}
-
-/// Of the ray inside, once.
 Rgb passage(Rgb tint, float cos_t) {
   if (!(cos_t > 0.0f)) return Rgb(0.0f);
   if (tint == Rgb(1.0f)) return tint;
@@ -20,15 +14,14 @@ Rgb passage(Rgb tint, float cos_t) {
   return {std::pow(tint.r, depth), std::pow(tint.g, depth), std::pow(tint.b, depth)};
 }
 
-}  // namespace
-
 SheetOptics sheet_optics(const MicrofacetLobe& front, const MicrofacetLobe& back, Rgb tint, float cos_o) {
   const FresnelTerms in = facet_fresnel(front, cos_o);
   const Rgb pass = passage(tint, in.cos_t);
   if (is_black(pass)) return {in.reflectance, {}};
   const FresnelTerms out = facet_fresnel(back, in.cos_t);
   const Rgb turned = out.reflectance * pass;  // from one face to the other and back off it
-  const Rgb whole = over(in.transmittance * pass * out.transmittance, Rgb(1.0f) - turned * turned);
+  const Rgb leaving = max(Rgb(1.0f) - turned * turned, Rgb(std::numeric_limits<float>::min()));
+  const Rgb whole = in.transmittance * pass * out.transmittance / leaving;
   return {in.reflectance + whole * turned, whole};
 }
 

@@ -10,8 +10,12 @@ struct SheetOptics {
   Rgb reflectance, transmittance;
 };
 
-/// `front` and `back`: a face met from outside, and from inside. `tint` is what passes through the inside head-on, by
-/// Beer's law less of rays that pass at an angle; `cos_o` that between the normal and the direction.
+/// What passes a layer at a cosine of `cos_t` inside, of what passes it head-on, by Beer's law; nothing where there is
+/// no refracted ray.
+Rgb passage(Rgb tint, float cos_t);
+
+/// `front` and `back`: a face met from outside, and from inside. `tint` is what passes through the inside head-on;
+/// `cos_o` the cosine between the normal and the direction.
 SheetOptics sheet_optics(const MicrofacetLobe& front, const MicrofacetLobe& back, Rgb tint, float cos_o);
 
 /// GGX width of what passes both faces of a sheet with facets of that width and an index of `ior`, as if it was

@@ -340,7 +340,7 @@ class Walk {
   bool pass_through(const SurfacePoint& point, const Bsdf& bsdf, float probability);
   bool go_straight(const SurfacePoint& point, Rgb weight, float probability);
   /// From here on light samples of the last vertex find nothing; but lamps without shadows, which were met already.
-  void has_no_rivals();
+  void forget_rivals();
   /// Goes on from a surface that has ray portals, straight or through one of these. Light samples and connections stop
   /// at the surface, so what is found behind is no rival of theirs.
   [[gnu::noinline]] bool pass_portal(const SurfacePoint& point, const Bsdf& bsdf, float probability);

@@ -50,7 +50,7 @@ inline bool Walk<Kind>::go_straight(const SurfacePoint& point, Rgb weight, float
 }
 
 template <class Kind>
-inline void Walk<Kind>::has_no_rivals() {
+inline void Walk<Kind>::forget_rivals() {
   if (mis_receiver_) mis_receiver_->light_samples = 0;
   if constexpr (Kind::captures) capture_.mis_candidates = 0.0f;
   if constexpr (Kind::learns) learning_.of_ray.reset();
@@ -69,7 +69,7 @@ bool Walk<Kind>::pass_portal(const SurfacePoint& point, const Bsdf& bsdf, float 
   ++state_.portal_depth;
   const PortalChoice choice = choose_portal(bsdf, sampler_.next_float());
   if (!choice.portal) {
-    has_no_rivals();
+    forget_rivals();
     return go_straight(point, choice.weight, probability * choice.probability);
   }
   mis_receiver_.reset();

@@ -218,14 +218,7 @@ inline void Walk<Kind>::record_surface_behind() {
     const bool is_held_out = context_.scene.instances[hit->instance].is_holdout;
     if (bsdf.holdout >= 1.0f || (is_held_out && is_black(bsdf.transparency))) return;
     if (!is_held_out && average(bsdf.transparency) <= kMostTransparency) return record_first_hit(point, bsdf);
-    if (bsdf.portal_count > 0) ++state.portal_depth;
-    if (const RayPortal* portal = strongest_portal(bsdf)) {
-      ray = portal_ray(point, *portal);
-    } else {
-      ray.t_max -= hit->t;
-      ray.t_min = 0.0f;
-      ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
-    }
+    ray = ray_behind(ray, hit->t, point, bsdf, state);
     hit = context_.accel.intersect_surface(ray, state.ray_kind);
   }
 }

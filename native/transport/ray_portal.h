@@ -70,4 +70,15 @@ inline const RayPortal* strongest_portal(const Bsdf& bsdf) {
   return strongest;
 }
 
+/// The ray behind a surface `t` along `ray` that is looked through, by the way that most of what passes takes; counts
+/// portals.
+inline Ray ray_behind(Ray ray, float t, const SurfacePoint& point, const Bsdf& bsdf, PathState& state) {
+  if (bsdf.portal_count > 0) ++state.portal_depth;
+  if (const RayPortal* portal = strongest_portal(bsdf)) return portal_ray(point, *portal);
+  ray.t_max -= t;
+  ray.t_min = 0.0f;
+  ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
+  return ray;
+}
+
 }  // namespace cistern

@@ -66,6 +66,16 @@ TEST(ThinWall, SheetsReflectAndPassWhatBouncesBetweenFacesAddUpTo) {
       }
 }
 
+/// Where both are 0 over 0.
+TEST(ThinWall, FacesThatReflectAllPassNothing) {
+  MicrofacetLobe mirror = face(1.5f);
+  mirror.fresnel = FresnelModel::GENERALIZED_SCHLICK;
+  mirror.f0 = mirror.f90_or_b = Rgb(1.0f);
+  const SheetOptics optics = sheet_optics(mirror, mirror, Rgb(1.0f), 0.7f);
+  EXPECT_EQ(optics.reflectance, Rgb(1.0f));
+  EXPECT_EQ(optics.transmittance, Rgb(0.0f));
+}
+
 TEST(ThinWall, SheetsOfLowIndexReflectAllOfGrazingLight) {
   const SheetOptics optics = sheet_optics(face(0.7f), face(1.0f / 0.7f), Rgb(0.5f), 0.1f);
   EXPECT_EQ(optics.reflectance, Rgb(1.0f));
