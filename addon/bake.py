@@ -17,6 +17,7 @@ from . import settings, volumes
 from .bake_types import BakeType, find_type
 from .progress import Span
 from .session_render import Moments, RenderFailedError, SessionRender
+from .sync import versions
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -24,10 +25,6 @@ if TYPE_CHECKING:
     from . import report
     from .engine import CisternEngine
     from .sync.scene import SceneSync
-
-# Of the derivatives that Blender tells, one for half a pixel.
-PIXEL_STEP = 2.0
-
 
 @dataclass(frozen=True)
 class BakedPixels:
@@ -58,7 +55,7 @@ def read_pixels(layer: bpy.types.RenderLayer, mesh: bpy.types.Mesh) -> BakedPixe
     first, second, third = np.moveaxis(corners[triangles[shown]], 1, 0)
     along_u, along_v = first - third, second - third
     u, v = weights[shown].T[..., None]
-    du_dx, du_dy, dv_dx, dv_dy = PIXEL_STEP * differentials[shown].T[..., None]
+    du_dx, du_dy, dv_dx, dv_dy = differentials[shown].T[..., None] / versions.baked_pixel_step()
     pixels.polygons[shown] = polygons[triangles[shown]]
     pixels.points[shown] = third + u * along_u + v * along_v
     pixels.steps_x[shown] = du_dx * along_u + dv_dx * along_v

@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 
 _HAS_5_0 = bpy.app.version >= (5, 0, 0)
+_HAS_5_2 = bpy.app.version >= (5, 2, 0)
 
 
 def image_reader() -> ModuleType | None:
@@ -81,6 +82,12 @@ def films_cover_metal() -> bool:
     return _HAS_5_0
 
 
+def radius_is_free_path() -> bool:
+    """Whether the radius of subsurface scattering by Random Walk is the mean free path, as from 5.2 on, where what it
+    was before has become Random Walk Legacy."""
+    return _HAS_5_2
+
+
 def bump_filter_width() -> float:
     """Of a new Bump node, in pixels, which is that of displacement too; 1 before it could be chosen (Blender 4.2)."""
     return 0.1 if hasattr(bpy.types, "ShaderNodeBsdfMetallic") else 1.0
@@ -89,6 +96,11 @@ def bump_filter_width() -> float:
 def poly_curves_are_straight() -> bool:
     """Whether Cycles draws hair curves of the type Poly straight between their keys."""
     return _HAS_5_0
+
+
+def baked_pixel_step() -> float:
+    """What part of a pixel the derivatives are for that Blender tells an engine that bakes."""
+    return 1.0 if _HAS_5_2 else 0.5
 
 
 def voxel_centre() -> float:

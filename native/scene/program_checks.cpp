@@ -25,6 +25,7 @@ constexpr ParameterRule kName{ParameterKind::ATTRIBUTE_NAME, 0, 0};
 constexpr ParameterRule kImage{ParameterKind::IMAGE, -1, 0};
 constexpr ParameterRule kDimensions = range(1, 4);
 constexpr ParameterRule kDistribution = up_to(3);
+constexpr ParameterRule kSubsurface = up_to(3);
 constexpr ParameterRule kRays = range(1, 128);  // Blender's limit
 constexpr int kMaxFrequency = 99;               // of brick rows; Blender's limit
 constexpr int kMaxThousandths = 1000000;        // of brick offset and squash
@@ -62,7 +63,6 @@ ParameterRules parameter_rules(Op op) {
     case Op::VECTOR_MATH:
       return {up_to(25)};
     case Op::VECTOR_MATH_VALUE:
-    case Op::CLOSURE_SUBSURFACE:
     case Op::CLOSURE_HAIR:
       return {up_to(2)};
     case Op::MIX_FLOAT:
@@ -73,7 +73,9 @@ ParameterRules parameter_rules(Op op) {
     case Op::CLOSURE_TOON:
       return {kFlag};
     case Op::CLOSURE_PRINCIPLED:
-      return {kFlag, up_to(2), kFlag, kFlag};
+      return {kFlag, kSubsurface, kFlag, kFlag};
+    case Op::CLOSURE_SUBSURFACE:
+      return {kSubsurface};
     case Op::BUMP:
     case Op::WIREFRAME:
       return {kFlag, kShift};

@@ -93,21 +93,22 @@ void add_diffuse(Bsdf& bsdf, const Model& model, Rgb weight) {
 /// Appends sheen and returns its albedo, weight included.
 Rgb add_sheen(Bsdf& bsdf, Vec3 n, float roughness, Rgb weight);
 
-/// How light gets below a surface: static parameter of closures.
-enum class SubsurfaceMethod { BURLEY, RANDOM_WALK, SKIN };
+/// Static parameter of closures.
 inline SubsurfaceMethod subsurface_method(int32_t parameter) { return static_cast<SubsurfaceMethod>(parameter); }
 /// Limits as in Cycles. The boundary of skin is as rough as can be.
 inline void set_boundary(Subsurface& subsurface, float ior, float roughness, float anisotropy) {
   subsurface.ior = std::clamp(ior, 1.01f, 3.8f);
-  subsurface.alpha = subsurface.is_skin ? 1.0f : sqr(clamp01(roughness));
-  subsurface.anisotropy = std::clamp(anisotropy, 0.0f, 0.9f);
+  subsurface.alpha = subsurface.is_skin() ? 1.0f : sqr(clamp01(roughness));
+  const float most = subsurface.method == SubsurfaceMethod::RANDOM_WALK ? 0.99f : 0.9f;
+  subsurface.anisotropy = std::clamp(anisotropy, -0.99f, most);
 }
 
 /// For mean free paths of some ten roundings of coordinates: shorter ones lose light to rounding. As in Cycles at least
 /// 1e-8 m.
-inline float least_radius(const SurfacePoint& point) {
+inline float least_radius(const SurfacePoint& point, SubsurfaceMethod method) {
   constexpr float kClearances = 10.0f;
-  return std::max(1e-8f, 4.0f * kPi * kClearances * point.clearance);
+  const float free_paths = method == SubsurfaceMethod::RANDOM_WALK ? 1.0f : 4.0f * kPi;
+  return std::max(1e-8f, free_paths * kClearances * point.clearance);
 }
 
 void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point);

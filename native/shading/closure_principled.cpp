@@ -217,12 +217,10 @@ float add_specular(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& an
 /// `ior` of the interface above.
 void add_subsurface(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const int32_t* parameters, float ior,
                     const SurfacePoint& point) {
-  const bool is_skin = subsurface_method(parameters[1]) == SubsurfaceMethod::SKIN;
   Subsurface subsurface{specular_normal(n, point), weight, saturate(p.base_color()), p.subsurface_radius()};
-  subsurface.is_skin = is_skin;
-  subsurface.is_profile = subsurface_method(parameters[1]) == SubsurfaceMethod::BURLEY;
-  set_boundary(subsurface, is_skin ? p.subsurface_ior() : ior, p.roughness(), p.subsurface_anisotropy());
-  add_subsurface(bsdf, subsurface, least_radius(point));
+  subsurface.method = subsurface_method(parameters[1]);
+  set_boundary(subsurface, subsurface.is_skin() ? p.subsurface_ior() : ior, p.roughness(), p.subsurface_anisotropy());
+  add_subsurface(bsdf, subsurface, least_radius(point, subsurface.method));
 }
 
 /// In place of what gets below the surface of thick things: a part is reflected and a part comes out on the other side.

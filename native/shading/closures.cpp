@@ -102,10 +102,9 @@ void add_subsurface_closure(Bsdf& bsdf, std::span<const Vec3> in, const int32_t*
   const Vec3 n = specular_normal(closure_normal(in[7], point), point);
   const Rgb radius = non_negative(to_rgb(in[2]) * in[3].x);
   Subsurface subsurface{n, Rgb(in[0].x), saturate(to_rgb(in[1])), radius};
-  subsurface.is_skin = subsurface_method(parameters[0]) == SubsurfaceMethod::SKIN;
-  subsurface.is_profile = subsurface_method(parameters[0]) == SubsurfaceMethod::BURLEY;
+  subsurface.method = subsurface_method(parameters[0]);
   set_boundary(subsurface, in[4].x, in[5].x, in[6].x);
-  add_subsurface(bsdf, subsurface, least_radius(point));
+  add_subsurface(bsdf, subsurface, least_radius(point, subsurface.method));
 }
 
 void add_toon(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {

@@ -48,7 +48,7 @@ void keep_on_surface(const Scene& scene, const SurfacePoint& point, const PathSt
   int kept = 0;
   for (int i = 0; i < bsdf.subsurface_count; ++i) {
     const Subsurface& below = bsdf.subsurfaces[static_cast<size_t>(i)];
-    if (!is_strand && !(below.is_profile && path.diffuse_depth > 0)) {
+    if (!is_strand && !(below.is_profile() && path.diffuse_depth > 0)) {
       bsdf.subsurfaces[static_cast<size_t>(kept++)] = below;
       continue;
     }

@@ -57,6 +57,13 @@ class AlbedoInversion {
   Curve dark_{}, bright_{};
 };
 
+/// The same for any g, by a fit to a half space in even light. [d'Eon 2022, A Hitchhiker's Guide to Multiple
+/// Scattering, v0.3.2, eq. 53.7; similarity after van de Hulst 1980]
+float single_scatter_of_half_space(float albedo, float g) {
+  const float s = 4.09712f + 4.20863f * albedo - std::sqrt(9.59217f + albedo * (41.6808f + 17.7126f * albedo));
+  return std::clamp((1.0f - sqr(s)) / (1.0f - g * sqr(s)), 0.0f, kMostScatter);
+}
+
 /// Diffuse reflectance of a dipole. [Jensen et al. 2001, A Practical Model for Subsurface Light Transport, eq. 15]
 float dipole_reflectance(float reduced_albedo, float boundary) {
   const float s = std::sqrt(3.0f * (1.0f - reduced_albedo));
@@ -96,20 +103,28 @@ SubsurfaceMedium similar_isotropic(const SubsurfaceMedium& medium) {
 
 SubsurfaceMedium subsurface_medium(const Subsurface& subsurface) {
   constexpr float kProfileWidth = 0.25f * kInvPi, kShortest = 1e-16f;
-  const Rgb scale = subsurface.is_skin ? tissue_scale(subsurface) : Rgb(kProfileWidth);
   const Rgb albedo = subsurface.albedo;
   const float g = subsurface.anisotropy;
+  const bool is_free_path = subsurface.method == SubsurfaceMethod::RANDOM_WALK;
+  Rgb scale(is_free_path ? 1.0f : kProfileWidth);
+  if (subsurface.is_skin()) scale = tissue_scale(subsurface);
   SubsurfaceMedium medium;
-  const AlbedoInversion single_scatter(g);
-  medium.sigma_t = Rgb(1.0f / (1.0f - g)) / max(subsurface.radius * scale, Rgb(kShortest));
-  medium.single_scatter = {single_scatter(albedo.r), single_scatter(albedo.g), single_scatter(albedo.b)};
   medium.g = g;
+  medium.sigma_t = Rgb(1.0f) / max(subsurface.radius * scale, Rgb(kShortest));
+  if (is_free_path || g < 0.0f) {
+    medium.single_scatter = {single_scatter_of_half_space(albedo.r, g), single_scatter_of_half_space(albedo.g, g),
+                             single_scatter_of_half_space(albedo.b, g)};
+    return medium;
+  }
+  const AlbedoInversion single_scatter(g);
+  medium.sigma_t *= Rgb(1.0f / (1.0f - g));
+  medium.single_scatter = {single_scatter(albedo.r), single_scatter(albedo.g), single_scatter(albedo.b)};
   return medium;
 }
 
 std::optional<Vec3> sample_entry(const Subsurface& subsurface, const Vec3& wo, float u_choice, Vec2 u_direction) {
   const Frame frame(subsurface.n);
-  if (subsurface.is_skin && u_choice < 0.5f) return -frame.to_world(square_to_cosine_hemisphere(u_direction));
+  if (subsurface.is_skin() && u_choice < 0.5f) return -frame.to_world(square_to_cosine_hemisphere(u_direction));
   const Vec3 local = frame.to_local(wo);
   if (!(local.z > 0.0f)) return std::nullopt;
   const Vec3 h = sample_ggx_visible_normal({subsurface.alpha, subsurface.alpha}, local, u_direction);

@@ -7,19 +7,25 @@
 
 namespace cistern {
 
+/// How light gets below a surface, by the names of Blender 5.2: with skin, living tissue, half of it enters diffusely.
+/// Before 5.2, RANDOM_WALK was what is RANDOM_WALK_LEGACY since.
+enum class SubsurfaceMethod { BURLEY, RANDOM_WALK_LEGACY, RANDOM_WALK_SKIN, RANDOM_WALK };
+
 /// Light that enters a surface, wanders through what lies below it and leaves the same object elsewhere, evenly.
 struct Subsurface {
   Vec3 n;
   Rgb weight;  // of what enters, without the albedo
   Rgb albedo;  // of a half space of what lies below
   Rgb radius;  // metres; see subsurface_medium
+  SubsurfaceMethod method = SubsurfaceMethod::RANDOM_WALK_LEGACY;
   float anisotropy = 0.0f;
-  float ior = 1.4f;    // where rays are refracted on entering
-  float alpha = 1.0f;  // and the GGX width there
-  /// Below is living tissue: half of the light enters diffusely, and the radius is how far light gets in all.
-  bool is_skin = false;
-  bool is_profile = false;     // there is no walk: light leaves as far away as a DiffusionProfile says
+  float ior = 1.4f;            // where rays are refracted on entering
+  float alpha = 1.0f;          // and the GGX width there
   float sample_weight = 0.0f;  // unnormalised probability of being chosen among the lobes
+
+  bool is_skin() const { return method == SubsurfaceMethod::RANDOM_WALK_SKIN; }
+  /// There is no walk: light leaves as far away as a DiffusionProfile says.
+  bool is_profile() const { return method == SubsurfaceMethod::BURLEY; }
 };
 
 /// Homogeneous, with the phase function of Henyey and Greenstein.
@@ -29,9 +35,10 @@ struct SubsurfaceMedium {
   float g = 0.0f;
 };
 
-/// The medium whose half space has the albedo, as far as a fit can say. The mean free path, corrected for how far
-/// scattering leads forward, is radius / (4 pi), Blender's custom since its profiles had that width; with skin, the
-/// radius is the diffusion length of a dipole of that albedo [Jensen et al. 2001].
+/// The medium whose half space has the albedo, as far as a fit can say. The radius is its mean free path with
+/// RANDOM_WALK. With RANDOM_WALK_LEGACY it is 4 pi mean free paths, Blender's custom since its profiles had that width,
+/// corrected for how far scattering leads forward; with skin, the diffusion length of a dipole of that albedo [Jensen
+/// et al. 2001]. These two know no medium that scatters backward: for such, their mean free paths are not corrected.
 SubsurfaceMedium subsurface_medium(const Subsurface& subsurface);
 
 /// The medium without preferred direction in which light that was scattered often goes as far. [van de Hulst 1980:

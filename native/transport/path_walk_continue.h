@@ -149,7 +149,7 @@ inline bool Walk<Kind>::goes_through_pane(const SurfacePoint& point, const Bsdf&
 
 template <class Kind>
 bool Walk<Kind>::scatter_below(const SurfacePoint& entry, const BsdfSample& sample, float p_scatter) {
-  const auto find_exit = sample.subsurface->is_profile ? exit_by_profile : walk_below;
+  const auto find_exit = sample.subsurface->is_profile() ? exit_by_profile : walk_below;
   const std::optional<SubsurfaceExit> exit =
       find_exit(context_.accel, entry, *sample.subsurface, state_.depth, sampler_);
   if (!exit) return false;

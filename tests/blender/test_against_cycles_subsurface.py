@@ -4,6 +4,7 @@ import bpy
 import mathutils
 import pytest
 
+from addon.sync import versions
 from tests.support import blender_scenes as build
 from tests.support.engines import compare_with_cycles, prepare, render
 from tests.support.slow_cases import marked
@@ -13,6 +14,8 @@ pytestmark = [
     pytest.mark.skipif(bpy.app.version < (5, 0), reason="Cycles has plain diffuse there for what diffuse rays meet"),
 ]
 
+HAS_LEGACY = versions.radius_is_free_path()
+LEGACY = "RANDOM_WALK_LEGACY" if HAS_LEGACY else "RANDOM_WALK"
 SKIN = (0.8, 0.5, 0.35, 1.0)
 RADIUS = (1.0, 0.4, 0.2)
 DEEP = {"Subsurface_Weight": 1.0, "Subsurface_Scale": 0.6, "Subsurface_Radius": RADIUS, "Base_Color": SKIN}
@@ -93,6 +96,37 @@ def test_principled(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+FROM_5_2 = {
+    "legacy": lambda: deep("RANDOM_WALK_LEGACY", Subsurface_Anisotropy=0.6),
+    "legacy, backward": lambda: deep("RANDOM_WALK_LEGACY", Subsurface_Anisotropy=-0.6),
+    "backward": lambda: deep(Subsurface_Anisotropy=-0.6, Subsurface_Scale=0.1),
+    "far forward": lambda: deep(Subsurface_Anisotropy=0.95, Subsurface_Scale=0.02),
+    "skin, backward": lambda: deep("RANDOM_WALK_SKIN", Subsurface_IOR=1.6, Subsurface_Anisotropy=-0.6),
+    "node": lambda: build.material("skin", below("RANDOM_WALK_LEGACY")),
+}
+
+
+@pytest.mark.skipif(not HAS_LEGACY, reason="from Blender 5.2 on")
+@pytest.mark.parametrize("case", marked(FROM_5_2, FROM_5_2.keys() - {"legacy", "backward"}))
+def test_methods_of_5_2(empty_scene: bpy.types.Scene, case: str) -> None:
+    build.stage(empty_scene, FROM_5_2[case]())
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+@pytest.mark.skipif(not HAS_LEGACY, reason="from Blender 5.2 on")
+def test_legacy_is_another_method(empty_scene: bpy.types.Scene) -> None:
+    """Planted: Cycles takes the new one."""
+    surface = deep("RANDOM_WALK_LEGACY")
+    build.stage(empty_scene, surface)
+    node = next(n for n in surface.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+
+    def renew(_scene: bpy.types.Scene) -> None:
+        node.subsurface_method = "RANDOM_WALK"
+
+    assert not compare_with_cycles(empty_scene, plant=renew).agrees
+
+
 def test_principled_skin(empty_scene: bpy.types.Scene) -> None:
     build.stage(empty_scene, deep("RANDOM_WALK_SKIN", Subsurface_IOR=1.6, Subsurface_Anisotropy=0.8))
     result = compare_with_cycles(empty_scene)
@@ -163,7 +197,7 @@ def test_light_from_behind(empty_scene: bpy.types.Scene) -> None:
 
 
 def test_a_scale_off_by_a_tenth_is_seen(empty_scene: bpy.types.Scene) -> None:
-    surface = deep(Subsurface_Scale=2.0)
+    surface = deep(LEGACY, Subsurface_Scale=2.0)
     add_leaf(empty_scene, surface)
     node = next(n for n in surface.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
 
@@ -177,7 +211,8 @@ def test_a_scale_off_by_a_tenth_is_seen(empty_scene: bpy.types.Scene) -> None:
 def test_far_from_the_origin(empty_scene: bpy.types.Scene) -> None:
     """Mean free paths of a few roundings of coordinates to ten thousand of them: a ball under an even sky, of which
     it shows its albedo, as far as the fit goes (3 %)."""
-    ball = build.add_sphere(empty_scene, deep(Base_Color=(0.8, 0.8, 0.8, 1.0), Specular_IOR_Level=0.0), radius=0.1)
+    white = deep(LEGACY, Base_Color=(0.8, 0.8, 0.8, 1.0), Specular_IOR_Level=0.0)
+    ball = build.add_sphere(empty_scene, white, radius=0.1)
     node = next(n for n in ball.data.materials[0].node_tree.nodes if n.type == "BSDF_PRINCIPLED")
     camera = build.add_camera(empty_scene, rotation=(0.0, 0.0, 0.0))
     camera.data.type, camera.data.ortho_scale = "ORTHO", 0.1

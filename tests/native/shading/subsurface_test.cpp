@@ -42,7 +42,7 @@ TEST(Subsurface, MeanFreePathsAreInProportionToTheRadius) {
 TEST(Subsurface, ADipoleOfSkinHasTheAlbedoItWasMadeFor) {
   // Diffuse reflectance of a dipole with the medium's diffusion length: sigma_tr = 1 / radius, sigma_t' = sigma_t.
   Subsurface skin = below(Rgb(0.3f, 0.6f, 0.9f));
-  skin.is_skin = true;
+  skin.method = SubsurfaceMethod::RANDOM_WALK_SKIN;
   skin.ior = 1.3f;
   const Rgb sigma = subsurface_medium(skin).sigma_t;
   const double eta = 1.3, fresnel = -1.440 / (eta * eta) + 0.710 / eta + 0.668 + 0.0636 * eta;
@@ -86,7 +86,7 @@ TEST(Subsurface, SmoothBoundariesRefract) {
 
 TEST(Subsurface, HalfOfWhatEntersSkinIsDiffuse) {
   Subsurface skin = below(Rgb(0.5f));
-  skin.is_skin = true;
+  skin.method = SubsurfaceMethod::RANDOM_WALK_SKIN;
   const Vec3 wo = kFrame.to_world({0.8f, 0.0f, 0.6f});
   Rng rng(31, 0, 0, 0);
   const auto mean_cosine = [&](float lowest_choice) {

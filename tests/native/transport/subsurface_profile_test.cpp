@@ -60,7 +60,7 @@ struct CornerScene {
 
 Subsurface below(Rgb radius) {
   Subsurface subsurface{{0, 0, 1}, Rgb(1.0f), {0.8f, 0.5f, 0.3f}, radius};
-  subsurface.is_profile = true;
+  subsurface.method = SubsurfaceMethod::BURLEY;
   return subsurface;
 }
 
