@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import bpy
 
 # Data-blocks whose changes reach objects and materials, which are listed themselves.
-_FOLLOWED = ("Armature", "Camera", "Curve", "Curves", "Key", "Lattice", "Mesh", "MetaBall", "NodeTree", "PointCloud")
+_FOLLOWED = ("Armature", "Camera", "Curve", "Curves", "Key", "Lattice", "MetaBall", "NodeTree", "PointCloud")
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,8 @@ class Changes:
     """Whether nothing may be taken for known."""
     moved: Set[int] = frozenset()
     """Objects of which nothing but the place changed."""
+    meshes: Set[int] = frozenset()
+    """With each, the objects that show it are listed, too."""
     objects: Set[int] = frozenset()
     shading: Set[int] = frozenset()
     """Materials, worlds and lamps."""
@@ -28,7 +30,7 @@ class Changes:
 
     @property
     def are_moves_only(self) -> bool:
-        return not (self.has_unlisted or self.objects or self.shading or self.has_images)
+        return not (self.has_unlisted or self.meshes or self.objects or self.shading or self.has_images)
 
     def lists_any(self, uids: Iterable[int]) -> bool:
         return not (self.objects.isdisjoint(uids) and self.shading.isdisjoint(uids))
@@ -43,11 +45,16 @@ def original_uid(data_block: bpy.types.ID | None) -> int:
     return 0 if data_block is None else (data_block.original or data_block).session_uid
 
 
+def data_uid(data_block: bpy.types.ID) -> int:
+    """Session id of an evaluated data-block; of the original one, where Blender takes that as it is."""
+    return data_block.session_uid or original_uid(data_block)
+
+
 def read_changes(depsgraph: bpy.types.Depsgraph) -> Changes:
     """The changes since the evaluation before this one.
 
     A deleted object is on no list: then its scene or collection is. An empty list says nothing at all."""
-    moved, objects, shading = set(), set(), set()
+    moved, meshes, objects, shading = set(), set(), set(), set()
     has_unlisted = not len(depsgraph.updates)
     has_images = depsgraph.id_type_updated("IMAGE")  # Blender 4.2 does not list them
     for update in depsgraph.updates:
@@ -55,13 +62,16 @@ def read_changes(depsgraph: bpy.types.Depsgraph) -> Changes:
         if isinstance(data_block, bpy.types.Object):
             is_move = update.is_updated_transform and not (update.is_updated_geometry or update.is_updated_shading)
             (moved if is_move else objects).add(original_uid(data_block))
+        elif isinstance(data_block, bpy.types.Mesh):
+            meshes.add(original_uid(data_block))
         elif isinstance(data_block, bpy.types.Material | bpy.types.World | bpy.types.Light):
             shading.add(original_uid(data_block))
         elif isinstance(data_block, bpy.types.Image | bpy.types.Texture):
             has_images = True
         elif not isinstance(data_block, _followed_types()):
             has_unlisted = True
-    return Changes(has_unlisted, False, frozenset(moved - objects), frozenset(objects), frozenset(shading), has_images)
+    sets = (frozenset(some) for some in (moved - objects, meshes, objects, shading))
+    return Changes(has_unlisted, False, *sets, has_images)
 
 
 def _followed_types() -> tuple[type, ...]:

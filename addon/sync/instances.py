@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import SyncReport
-from .changes import EVERYTHING, Changes, original_uid
+from .changes import EVERYTHING, Changes, data_uid, original_uid
 from .fluid_grids import gas_domain
 from .instance_values import item_values, may_follow_moves, object_values
 from .lamp_table import KeptLamps, LampTable, edited_lamps
@@ -123,7 +123,7 @@ class InstanceSync:
         self._traits: dict[int, Traits] = {}
         self._lights: dict[PrototypeKey, bpy.types.Light] = {}
         self._links = LightLinks()
-        self.meshes = MeshTable(builder, wanted.attributes, report, self._kept.meshes)
+        self.meshes = MeshTable(builder, wanted.attributes, report, self._kept.meshes, changes.meshes)
         self.lamps = LampTable(builder, materials, report, self._kept.lamps, changes)
 
     def run(self) -> None:
@@ -218,7 +218,7 @@ class InstanceSync:
             if settings.type != "HAIR" or settings.render_type != "PATH":
                 continue
             # What geometry nodes of an object instance goes by its name and has its hair, with materials of their own.
-            of_data = ~identity_of(number, obj.data.session_uid)
+            of_data = ~identity_of(number, data_uid(obj.data))
             key = (original_uid(obj), original_uid(instancer), of_data)
             known = self._kept.prototypes.get(key) if self._is_untouched(key) and self.meshes.knows_attributes else None
             if known is None:
@@ -266,8 +266,8 @@ class InstanceSync:
         is_mesh, is_round = isinstance(obj.data, bpy.types.Mesh), isinstance(obj.data, _ROUND)
         is_volume = self._is_volume(obj)
         is_mesh &= not is_volume
-        data_uid = obj.data.session_uid if is_mesh else original_uid(obj.data)
-        key = (original_uid(obj), original_uid(instancer), data_uid)
+        uid = data_uid(obj.data) if is_mesh else original_uid(obj.data)
+        key = (original_uid(obj), original_uid(instancer), uid)
         if obj.type == "LIGHT":
             self._lights[key] = obj.data
         known = self._kept.prototypes.get(key) if self._is_untouched(key) else None

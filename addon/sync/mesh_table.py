@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from . import SyncReport
+from .changes import original_uid
 from .fluid_grids import gas_arrays, gas_domain
 from .meshes import MeshArrays, mesh_arrays
 from .points import point_arrays
@@ -33,8 +34,7 @@ class PlacedMesh:
     handle: int
     flat_axis: int
     version: int
-    """Session id of the evaluated mesh: Blender gives a new one to the result of every evaluation. 0: unknown, as while
-    the mesh is edited."""
+    """See mesh_version. 0: unknown, as while the mesh is edited."""
     warnings: tuple[str, ...] = ()
     subdivision: Subdivision | None = None
 
@@ -44,6 +44,8 @@ class KeptMeshes:
     """What the builder holds of earlier syncs, by the object that showed a geometry first and a count of its own."""
 
     by_owner: dict[tuple[int, int], PlacedMesh] = field(default_factory=dict)
+    editions: Counter[int] = field(default_factory=Counter)
+    """How often meshes were changed, by the session ids of the original ones."""
     attributes: frozenset[str] = frozenset()
     free_handles: list[int] = field(default_factory=list)
 
@@ -52,12 +54,19 @@ class MeshTable:
     """Lives as long as one sync. `exported` counts the meshes that were read from Blender."""
 
     def __init__(
-        self, builder: SceneBuilder, wanted_attributes: Set[str], report: SyncReport, kept: KeptMeshes
+        self,
+        builder: SceneBuilder,
+        wanted_attributes: Set[str],
+        report: SyncReport,
+        kept: KeptMeshes,
+        changed: Set[int] = frozenset(),
     ) -> None:
+        """`changed`: session ids of the original meshes that were."""
         self._builder = builder
         self._wanted_attributes = frozenset(wanted_attributes)
         self._report = report
         self._kept = kept
+        kept.editions.update(changed)
         self.knows_attributes = self._wanted_attributes <= kept.attributes
         """Whether the meshes of the last sync have the attributes that are wanted now."""
         known = kept.by_owner.values() if self.knows_attributes else ()
@@ -160,7 +169,8 @@ class MeshTable:
             return self._place_strands(arrays, f"Point cloud '{obj.data.name}'", obj.data.name, owner)
         key = (owner, self._counts[owner])
         self._counts[owner] += 1
-        mesh = self._by_version.get((obj.data.session_uid, subdivision)) or self._export(obj, key, subdivision)
+        version = mesh_version(obj.data, self._kept.editions)
+        mesh = self._by_version.get((version, subdivision)) or self._export(obj, key, subdivision)
         if mesh is not None:
             self._used.add(mesh.handle)
             self._by_owner[key] = mesh
@@ -191,7 +201,7 @@ class MeshTable:
             warnings = (f"Mesh '{name}': coordinates are not finite, {dropped} triangles are left out",)
         elif np.abs(arrays.positions).max(initial=0.0) > _LARGEST_COORDINATE:
             warnings = (f"Mesh '{name}': triangles beyond {_LARGEST_COORDINATE:.1e} m are left out",)
-        version = 0 if obj.data.is_editmode else obj.data.session_uid
+        version = 0 if obj.data.is_editmode else mesh_version(obj.data, self._kept.editions)
         return PlacedMesh(handle, flat_axis, version, warnings, subdivision)
 
     def _place_strands(self, arrays: StrandArrays | None, label: str, name: str, owner: int) -> PlacedMesh | None:
@@ -213,6 +223,12 @@ class MeshTable:
         self._used.add(handle)
         self._by_owner[key] = mesh
         return mesh
+
+
+def mesh_version(mesh: bpy.types.Mesh, editions: Counter[int]) -> int:
+    """A number that stands for an evaluated mesh as it is now. Blender gives a new session id to the result of every
+    evaluation; from 5.3 on, to what is but the original mesh it gives none."""
+    return mesh.session_uid or hash((original_uid(mesh), editions[original_uid(mesh)]))
 
 
 def read_mesh(
