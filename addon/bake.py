@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .engine import CisternEngine
     from .sync.scene import SceneSync
 
+
 @dataclass(frozen=True)
 class BakedPixels:
     """Where the pixels of an image lie on an object's mesh, rows from the bottom up; as `SceneBuilder.set_sheet` has
