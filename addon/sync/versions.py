@@ -15,6 +15,7 @@ import numpy as np
 
 _HAS_5_0 = bpy.app.version >= (5, 0, 0)
 _HAS_5_2 = bpy.app.version >= (5, 2, 0)
+_HAS_5_3 = bpy.app.version >= (5, 3, 0)
 
 
 def image_reader() -> ModuleType | None:
@@ -88,6 +89,11 @@ def radius_is_free_path() -> bool:
     return _HAS_5_2
 
 
+def thin_glass_is_wide() -> bool:
+    """Whether thin walls of glass spread what passes them more, as in the first version that has them."""
+    return not _HAS_5_3
+
+
 def bump_filter_width() -> float:
     """Of a new Bump node, in pixels, which is that of displacement too; 1 before it could be chosen (Blender 4.2)."""
     return 0.1 if hasattr(bpy.types, "ShaderNodeBsdfMetallic") else 1.0
@@ -96,6 +102,11 @@ def bump_filter_width() -> float:
 def poly_curves_are_straight() -> bool:
     """Whether Cycles draws hair curves of the type Poly straight between their keys."""
     return _HAS_5_0
+
+
+def box_projections_end() -> bool:
+    """Whether those of tiled images are magenta outside the first tile, in place of repeating it."""
+    return _HAS_5_2
 
 
 def baked_pixel_step() -> float:

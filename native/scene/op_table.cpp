@@ -46,6 +46,9 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // 28 PINGPONG 29 SINE 30 COSINE 31 TANGENT 32 ARCSINE 33 ARCCOSINE 34 ARCTANGENT 35 ARCTAN2 36 SINH 37 COSH 38 TANH
     // 39 RADIANS 40 DEGREES
     {"MATH", "fff", 'f', 2, false},
+    // Of whole parts. [operation]: 0 ADD 1 SUBTRACT 2 MULTIPLY 3 DIVIDE 4 MULTIPLY_ADD 5 ABSOLUTE 6 NEGATE 7 POWER 8 MINIMUM
+    // 9 MAXIMUM 10 SIGN 11 DIVIDE_ROUND 12 DIVIDE_FLOOR 13 DIVIDE_CEIL 14 FLOORED_MODULO 15 MODULO 16 GCD 17 LCM
+    {"INTEGER_MATH", "fff", 'f', 1, false},
     // [operation]: 0 ADD 1 SUBTRACT 2 MULTIPLY 3 DIVIDE 4 MULTIPLY_ADD 5 CROSS_PRODUCT 6 PROJECT 7 REFLECT 8 REFRACT 9 FACEFORWARD
     // 10 SCALE 11 NORMALIZE 12 ABSOLUTE 13 MINIMUM 14 MAXIMUM 15 FLOOR 16 CEIL 17 FRACTION 18 MODULO 19 WRAP 20 SNAP
     // 21 SINE 22 COSINE 23 TANGENT 24 POWER 25 SIGN; fourth input: scale
@@ -107,10 +110,10 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // bit 16: the colour stays multiplied by alpha]
     {"IMAGE", "vv", 'c', 4, false},
     {"IMAGE_ALPHA", "vv", 'f', 4, false},
-    // vector; the same, without BOX, parameter 0 is the index of a table of tiles. As in Cycles, the tile is that of the
+    // The same, parameter 0 is the index of a table of tiles. As in Cycles, the tile is that of the
     // coordinates cut to whole numbers, 1001 + u + 10 v: what reaches up to 1 below 0 still belongs to the tiles at 0.
-    {"TILED_IMAGE", "v", 'c', 4, false},
-    {"TILED_IMAGE_ALPHA", "v", 'f', 4, false},
+    {"TILED_IMAGE", "vv", 'c', 4, false},
+    {"TILED_IMAGE_ALPHA", "vv", 'f', 4, false},
     // direction; [image index, interpolation, 0 EQUIRECTANGULAR 1 MIRROR_BALL 2 HORIZON: equirectangular with rows that
     // are dense where z = 0: v = 1/2 + sign(e) sqrt(|e| / 2 pi) for the elevation e, nothing repeats up and down]
     {"ENVIRONMENT_IMAGE", "v", 'c', 3, false},
@@ -147,7 +150,8 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // 15 coat weight, 16 coat roughness, 17 coat ior, 18 coat tint c, 19 coat normal v, 20 sheen weight, 21 sheen roughness,
     // 22 sheen tint c, 23 emission colour c, 24 emission strength, 25 subsurface radius v, 26 subsurface scale, 27 subsurface ior,
     // 28 subsurface anisotropy, 29 thin film thickness in nm, 30 its ior; [1 = multiple-scattering GGX, 0 = plain GGX; 0 BURLEY,
-    // walked as 1 RANDOM_WALK_LEGACY, 2 RANDOM_WALK_SKIN, 3 RANDOM_WALK; 1 = the film covers metal too; 1 = thin walls]
+    // walked as 1 RANDOM_WALK_LEGACY, 2 RANDOM_WALK_SKIN, 3 RANDOM_WALK; 1 = the film covers metal too; 1 = thin walls,
+    // 2 = with what passes them as wide as in Blender 5.2]
     {"CLOSURE_PRINCIPLED", "fcffffvfffcffvffffcvffccfvfffff", 0, 4, true},
     {"CLOSURE_DIFFUSE", "fcfv", 0, 0, true},          // weight, colour, roughness, normal
     // weight, colour, roughness, anisotropy, rotation, normal, tangent; [distribution: 0 GGX 1 MULTI_GGX 2 BECKMANN 3 ASHIKHMIN_SHIRLEY]

@@ -60,6 +60,8 @@ ParameterRules parameter_rules(Op op) {
       return {up_to(14)};
     case Op::MATH:
       return {up_to(40), kFlag};
+    case Op::INTEGER_MATH:
+      return {up_to(17)};
     case Op::VECTOR_MATH:
       return {up_to(25)};
     case Op::VECTOR_MATH_VALUE:
@@ -73,7 +75,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::CLOSURE_TOON:
       return {kFlag};
     case Op::CLOSURE_PRINCIPLED:
-      return {kFlag, kSubsurface, kFlag, kFlag};
+      return {kFlag, kSubsurface, kFlag, up_to(2)};
     case Op::CLOSURE_SUBSURFACE:
       return {kSubsurface};
     case Op::BUMP:

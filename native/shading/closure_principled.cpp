@@ -49,6 +49,9 @@ struct Principled {
 bool compensates(const int32_t* parameters) { return parameters[0] != 0; }
 bool covers_metal(const int32_t* parameters) { return parameters[2] != 0; }
 bool is_thin(const int32_t* parameters) { return parameters[3] != 0; }
+float sheet_width(const Principled& p, const int32_t* parameters) {
+  return sheet_alpha(sqr(p.roughness()), p.ior(), parameters[3] == 2);
+}
 
 /// What layers have left for those below them.
 struct Remainder {
@@ -157,7 +160,9 @@ SheetOptics sheet_of(const Principled& p, Vec3 n, Vec3 wo) {
 }
 
 /// What passes it is not bent, and to all but the camera as if nothing was there.
-bool is_clear_sheet(const Principled& p) { return sqr(sheet_alpha(sqr(p.roughness()), p.ior())) <= kDeltaAlphaProduct; }
+bool is_clear_sheet(const Principled& p, const int32_t* parameters) {
+  return sqr(sheet_width(p, parameters)) <= kDeltaAlphaProduct;
+}
 
 /// Of a clear sheet below all its layers, whatever of them paths keep back: shadow rays know nothing of that.
 Rgb sheet_transparency(const Principled& p, Vec3 n, const SurfacePoint& point) {
@@ -170,14 +175,14 @@ Rgb sheet_transparency(const Principled& p, Vec3 n, const SurfacePoint& point) {
 }
 
 /// Both lobes with the energy that facets lose.
-void add_sheet(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight) {
+void add_sheet(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const int32_t* parameters) {
   const SheetOptics optics = sheet_of(p, n, bsdf.wo);
   MicrofacetLobe reflection = make_microfacet(n, sqr(p.roughness()));
   add_microfacet(bsdf, reflection, weight * optics.reflectance, p.specular_tint());
-  MicrofacetLobe transmission = make_microfacet(n, sheet_alpha(sqr(p.roughness()), p.ior()));
+  MicrofacetLobe transmission = make_microfacet(n, sheet_width(p, parameters));
   transmission.reflects = false;
   transmission.transmits = true;
-  if (is_clear_sheet(p)) {
+  if (is_clear_sheet(p, parameters)) {
     if (bsdf.ray_kind == kVisibleToCamera) add_microfacet(bsdf, transmission, weight * optics.transmittance, {});
     return;
   }
@@ -275,7 +280,7 @@ void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* par
   if (const float transmission = p.transmission(); transmission > kNegligibleWeight) {
     const Vec3 glass_normal = specular_normal(n, point);
     if (is_thin(parameters))
-      add_sheet(bsdf, p, glass_normal, transmission * rest.weight);
+      add_sheet(bsdf, p, glass_normal, transmission * rest.weight, parameters);
     else
       add_glass(bsdf, p, glass_normal, transmission * rest.weight, point, compensate);
     rest.scale(1.0f - transmission);
@@ -306,7 +311,7 @@ Rgb principled_transparency(std::span<const Vec3> inputs, const int32_t* paramet
   const Principled p{inputs};
   const Rgb weight(p.weight() * (1.0f - p.alpha()));
   const Rgb cut_out = is_negligible(weight) ? Rgb(0.0f) : weight;
-  const bool is_sheet = is_thin(parameters) && p.transmission() > kNegligibleWeight && is_clear_sheet(p);
+  const bool is_sheet = is_thin(parameters) && p.transmission() > kNegligibleWeight && is_clear_sheet(p, parameters);
   if (!is_sheet || ray_kind == kVisibleToCamera) return cut_out;
   return cut_out + sheet_transparency(p, closure_normal(p.normal(), point), point);
 }

@@ -43,6 +43,8 @@ Vec3 evaluate_arithmetic(const Instruction& instruction, const Vec3* in) {
       const float v = math_node(p[0], in[0].x, in[1].x, in[2].x);
       return broadcast(p[1] != 0 ? clamp01(v) : v);
     }
+    case Op::INTEGER_MATH:
+      return broadcast(integer_math_node(p[0], in[0].x, in[1].x, in[2].x));
     case Op::VECTOR_MATH:
       return vector_math_node(p[0], in[0], in[1], in[2], in[3].x);
     case Op::VECTOR_MATH_VALUE:
@@ -186,9 +188,9 @@ Vec3 evaluate_texture(const Instruction& instruction, const Vec3* in, const Node
     case Op::IMAGE_ALPHA:
       return broadcast(image_node(c, p, in[0], in[1]).alpha);
     case Op::TILED_IMAGE:
-      return to_vec(tiled_image_node(c, p, in[0]).color);
+      return to_vec(tiled_image_node(c, p, in[0], in[1]).color);
     case Op::TILED_IMAGE_ALPHA:
-      return broadcast(tiled_image_node(c, p, in[0]).alpha);
+      return broadcast(tiled_image_node(c, p, in[0], in[1]).alpha);
     case Op::ENVIRONMENT_IMAGE:
       return to_vec(environment_image_node(c, p, in[0]).color);
     case Op::SUN_DISC:

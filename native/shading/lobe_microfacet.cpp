@@ -120,18 +120,18 @@ Vec3 sample_normal(const MicrofacetLobe& lobe, const Vec3& o, Vec2 u) {
   return sample_ggx_visible_normal(alpha, o, u);
 }
 
-/// Mean of the reflectance over the visible normals: from the tables, or of the macrosurface where there are none.
+/// Mean of the reflectance over the visible normals, before tints: from the tables, or of the macrosurface where there
+/// are none.
 Rgb mean_over_normals(const MicrofacetLobe& lobe, float mu) {
   switch (lobe.fresnel) {
     case FresnelModel::GENERALIZED_SCHLICK:
-      return lerp(lobe.f0, lobe.f90_or_b, ggx_dielectric_fresnel_fraction(table_roughness(lobe), mu, lobe.ior)) *
-             lobe.reflection_tint;
+      return lerp(lobe.f0, lobe.f90_or_b, ggx_dielectric_fresnel_fraction(table_roughness(lobe), mu, lobe.ior));
     case FresnelModel::F82_TINT:
       return lerp(lobe.f0, Rgb(1.0f), ggx_schlick_fresnel_fraction(table_roughness(lobe), mu));
     case FresnelModel::DIELECTRIC:
       if (lobe.ior > 1.0f) {
         const float s = ggx_dielectric_fresnel_fraction(table_roughness(lobe), mu, lobe.ior);
-        return Rgb(lerp(f0_from_ior(lobe.ior), 1.0f, s)) * lobe.reflection_tint;
+        return Rgb(lerp(f0_from_ior(lobe.ior), 1.0f, s));
       }
       break;
     case FresnelModel::NONE:
@@ -140,7 +140,8 @@ Rgb mean_over_normals(const MicrofacetLobe& lobe, float mu) {
     case FresnelModel::CONDUCTOR:
       break;
   }
-  return facet_fresnel(lobe, mu).reflectance;
+  float cos_t;
+  return facet_reflectance(lobe, mu, &cos_t);
 }
 
 }  // namespace
@@ -202,10 +203,12 @@ std::optional<DeltaSample> sample_delta_lobe(const MicrofacetLobe& lobe, Vec3 wo
 
 SidedAlbedo microfacet_albedo_by_side(const MicrofacetLobe& lobe, const Vec3& wo) {
   const float mu = clamp01(dot(lobe.n, wo));
-  if (!lobe.transmits) return {mean_over_normals(lobe, mu), {}};
   if (lobe.is_sheet) return {{}, lobe.transmission_tint};
-  const FresnelTerms terms = facet_fresnel(lobe, mu);
-  return {is_black(terms.reflectance) ? Rgb(0.0f) : mean_over_normals(lobe, mu), terms.transmittance};
+  const Rgb reflectance = mean_over_normals(lobe, mu);
+  SidedAlbedo albedo;
+  if (lobe.reflects) albedo.reflected = reflectance * lobe.reflection_tint;
+  if (lobe.transmits) albedo.transmitted = (Rgb(1.0f) - reflectance) * lobe.transmission_tint;
+  return albedo;
 }
 
 Rgb microfacet_albedo(const MicrofacetLobe& lobe, const Vec3& wo) {

@@ -67,15 +67,16 @@ Vec3 box_weights(Vec3 n, float blend) {
   return {middle(n.x), middle(n.y), middle(n.z)};
 }
 
-Texel box_lookup(const NodeContext& c, const Image& image, Vec3 p, Vec3 normal, float blend,
-                 Interpolation interpolation, Extension extension, ColorAlpha color_alpha) {
+/// `look_up` gives the texel at an image point.
+template <class LookUp>
+Texel box_lookup(const NodeContext& c, Vec3 p, Vec3 normal, float blend, LookUp&& look_up) {
   const Vec3 n = c.is_environment ? normal : c.instance().object_to_world.transposed_vector(normal);
   const Vec3 magnitude{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
   const Vec3 weight = box_weights(magnitude / (magnitude.x + magnitude.y + magnitude.z), blend);
   Texel sum{Rgb{}, 0.0f};
   const auto add = [&](float w, float u, float v) {
     if (w <= 0.0f) return;
-    const Texel t = lookup_image(image, u, v, interpolation, extension, color_alpha);
+    const Texel t = look_up({u, v});
     sum.color += w * t.color;
     sum.alpha += w * t.alpha;
   };
@@ -99,31 +100,30 @@ Vec2 projected(const int32_t* parameters, Vec3 vector) {
   }
 }
 
-ColorAlpha color_alpha_of(const int32_t* parameters) {
-  return parameters[3] & kKeepMultipliedBit ? ColorAlpha::MULTIPLIED : ColorAlpha::DIVIDED;
+/// `find` gives the image at an image point, and the point in it; null for one that is not there.
+template <class Find>
+Texel image_lookup(const NodeContext& c, const int32_t* parameters, Vec3 vector, Vec3 normal, Find&& find) {
+  const auto look_up = [&](Vec2 uv) {
+    const Image* image = find(uv);
+    if (image == nullptr) return missing_image();
+    const ColorAlpha color_alpha = parameters[3] & kKeepMultipliedBit ? ColorAlpha::MULTIPLIED : ColorAlpha::DIVIDED;
+    return lookup_image(*image, uv.x, uv.y, static_cast<Interpolation>(parameters[1]),
+                        static_cast<Extension>(parameters[2]), color_alpha);
+  };
+  if ((parameters[3] & kProjectionMask) != kBox) return look_up(projected(parameters, vector));
+  const float blend = 0.01f * static_cast<float>((parameters[3] >> kBoxBlendShift) & kBoxBlendMask);
+  return box_lookup(c, vector, normal, blend, look_up);
 }
 
 }  // namespace
 
 Texel image_node(const NodeContext& c, const int32_t* parameters, Vec3 vector, Vec3 normal) {
   const Image* image = find_image(c, parameters[0]);
-  if (image == nullptr) return missing_image();
-  const auto interpolation = static_cast<Interpolation>(parameters[1]);
-  const auto extension = static_cast<Extension>(parameters[2]);
-  if ((parameters[3] & kProjectionMask) == kBox)
-    return box_lookup(c, *image, vector, normal,
-                      0.01f * static_cast<float>((parameters[3] >> kBoxBlendShift) & kBoxBlendMask), interpolation,
-                      extension, color_alpha_of(parameters));
-  const Vec2 uv = projected(parameters, vector);
-  return lookup_image(*image, uv.x, uv.y, interpolation, extension, color_alpha_of(parameters));
+  return image_lookup(c, parameters, vector, normal, [image](Vec2&) { return image; });
 }
 
-Texel tiled_image_node(const NodeContext& c, const int32_t* parameters, Vec3 vector) {
-  Vec2 uv = projected(parameters, vector);
-  const Image* image = find_tile(c, parameters[0], uv);
-  if (image == nullptr) return missing_image();
-  return lookup_image(*image, uv.x, uv.y, static_cast<Interpolation>(parameters[1]),
-                      static_cast<Extension>(parameters[2]), color_alpha_of(parameters));
+Texel tiled_image_node(const NodeContext& c, const int32_t* parameters, Vec3 vector, Vec3 normal) {
+  return image_lookup(c, parameters, vector, normal, [&](Vec2& uv) { return find_tile(c, parameters[0], uv); });
 }
 
 Texel environment_image_node(const NodeContext& c, const int32_t* parameters, Vec3 direction) {

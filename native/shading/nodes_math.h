@@ -8,6 +8,8 @@ namespace cistern {
 // numbers give 0, as in Blender.
 
 float math_node(int operation, float a, float b, float c);
+/// Of 32 bits, which wrap around: the whole parts of the arguments.
+float integer_math_node(int operation, float a, float b, float c);
 Vec3 vector_math_node(int operation, Vec3 a, Vec3 b, Vec3 c, float scale);
 float vector_math_value_node(int operation, Vec3 a, Vec3 b);
 /// `type` 1 (RANGE) allows lower > upper.

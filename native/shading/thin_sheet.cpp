@@ -25,9 +25,9 @@ SheetOptics sheet_optics(const MicrofacetLobe& front, const MicrofacetLobe& back
   return {in.reflectance + whole * turned, whole};
 }
 
-float sheet_alpha(float alpha, float ior) {
-  const float widening = 3.4f * (ior - 1.0f) * (ior - 0.5f) * (ior - 0.5f) / (ior * ior * ior);
-  return std::min(alpha * std::sqrt(std::max(widening, 0.0f)), 1.0f);
+float sheet_alpha(float alpha, float ior, bool is_wide) {
+  const float widening = std::max(3.4f * (ior - 1.0f) * (ior - 0.5f) * (ior - 0.5f) / (ior * ior * ior), 0.0f);
+  return std::min(alpha * (is_wide ? std::sqrt(widening) : widening), 1.0f);
 }
 
 }  // namespace cistern

@@ -19,7 +19,8 @@ Rgb passage(Rgb tint, float cos_t);
 SheetOptics sheet_optics(const MicrofacetLobe& front, const MicrofacetLobe& back, Rgb tint, float cos_o);
 
 /// GGX width of what passes both faces of a sheet with facets of that width and an index of `ior`, as if it was
-/// reflected; 0 below an index of 1. [Kulla and Conty 2017, p. 40, where 3.7 is to be 3.4]
-float sheet_alpha(float alpha, float ior);
+/// reflected; 0 below an index of 1. [Kulla and Conty 2017, p. 40, where 3.7 is to be 3.4, and the square root is for
+/// roughness; in Blender 5.2 it was for the width: `is_wide`]
+float sheet_alpha(float alpha, float ior, bool is_wide = false);
 
 }  // namespace cistern

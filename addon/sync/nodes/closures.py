@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..versions import films_cover_metal
+from ..versions import films_cover_metal, thin_glass_is_wide
 from .compiler import Compiler, NodeView, closure_node, flatten_shader, volume_node
 from .enums import CLAMP_TYPES, DISTRIBUTIONS, SHEEN_DISTRIBUTIONS, SUBSURFACE_METHODS, TOON_COMPONENTS
 from .instructions import COLOR, VECTOR, Value, constant
@@ -51,8 +51,9 @@ def principled(node: NodeView, weight: Value) -> None:
     ]
     multiple_scattering = node.node.distribution == "MULTI_GGX"
     method = node.choice("subsurface_method", SUBSURFACE_METHODS)
-    for share, is_thin in ((thick, 0), (node.math("SUBTRACT", ONE, thick), 1)):
-        parameters = (int(multiple_scattering), method, int(films_cover_metal()), is_thin)
+    thin_wall = 2 if thin_glass_is_wide() else 1
+    for share, wall in ((thick, 0), (node.math("SUBTRACT", ONE, thick), thin_wall)):
+        parameters = (int(multiple_scattering), method, int(films_cover_metal()), wall)
         node.compiler.code.closure("CLOSURE_PRINCIPLED", (node.math("MULTIPLY", weight, share), *inputs), parameters)
 
 

@@ -8,12 +8,12 @@ import bpy
 import numpy as np
 
 from .compiler import NodeView, value_node
-from .enums import BLEND_TYPES, CLAMP_TYPES, MAP_RANGE_TYPES, MATH_OPERATIONS
+from .enums import BLEND_TYPES, CLAMP_TYPES, INTEGER_OPERATIONS, MAP_RANGE_TYPES, MATH_OPERATIONS
 from .instructions import COLOR, TABLE_SIZE, VECTOR, Value, constant
 from .vector import separate
 
 SMOOTH_RANGES = ("SMOOTHSTEP", "SMOOTHERSTEP")
-ZERO = constant(0.0)
+ZERO, ONE = constant(0.0), constant(1.0)
 
 
 @value_node("ShaderNodeMath")
@@ -22,6 +22,42 @@ def math_node(node: NodeView, output: str) -> Value | None:
         return None
     inputs = node.values("Value, Value_001, Value_002")
     return node.emit("MATH", inputs, (MATH_OPERATIONS.index(node.node.operation), int(node.node.use_clamp)))
+
+
+@value_node("FunctionNodeIntegerMath")
+def integer_math(node: NodeView, output: str) -> Value:
+    """From Blender 5.3 on, as the two below."""
+    inputs = node.values("Value, Value_001, Value_002")
+    return node.emit("INTEGER_MATH", inputs, (node.choice("operation", INTEGER_OPERATIONS),))
+
+
+@value_node("FunctionNodeBooleanMath")
+def boolean_math(node: NodeView, output: str) -> Value | None:
+    """Of whole parts, which are true above 0."""
+    a, b = (node.math("GREATER_THAN", node.math("TRUNC", x), ZERO) for x in node.values("Boolean, Boolean_001"))
+    operation = node.node.operation
+    negation = {"NAND": "AND", "NOR": "OR", "XNOR": "XOR", "NIMPLY": "IMPLY", "NOT": "ITSELF"}.get(operation)
+    found = {
+        "ITSELF": lambda: a,
+        "AND": lambda: node.math("MULTIPLY", a, b),
+        "OR": lambda: node.math("MAXIMUM", a, b),
+        "XOR": lambda: node.math("ABSOLUTE", node.math("SUBTRACT", a, b)),
+        "IMPLY": lambda: node.math("MAXIMUM", node.math("SUBTRACT", ONE, a), b),
+    }.get(negation or operation)
+    if found is None:
+        return None
+    return node.math("SUBTRACT", ONE, found()) if negation else found()
+
+
+@value_node("FunctionNodeGetVectorComponent")
+def vector_component(node: NodeView, output: str) -> Value:
+    """0 where the vector has none of that number."""
+    vector, index = node.value("Vector"), node.math("TRUNC", node.value("Index"))
+    total = ZERO
+    for channel in range(3):
+        is_asked = node.math("COMPARE", index, constant(float(channel)))
+        total = node.math("ADD", total, node.math("MULTIPLY", separate(node, vector, channel), is_asked))
+    return total
 
 
 @value_node("ShaderNodeMix")

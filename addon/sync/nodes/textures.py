@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import bpy
 
+from ..versions import box_projections_end
 from . import enums
 from .compiler import NodeView, value_node
 from .inputs import position, uv_coordinate
@@ -70,7 +71,8 @@ def image_texture(node: NodeView, output: str) -> Value:
     is_tiled = tree_node.image is not None and tree_node.image.source == "TILED"
     is_box = tree_node.projection == "BOX"
     tiles = _tile_indices(node) if is_tiled else [_image_index(node)]
-    tiles = tiles[:1] if is_box else tiles  # box projections never leave the first tile
+    if is_box:  # which has but the first tile
+        tiles, is_tiled = tiles[:1], is_tiled and box_projections_end()
     if max(tiles) < 0:
         return constant(1.0) if output == "Alpha" else constant(*MISSING_IMAGE, COLOR)
     projection = node.choice("projection", enums.PROJECTIONS)
@@ -85,9 +87,10 @@ def image_texture(node: NodeView, output: str) -> Value:
     )
     vector = texture_vector(node, uv_coordinate)
     suffix = "_ALPHA" if output == "Alpha" else ""
-    if is_tiled and not is_box:
-        return node.emit(f"TILED_IMAGE{suffix}", (vector,), (node.compiler.code.program.tiles(tiles), *parameters))
     normal = node.shading_normal() if is_box else vector_constant(0.0, 0.0, 0.0)
+    if is_tiled:
+        table = node.compiler.code.program.tiles(tiles)
+        return node.emit(f"TILED_IMAGE{suffix}", (vector, normal), (table, *parameters))
     return node.emit(f"IMAGE{suffix}", (vector, normal), (tiles[0], *parameters))
 
 

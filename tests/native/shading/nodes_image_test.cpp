@@ -29,7 +29,7 @@ class TiledImage : public ::testing::Test {
            Interpolation interpolation = Interpolation::CLOSEST) const {
     const int32_t parameters[] = {0, static_cast<int32_t>(interpolation), static_cast<int32_t>(extension),
                                   kStaysMultiplied};
-    return tiled_image_node({scene_, program_, point_, path_, true}, parameters, {u, v, 0.0f});
+    return tiled_image_node({scene_, program_, point_, path_, true}, parameters, {u, v, 0.0f}, {});
   }
 
   MaterialProgram make_program() const {

@@ -12,6 +12,25 @@ struct MathCase {
   float a, b, c, expected;
 };
 
+TEST(NodesMath, EveryIntegerOperationHasItsDefinition) {
+  constexpr float kMost = 2147483648.0f;
+  const MathCase cases[] = {
+      {0, 2.9f, 3.9f, 0.0f, 5.0f},    {1, 2.0f, 3.0f, 0.0f, -1.0f},    {2, -2.0f, 3.0f, 0.0f, -6.0f},
+      {3, -7.0f, 2.0f, 0.0f, -3.0f},  {3, 7.0f, 0.0f, 0.0f, 0.0f},     {4, 2.0f, 3.0f, 4.0f, 10.0f},
+      {5, -2.0f, 0.0f, 0.0f, 2.0f},   {6, -2.0f, 0.0f, 0.0f, 2.0f},    {7, -2.0f, 5.0f, 0.0f, -32.0f},
+      {7, -1.0f, -3.0f, 0.0f, -1.0f}, {7, 2.0f, -1.0f, 0.0f, 0.0f},    {7, 0.0f, 0.0f, 0.0f, 1.0f},
+      {8, 2.0f, 3.0f, 0.0f, 2.0f},    {9, 2.0f, 3.0f, 0.0f, 3.0f},     {10, -5.0f, 0.0f, 0.0f, -1.0f},
+      {11, 5.0f, 2.0f, 0.0f, 3.0f},   {11, -5.0f, 2.0f, 0.0f, -3.0f},  {11, -5.0f, -3.0f, 0.0f, 2.0f},
+      {11, 5.0f, 0.0f, 0.0f, 0.0f},   {12, -7.0f, 2.0f, 0.0f, -4.0f},  {12, 7.0f, 2.0f, 0.0f, 3.0f},
+      {13, -7.0f, 2.0f, 0.0f, -3.0f}, {13, 7.0f, 2.0f, 0.0f, 4.0f},    {13, 7.0f, 0.0f, 0.0f, 0.0f},
+      {14, -5.0f, 3.0f, 0.0f, 1.0f},  {14, 5.0f, -3.0f, 0.0f, -1.0f},  {15, -5.0f, 3.0f, 0.0f, -2.0f},
+      {15, 5.0f, 0.0f, 0.0f, 0.0f},   {16, 12.0f, -18.0f, 0.0f, 6.0f}, {17, -4.0f, 6.0f, 0.0f, 12.0f},
+      {17, 0.0f, 6.0f, 0.0f, 0.0f},   {0, kMost, 1.0f, 0.0f, -kMost},  {0, std::nanf(""), 1.0f, 0.0f, 1.0f},
+  };
+  for (const MathCase& c : cases)
+    EXPECT_EQ(integer_math_node(c.operation, c.a, c.b, c.c), c.expected) << "operation " << c.operation;
+}
+
 TEST(NodesMath, EveryOperationHasItsDefinition) {
   const MathCase cases[] = {
       {0, 2.0f, 3.0f, 0.0f, 5.0f},        {1, 2.0f, 3.0f, 0.0f, -1.0f},       {2, 2.0f, 3.0f, 0.0f, 6.0f},

@@ -81,7 +81,8 @@ TEST(ThinWall, SheetsOfLowIndexReflectAllOfGrazingLight) {
   EXPECT_EQ(optics.reflectance, Rgb(1.0f));
   EXPECT_EQ(optics.transmittance, Rgb(0.0f));
   EXPECT_EQ(sheet_alpha(0.3f, 0.7f), 0.0f);
-  EXPECT_NEAR(sheet_alpha(0.3f, 1.5f), 0.3f * std::sqrt(3.4f * 0.5f / 3.375f), 1e-6f);
+  EXPECT_NEAR(sheet_alpha(0.3f, 1.5f), 0.3f * 3.4f * 0.5f / 3.375f, 1e-6f);
+  EXPECT_NEAR(sheet_alpha(0.3f, 1.5f, true), 0.3f * std::sqrt(3.4f * 0.5f / 3.375f), 1e-6f);
   EXPECT_EQ(sheet_alpha(1.0f, 1000.0f), 1.0f);
 }
 
