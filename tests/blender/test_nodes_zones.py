@@ -117,3 +117,19 @@ def test_of_a_world(empty_scene):
     world.node_tree.links.new(background.inputs["Strength"], grown(world.node_tree, 2))
     (closure,) = compile_world(world, Context()).closures
     assert closure.inputs[2] == pytest.approx((0.75, 0.0, 0.0))
+
+
+def test_an_output_for_cycles_alone_counts(empty_scene):
+    """Blender leaves it out of what it resolves, from 5.1 on; without its help there are no zones."""
+    tree = Tree()
+    tree.output.target = "CYCLES"
+    tree.link(tree.node("ShaderNodeBsdfGlass"), "BSDF", tree.output, "Surface")
+    context = Context()
+    assert [closure.op for closure in tree.compile(context).closures] == ["CLOSURE_GLASS"]
+    emission = tree.node("ShaderNodeEmission")
+    tree.tree.links.new(grown(tree.tree, 2), emission.inputs["Strength"])
+    tree.link(emission, "Emission", tree.output, "Surface")
+    (closure,) = tree.compile(context).closures
+    assert closure.op == "CLOSURE_EMISSION"
+    is_resolved = closure.inputs[2] == pytest.approx((0.75, 0.0, 0.0))
+    assert is_resolved or context.warnings == ["Material 'Test': nodes replaced by their defaults: Repeat Output"]

@@ -147,7 +147,7 @@ def _is_plain_emission(source: Port) -> bool:
 
 
 def _output_port(block: bpy.types.Material | bpy.types.World | bpy.types.Light, idname: str) -> Port | None:
-    scope = scope_of(block)
+    scope = scope_of(block, idname)
     node = active_output(scope.tree, idname)
     return Port(scope, node, socket_named(node.inputs, "Surface")) if node else None
 

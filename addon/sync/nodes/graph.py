@@ -67,9 +67,10 @@ class Scope:
         return self.tree == tree or (self.parent is not None and self.parent._is_inside(tree))
 
 
-def scope_of(block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> Scope:
+def scope_of(block: bpy.types.Material | bpy.types.World | bpy.types.Light, output: str) -> Scope:
     """The tree of a data-block that has one; resolved by Blender from 5.0 on, unless a group of it is broken and
-    nothing needs that.
+    nothing needs that, or the node of type `output` that counts is for Cycles alone, which from 5.1 on Blender leaves
+    out there.
 
     Links through groups, reroutes and muted nodes are then joined: what they carry is converted once, from the first
     socket to the last. Resolved trees are no data-blocks: they live as long as what Blender hands out with them."""
@@ -78,6 +79,9 @@ def scope_of(block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> S
     if resolve is None or not (_is_whole(scope, set()) or _has_zones(block.node_tree)):
         return scope
     resolved = resolve()
+    wanted, found = (active_output(tree, output) for tree in (block.node_tree, resolved.node_tree))
+    if wanted is not None and (found is None or found.target != wanted.target):
+        return scope
     return Scope(resolved.node_tree, owner=resolved)
 
 
