@@ -89,6 +89,16 @@ def radius_is_free_path() -> bool:
     return _HAS_5_2
 
 
+def rough_diffuse_is_dim() -> bool:
+    """Whether light that is reflected more than once between its facets is coloured once too often."""
+    return not _HAS_5_3
+
+
+def glass_is_anisotropic() -> bool:
+    """Whether that of a Principled BSDF is where its metal is."""
+    return _HAS_5_3
+
+
 def thin_glass_is_wide() -> bool:
     """Whether thin walls of glass spread what passes them more, as in the first version that has them."""
     return not _HAS_5_3

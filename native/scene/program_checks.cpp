@@ -70,12 +70,13 @@ ParameterRules parameter_rules(Op op) {
     case Op::MIX_FLOAT:
     case Op::MIX_VECTOR:
     case Op::CLAMP:
+    case Op::CLOSURE_DIFFUSE:
     case Op::CLOSURE_DISPLACEMENT:
     case Op::CLOSURE_SHEEN:
     case Op::CLOSURE_TOON:
       return {kFlag};
     case Op::CLOSURE_PRINCIPLED:
-      return {kFlag, kSubsurface, kFlag, up_to(2)};
+      return {kFlag, kSubsurface, up_to(7), up_to(2)};
     case Op::CLOSURE_SUBSURFACE:
       return {kSubsurface};
     case Op::BUMP:

@@ -26,6 +26,15 @@ Anisotropy make_anisotropy(float alpha_x, float alpha_y, Vec3 tangent, float rot
   return {clamp01(alpha_x), clamp01(alpha_y), tangent};
 }
 
+Anisotropy node_anisotropy(float roughness, float amount, Vec3 tangent, float rotation, Vec3 axis) {
+  constexpr float kIsotropic = 1e-4f, kMost = 0.99f;
+  const float alpha = sqr(clamp01(roughness)), squeeze = 1.0f - std::min(std::abs(amount), kMost);
+  if (!(std::abs(amount) > kIsotropic)) return {alpha, alpha, {}};
+  const float narrow = alpha * squeeze, wide = alpha / squeeze;
+  return amount < 0.0f ? make_anisotropy(wide, narrow, tangent, rotation, axis)
+                       : make_anisotropy(narrow, wide, tangent, rotation, axis);
+}
+
 Anisotropy disney_anisotropy(float roughness, float amount, Vec3 tangent, float rotation, Vec3 axis) {
   const float alpha = sqr(roughness);
   if (amount <= 0.0f) return {alpha, alpha, {}};
@@ -57,8 +66,9 @@ bool is_index_matched(const MicrofacetLobe& lobe) {
   return lobe.transmits && !lobe.is_sheet && std::abs(lobe.ior - 1.0f) < kMatched;
 }
 
-MicrofacetLobe make_refraction(Vec3 n, float roughness, float ior, const SurfacePoint& point, bool reflects) {
-  MicrofacetLobe lobe = make_microfacet(n, sqr(roughness));
+MicrofacetLobe make_refraction(Vec3 n, const Anisotropy& facets, float ior, const SurfacePoint& point, bool reflects) {
+  MicrofacetLobe lobe = make_microfacet(n, 0.0f);
+  set_anisotropy(lobe, facets);
   const float inside = std::max(ior, kMinIor);
   lobe.ior = point.is_backface ? 1.0f / inside : inside;
   lobe.reflects = reflects;

@@ -44,6 +44,8 @@ struct Anisotropy {
   Vec3 tangent;
 };
 Anisotropy make_anisotropy(float alpha_x, float alpha_y, Vec3 tangent, float rotation, Vec3 axis);
+/// Of Glossy and Glass: `amount` in (-1, 1) makes facets wider along the tangent (below 0) or across it.
+Anisotropy node_anisotropy(float roughness, float amount, Vec3 tangent, float rotation, Vec3 axis);
 /// Of Principled and Metallic: `amount` in [0, 1] lowers the aspect ratio to sqrt(1 - 0.9 amount).
 /// [Burley 2012, Physically-Based Shading at Disney, §5.4]
 Anisotropy disney_anisotropy(float roughness, float amount, Vec3 tangent, float rotation, Vec3 axis);
@@ -53,7 +55,7 @@ MicrofacetLobe make_microfacet(Vec3 n, float alpha);
 void set_anisotropy(MicrofacetLobe& lobe, const Anisotropy& anisotropy);
 
 /// Reflection (if `reflects`) and refraction through a surface around a medium of index `ior`; without Fresnel.
-MicrofacetLobe make_refraction(Vec3 n, float roughness, float ior, const SurfacePoint& point, bool reflects);
+MicrofacetLobe make_refraction(Vec3 n, const Anisotropy& facets, float ior, const SurfacePoint& point, bool reflects);
 
 /// Gives the lobe a film where that is thick enough to be one: to a Schlick lobe of a dielectric or to one of a
 /// metal.

@@ -47,7 +47,9 @@ struct Principled {
 };
 
 bool compensates(const int32_t* parameters) { return parameters[0] != 0; }
-bool covers_metal(const int32_t* parameters) { return parameters[2] != 0; }
+bool covers_metal(const int32_t* parameters) { return (parameters[2] & 1) != 0; }
+bool has_anisotropic_glass(const int32_t* parameters) { return (parameters[2] & 2) != 0; }
+bool has_dim_base(const int32_t* parameters) { return (parameters[2] & 4) != 0; }
 bool is_thin(const int32_t* parameters) { return parameters[3] != 0; }
 float sheet_width(const Principled& p, const int32_t* parameters) {
   return sheet_alpha(sqr(p.roughness()), p.ior(), parameters[3] == 2);
@@ -128,8 +130,9 @@ void add_metal(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisot
   add_microfacet(bsdf, lobe, weight, mean);
 }
 
-void add_glass(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const SurfacePoint& point, bool compensate) {
-  MicrofacetLobe lobe = make_refraction(n, p.roughness(), p.ior(), point, true);
+void add_glass(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& facets, Rgb weight, const SurfacePoint& point,
+               bool compensate) {
+  MicrofacetLobe lobe = make_refraction(n, facets, p.ior(), point, true);
   lobe.fresnel = FresnelModel::GENERALIZED_SCHLICK;
   lobe.f0 = saturate(f0_from_ior(p.ior()) * p.specular_tint());
   lobe.f90_or_b = Rgb(1.0f);
@@ -229,7 +232,7 @@ void add_subsurface(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const i
 }
 
 /// In place of what gets below the surface of thick things: a part is reflected and a part comes out on the other side.
-void add_thin_subsurface(Bsdf& bsdf, const Principled& p, Vec3 n, const Remainder& rest) {
+void add_thin_subsurface(Bsdf& bsdf, const Principled& p, Vec3 n, const Remainder& rest, bool is_dim) {
   const Rgb color = p.subsurface() * saturate(p.base_color());
   const float reflected = clamp01(0.5f * (1.0f - p.subsurface_anisotropy()));
   const float passed = clamp01(0.5f * (1.0f + p.subsurface_anisotropy()));
@@ -241,18 +244,19 @@ void add_thin_subsurface(Bsdf& bsdf, const Principled& p, Vec3 n, const Remainde
     add(TranslucentLobe{n}, passed);
     return;
   }
-  const OrenNayarLobe rough = make_oren_nayar(n, bsdf.wo, p.diffuse_roughness(), saturate(p.base_color()));
+  const OrenNayarLobe rough = make_oren_nayar(n, bsdf.wo, p.diffuse_roughness(), saturate(p.base_color()), is_dim);
   add(rough, reflected);
   add(RoughTranslucentLobe{rough}, passed);
 }
 
-void add_base(Bsdf& bsdf, const Principled& p, Vec3 n, const Remainder& rest) {
+void add_base(Bsdf& bsdf, const Principled& p, Vec3 n, const Remainder& rest, bool is_dim) {
   const Rgb base = p.base_color();
   const Rgb color = base * (1.0f - p.subsurface());
   if (p.diffuse_roughness() < kNegligibleWeight)
     add_diffuse(bsdf, LambertLobe{n}, color * rest.weight, color * rest.even);
   else
-    add_diffuse(bsdf, make_oren_nayar(n, bsdf.wo, p.diffuse_roughness(), base), color * rest.weight, color * rest.even);
+    add_diffuse(bsdf, make_oren_nayar(n, bsdf.wo, p.diffuse_roughness(), base, is_dim), color * rest.weight,
+                color * rest.even);
   if (1.0f - rest.unshaded > bsdf.even_shade) {
     bsdf.even_shade = 1.0f - rest.unshaded;
     bsdf.even_normal = n;
@@ -281,19 +285,22 @@ void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* par
     const Vec3 glass_normal = specular_normal(n, point);
     if (is_thin(parameters))
       add_sheet(bsdf, p, glass_normal, transmission * rest.weight, parameters);
-    else
-      add_glass(bsdf, p, glass_normal, transmission * rest.weight, point, compensate);
+    else {
+      const float alpha = sqr(p.roughness());
+      const Anisotropy facets = has_anisotropic_glass(parameters) ? anisotropy : Anisotropy{alpha, alpha, {}};
+      add_glass(bsdf, p, glass_normal, facets, transmission * rest.weight, point, compensate);
+    }
     rest.scale(1.0f - transmission);
   }
   if (is_negligible(rest.weight)) return;
   const float ior = add_specular(bsdf, p, n, anisotropy, rest, compensate, point);
   if (p.subsurface() > kNegligibleWeight) {
     if (is_thin(parameters))
-      add_thin_subsurface(bsdf, p, n, rest);
+      add_thin_subsurface(bsdf, p, n, rest, has_dim_base(parameters));
     else
       add_subsurface(bsdf, p, n, p.subsurface() * rest.weight, parameters, ior, point);
   }
-  add_base(bsdf, p, n, rest);
+  add_base(bsdf, p, n, rest, has_dim_base(parameters));
 }
 
 Rgb principled_emission(std::span<const Vec3> inputs, const SurfacePoint& point) {

@@ -20,7 +20,7 @@ Microfacets microfacets(const int32_t* parameters, bool may_transmit) {
   return wanted == Distribution::ASHIKHMIN_SHIRLEY && !may_transmit ? Microfacets::ASHIKHMIN_SHIRLEY : Microfacets::GGX;
 }
 
-void add_diffuse_closure(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoint& point) {
+void add_diffuse_closure(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
   constexpr float kSmooth = 1e-5f;
   const Vec3 n = closure_normal(in[3], point);
   const Rgb weight = in[0].x * to_rgb(in[1]);
@@ -28,21 +28,13 @@ void add_diffuse_closure(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoin
   if (roughness < kSmooth)
     add_diffuse(bsdf, LambertLobe{n}, weight);
   else
-    add_diffuse(bsdf, make_oren_nayar(n, bsdf.wo, roughness, to_rgb(in[1])), weight);
+    add_diffuse(bsdf, make_oren_nayar(n, bsdf.wo, roughness, to_rgb(in[1]), parameters[0] != 0), weight);
 }
 
 void add_glossy(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
-  constexpr float kIsotropic = 1e-4f, kMaxAnisotropy = 0.99f;
   const Rgb color = non_negative(to_rgb(in[1]));
-  const float alpha = sqr(clamp01(in[2].x));
-  const float anisotropy = std::clamp(in[3].x, -kMaxAnisotropy, kMaxAnisotropy);
-  MicrofacetLobe lobe = make_microfacet(specular_normal(closure_normal(in[5], point), point), alpha);
-  if (std::abs(anisotropy) > kIsotropic) {
-    const float squeeze = 1.0f - std::abs(anisotropy);
-    const float x = anisotropy < 0.0f ? alpha / squeeze : alpha * squeeze;
-    const float y = anisotropy < 0.0f ? alpha * squeeze : alpha / squeeze;
-    set_anisotropy(lobe, make_anisotropy(x, y, in[6], in[4].x, lobe.n));
-  }
+  MicrofacetLobe lobe = make_microfacet(specular_normal(closure_normal(in[5], point), point), 0.0f);
+  set_anisotropy(lobe, node_anisotropy(in[2].x, in[3].x, in[6], in[4].x, lobe.n));
   lobe.microfacets = microfacets(parameters, false);
   std::optional<Rgb> mean;
   if (compensates(parameters)) mean = color;
@@ -51,8 +43,9 @@ void add_glossy(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters,
 
 void add_glass(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
   const Rgb color = non_negative(to_rgb(in[1]));
-  MicrofacetLobe lobe =
-      make_refraction(specular_normal(closure_normal(in[4], point), point), clamp01(in[2].x), in[3].x, point, true);
+  const Vec3 n = specular_normal(closure_normal(in[4], point), point);
+  const Anisotropy facets = node_anisotropy(in[2].x, in[7].x, in[9], in[8].x, n);
+  MicrofacetLobe lobe = make_refraction(n, facets, in[3].x, point, true);
   lobe.microfacets = microfacets(parameters, true);
   lobe.fresnel = FresnelModel::GENERALIZED_SCHLICK;
   lobe.f0 = Rgb(f0_from_ior(lobe.ior));
@@ -66,7 +59,8 @@ void add_glass(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, 
 
 void add_refraction(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
   const Vec3 n = specular_normal(closure_normal(in[4], point), point);
-  MicrofacetLobe lobe = make_refraction(n, in[2].x, in[3].x, point, false);
+  const float alpha = clamp01(sqr(in[2].x));
+  MicrofacetLobe lobe = make_refraction(n, {alpha, alpha, {}}, in[3].x, point, false);
   lobe.microfacets = microfacets(parameters, true);
   add_microfacet(bsdf, lobe, in[0].x * to_rgb(in[1]), {});
 }
@@ -164,7 +158,7 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
     case Op::CLOSURE_PRINCIPLED:
       return add_principled(bsdf, inputs, parameters, point);
     case Op::CLOSURE_DIFFUSE:
-      return add_diffuse_closure(bsdf, inputs, point);
+      return add_diffuse_closure(bsdf, inputs, parameters, point);
     case Op::CLOSURE_GLOSSY:
       return add_glossy(bsdf, inputs, parameters, point);
     case Op::CLOSURE_GLASS:

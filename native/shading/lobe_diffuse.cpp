@@ -17,7 +17,7 @@ float oren_nayar_g(float cos_theta) {
 
 }  // namespace
 
-OrenNayarLobe make_oren_nayar(Vec3 n, Vec3 wo, float roughness, Rgb color) {
+OrenNayarLobe make_oren_nayar(Vec3 n, Vec3 wo, float roughness, Rgb color, bool is_dim) {
   const float sigma = clamp01(roughness);
   OrenNayarLobe lobe;
   lobe.n = n;
@@ -26,7 +26,8 @@ OrenNayarLobe make_oren_nayar(Vec3 n, Vec3 wo, float roughness, Rgb color) {
   const Rgb albedo = max(Rgb(0.0f), min(Rgb(1.0f), color));
   const float average_albedo = lobe.a * kPi + (2.0f * kPi - 5.6f) / 3.0f * lobe.b;
   const float escaping = average_albedo / (1.0f - average_albedo);
-  const Rgb scale = kInvPi * escaping * albedo * albedo / (Rgb(1.0f) - albedo * (1.0f - average_albedo));
+  const Rgb further = is_dim ? albedo * albedo : albedo;
+  const Rgb scale = kInvPi * escaping * further / (Rgb(1.0f) - albedo * (1.0f - average_albedo));
   const float albedo_o = lobe.a * kPi + lobe.b * oren_nayar_g(std::max(dot(n, wo), 0.0f));
   lobe.multi_scatter = scale * (1.0f - albedo_o);
   return lobe;

@@ -32,8 +32,9 @@ inline std::optional<Vec3> sample_lobe(const TranslucentLobe& lobe, Vec3, float,
 
 /// Oren-Nayar in Fujii's form, with the light that bounces more than once between facets of that `color` added back.
 /// [Fujii 2012, A tiny improvement of Oren-Nayar reflectance model], [OpenPBR 1.1, diffuse reflection]. `roughness` in
-/// [0, 1]. The lobe's weight holds the colour of the first bounce. Density: cosine.
-OrenNayarLobe make_oren_nayar(Vec3 n, Vec3 wo, float roughness, Rgb color);
+/// [0, 1]. The lobe's weight holds the colour of the first bounce. `is_dim`: further bounces are coloured once too
+/// often, as in Cycles before 5.3. Density: cosine.
+OrenNayarLobe make_oren_nayar(Vec3 n, Vec3 wo, float roughness, Rgb color, bool is_dim = false);
 LobeEvaluation evaluate_lobe(const OrenNayarLobe& lobe, Vec3 wo, Vec3 wi);
 inline std::optional<Vec3> sample_lobe(const OrenNayarLobe& lobe, Vec3, float, Vec2 u) {
   return Frame(lobe.n).to_world(square_to_cosine_hemisphere(u));

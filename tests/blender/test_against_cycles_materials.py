@@ -144,6 +144,38 @@ def test_closure(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+SQUEEZED = {"Roughness": 0.35, "IOR": 1.3}
+ANISOTROPIC_GLASS = {
+    "GGX": distribution("ShaderNodeBsdfGlass", "GGX", Anisotropy=0.6, Rotation=0.1, **SQUEEZED),
+    "GGX, compensated": distribution("ShaderNodeBsdfGlass", "MULTI_GGX", Anisotropy=-0.5, **SQUEEZED),
+    "Beckmann": distribution("ShaderNodeBsdfGlass", "BECKMANN", Anisotropy=0.6, **SQUEEZED),
+    "Principled": simple(
+        "ShaderNodeBsdfPrincipled", Transmission_Weight=1.0, Anisotropic=0.9, Anisotropic_Rotation=0.2, **SQUEEZED
+    ),
+}
+
+
+def anisotropy_of(surface: bpy.types.Material) -> bpy.types.NodeSocket:
+    return next(s for node in surface.node_tree.nodes for s in node.inputs if s.name in ("Anisotropy", "Anisotropic"))
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 3, 0), reason="glass is anisotropic from Blender 5.3 on")
+@pytest.mark.parametrize("case", marked(ANISOTROPIC_GLASS, {"GGX, compensated", "Beckmann"}))
+def test_anisotropic_glass(empty_scene: bpy.types.Scene, case: str) -> None:
+    """And without anisotropy it is another, which is seen where it is strong."""
+    surface = build.material("ball", ANISOTROPIC_GLASS[case])
+    build.stage(empty_scene, surface)
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        anisotropy_of(surface).default_value = 0.0
+
+    if case != "GGX":
+        return
+    assert not compare_with_cycles(empty_scene, plant=plant).agrees
+
+
 @pytest.mark.parametrize(("case", "other"), [("Beckmann", "GGX"), ("velvet", "MICROFIBER")])
 def test_other_distributions_are_seen(empty_scene: bpy.types.Scene, case: str, other: str) -> None:
     surface = build.material("ball", CLOSURES[case])

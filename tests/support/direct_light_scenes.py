@@ -56,7 +56,7 @@ def leaning_lobes(see_through: bool = False) -> core.MaterialProgram:
     p.closure("CLOSURE_DIFFUSE", [p.constant(0.2), p.constant(0.3, 0.3, 0.9), zero, p.constant(-0.9, 0.0, 0.436)])
     if see_through:
         clear = [p.constant(0.2), p.constant(1, 1, 1), zero, p.constant(1.45)]
-        p.closure("CLOSURE_GLASS", [*clear, p.emit("NORMAL"), zero, zero], [1])
+        p.closure("CLOSURE_GLASS", [*clear, p.emit("NORMAL"), zero, zero, zero, zero, p.constant(0.0, 0.0, 0.0)], [1])
     else:
         p.closure("CLOSURE_TRANSLUCENT", [p.constant(0.2), p.constant(0.5, 0.9, 0.5), p.emit("NORMAL")])
     return p

@@ -168,7 +168,7 @@ def _flatten_surface(compiler: Compiler, surface: Port) -> None:
 
 def _diffuse(compiler: Compiler, rgb: Sequence[float]) -> None:
     normal = compiler.code.emit("NORMAL")
-    compiler.code.closure("CLOSURE_DIFFUSE", (ONE, constant(*rgb, COLOR), constant(0.0), normal))
+    compiler.code.closure("CLOSURE_DIFFUSE", (ONE, constant(*rgb, COLOR), constant(0.0), normal), (0,))
 
 
 def _emit(compiler: Compiler, rgb: Sequence[float]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..versions import films_cover_metal, thin_glass_is_wide
+from ..versions import films_cover_metal, glass_is_anisotropic, rough_diffuse_is_dim, thin_glass_is_wide
 from .compiler import Compiler, NodeView, closure_node, flatten_shader, volume_node
 from .enums import CLAMP_TYPES, DISTRIBUTIONS, SHEEN_DISTRIBUTIONS, SUBSURFACE_METHODS, TOON_COMPONENTS
 from .instructions import COLOR, VECTOR, Value, constant
@@ -51,9 +51,10 @@ def principled(node: NodeView, weight: Value) -> None:
     ]
     multiple_scattering = node.node.distribution == "MULTI_GGX"
     method = node.choice("subsurface_method", SUBSURFACE_METHODS)
+    layers = int(films_cover_metal()) + 2 * int(glass_is_anisotropic()) + 4 * int(rough_diffuse_is_dim())
     thin_wall = 2 if thin_glass_is_wide() else 1
     for share, wall in ((thick, 0), (node.math("SUBTRACT", ONE, thick), thin_wall)):
-        parameters = (int(multiple_scattering), method, int(films_cover_metal()), wall)
+        parameters = (int(multiple_scattering), method, layers, wall)
         node.compiler.code.closure("CLOSURE_PRINCIPLED", (node.math("MULTIPLY", weight, share), *inputs), parameters)
 
 
@@ -111,7 +112,7 @@ def _distribution(node: NodeView) -> tuple[int]:
 @closure_node("ShaderNodeBsdfDiffuse")
 def diffuse(node: NodeView, weight: Value) -> None:
     inputs = (weight, *node.values("Color, Roughness"), node.normal())
-    node.compiler.code.closure("CLOSURE_DIFFUSE", inputs)
+    node.compiler.code.closure("CLOSURE_DIFFUSE", inputs, (int(rough_diffuse_is_dim()),))
 
 
 @closure_node("ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfGlossy")
@@ -124,7 +125,9 @@ def glossy(node: NodeView, weight: Value) -> None:
 
 @closure_node("ShaderNodeBsdfGlass")
 def glass(node: NodeView, weight: Value) -> None:
-    inputs = (weight, *node.values("Color, Roughness, IOR"), node.normal(), *_thin_film(node))
+    anisotropy = node.value("Anisotropy")
+    inputs = (weight, *node.values("Color, Roughness, IOR"), node.normal(), *_thin_film(node), anisotropy)
+    inputs = (*inputs, node.value("Rotation"), _tangent(node, anisotropy))  # from Blender 5.3 on
     node.compiler.code.closure("CLOSURE_GLASS", inputs, _distribution(node))
 
 
@@ -197,4 +200,4 @@ def unsupported(node: NodeView, weight: Value) -> None:
     if output == "Volume" or (node.port("Color") is None and node.port("Base Color") is None):
         return
     color = node.value("Color") if node.port("Color") else node.value("Base Color")
-    node.compiler.code.closure("CLOSURE_DIFFUSE", (weight, color, constant(0.0), node.shading_normal()))
+    node.compiler.code.closure("CLOSURE_DIFFUSE", (weight, color, constant(0.0), node.shading_normal()), (0,))

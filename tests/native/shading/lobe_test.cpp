@@ -457,6 +457,13 @@ TEST(Lobe, OrenNayarConservesEnergyAndTendsToLambert) {
     EXPECT_NEAR(albedo_of(0.001f, Rgb(1.0f)), 1.0, 2e-3);
     EXPECT_NEAR(albedo_of(1.0f, Rgb(1.0f)), 1.0, 0.01);  // white stays white
     EXPECT_LT(albedo_of(1.0f, Rgb(0.0f)), 0.98);         // planted bug: no further bounces
+    // Light that bounces twice is coloured twice, and once of these by the lobe's weight.
+    const auto further = [&](float color, bool is_dim) {
+      const OrenNayarLobe lobe = make_oren_nayar(kTestNormal, wo, 1.0f, Rgb(color), is_dim);
+      return lobe.multi_scatter.g / make_oren_nayar(kTestNormal, wo, 1.0f, Rgb(1.0f)).multi_scatter.g;
+    };
+    EXPECT_NEAR(further(1e-3f, false) / further(2e-3f, false), 0.5f, 1e-3f);
+    EXPECT_NEAR(further(1e-3f, true) / further(2e-3f, true), 0.25f, 1e-3f);
   }
 }
 
