@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import settings, volumes
+from . import settings, unshared
 from .bake_types import BakeType, find_type
 from .progress import Span
 from .session_render import Moments, RenderFailedError, SessionRender
@@ -157,8 +157,8 @@ class BakeRender(SessionRender):
         )
         scene = kept.scene.builder.snapshot()
         arguments = settings.bake_settings(self.core, self.depsgraph, size, list(bake_type.core_passes))
-        of_volume = volumes.warning(scene.volume_name, arguments)
-        for warning in [*scene.warnings, *([of_volume] if of_volume else [])]:
+        of_path_tracing = unshared.warning(scene, arguments)
+        for warning in [*scene.warnings, *([of_path_tracing] if of_path_tracing else [])]:
             self.figures.warn_once(warning)
         read = self.rendered(arguments, Moments(scene, cache=kept.cache), Span(0.0, 1.0))
         return np.concatenate([bake_type.color(read), read("Combined")[..., 3:]], axis=2)

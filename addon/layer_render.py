@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from . import cryptomatte, denoise, passes, report, settings, shadow_catchers, view_modes, volumes
+from . import cryptomatte, denoise, passes, report, settings, shadow_catchers, unshared, view_modes
 from .progress import Span
 from .session_render import Look, Moments, SessionRender
 from .shadow_catchers import ShadowPlan
@@ -23,7 +23,7 @@ from .views import place_view_camera, view_names
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from cistern_core import SceneBuilder
+    from cistern_core import Scene, SceneBuilder
 
     from .engine import CisternEngine
     from .sync import SyncReport
@@ -124,7 +124,7 @@ class LayerRender(SessionRender):
                     place_view_camera(self.engine, self.depsgraph, builder)
             scene = self.snapshot(exported.builder)
             others = [self.snapshot(builder, middle=scene) for builder in builders[1:]]
-            self.warn_of_volume(scene.volume_name)
+            self.warn_of_path_tracing(scene)
             for warning in scene.warnings:
                 self.figures.warn_once(warning)
             self.render_view(Moments(scene, tuple(others)), view, Span(index / len(views), 1 / len(views)))
@@ -205,8 +205,8 @@ class LayerRender(SessionRender):
                 f"View layer '{self.layer_name}': shader AOV '{name}' is left out, since another pass has this name"
             )
 
-    def warn_of_volume(self, name: str) -> None:
-        warning = volumes.warning(name, self.arguments)
+    def warn_of_path_tracing(self, scene: Scene) -> None:
+        warning = unshared.warning(scene, self.arguments)
         if warning is not None:
             self.figures.warn_once(warning)
 

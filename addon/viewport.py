@@ -12,7 +12,7 @@ from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from . import settings, volumes
+from . import settings, unshared
 from .viewport_camera import View, viewport_view
 from .viewport_draw import Screen
 from .viewport_render import Job, ViewportRender
@@ -133,7 +133,7 @@ class Viewport:
         arguments["passes"] = tuple(arguments["passes"])
         limits = settings.viewport_limits(scene)
         found = (
-            volumes.warning(self._snapshot.volume_name, arguments),
+            unshared.warning(self._snapshot, arguments),
             settings.take_out_deaf_threshold(self._core, scene, arguments, limits),
         )
         self._scene_warnings = [*self._snapshot.warnings, *(warning for warning in found if warning is not None)]

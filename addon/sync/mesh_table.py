@@ -165,6 +165,11 @@ class MeshTable:
             arrays = curve_arrays(obj.data, self._wanted_attributes)
             return self._place_strands(arrays, f"Curves '{obj.data.name}'", obj.data.name, owner)
         if isinstance(obj.data, bpy.types.PointCloud):
+            if getattr(obj.data, "type", "POINTS") == "GAUSSIAN_SPLAT":
+                self._report.warn(
+                    f"Point cloud '{obj.data.name}': Gaussian splats are not supported, they are left out"
+                )
+                return None
             arrays = point_arrays(obj.data, self._wanted_attributes)
             return self._place_strands(arrays, f"Point cloud '{obj.data.name}'", obj.data.name, owner)
         key = (owner, self._counts[owner])

@@ -428,6 +428,7 @@ void bind_scene_builder(py::module_& m) {
       .def_property_readonly("triangle_count", &SceneHandle::triangle_count)
       .def_property_readonly("instance_count", &SceneHandle::instance_count)
       .def_property_readonly("volume_name", &SceneHandle::volume_name)
+      .def_property_readonly("dispersive_name", &SceneHandle::dispersive_name)
       .def_property_readonly("has_shadow_catchers",
                              [](const SceneHandle& handle) { return has_shadow_catchers(*handle.scene); })
       .def(

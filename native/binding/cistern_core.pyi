@@ -274,6 +274,9 @@ class Scene:
     def volume_name(self) -> str:
         """Of a material with participating media that is in use; empty without any."""
     @property
+    def dispersive_name(self) -> str:
+        """Of a material in use that refracts light by its wavelength; empty without any."""
+    @property
     def warnings(self) -> list[str]:
         """Of vertices that displacement could not move."""
     @property

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "scene/scene.h"
+#include "shading/dispersion.h"
 #include "transport/media.h"
 
 namespace cistern::binding {
@@ -19,6 +20,7 @@ struct SceneHandle {
   }
   /// Name of a material with a volume, empty without any.
   std::string volume_name() const { return Media::find_name(*scene); }
+  std::string dispersive_name() const { return find_dispersive_material(*scene); }
   /// What `change` makes of the snapshot; it brings no warnings of its own.
   SceneHandle with(Scene (*change)(const Scene&)) const { return {std::make_shared<const Scene>(change(*scene)), {}}; }
   size_t instance_count() const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "shading/dispersion.h"
 #include "transport/camera_ray.h"
 
 namespace cistern {
@@ -63,6 +64,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             guiding ? guiding->use() : nullptr,
             surfaces != nullptr,
             media.get(),
+            !find_dispersive_material(*scene).empty(),
             scene->has_shadow_links(),
             wants_kinds(settings),
             static_cast<size_t>(settings.light_groups),

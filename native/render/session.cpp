@@ -17,6 +17,7 @@
 #include "render/sharing_trial.h"
 #include "scene/scene_memory.h"
 #include "scene/surface_sheet.h"
+#include "shading/dispersion.h"
 #include "transport/camera_ray.h"
 #include "transport/media.h"
 
@@ -59,6 +60,11 @@ double seconds_since(std::chrono::steady_clock::time_point t) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
 }
 
+/// Whether techniques of reuse know all that paths meet.
+bool can_share(const Scene& scene) {
+  return Media::find_name(scene).empty() && find_dispersive_material(scene).empty();
+}
+
 }  // namespace
 
 Session::Session(Settings settings) : settings_(std::move(settings)) {
@@ -82,7 +88,7 @@ void Session::start(std::shared_ptr<const Scene> scene, std::shared_ptr<RenderCa
   if (was_started_) throw Error("session", "was started already; make a new one for another render");
   was_started_ = true;
   check_sheet(*scene, settings_);
-  if (!Media::find_name(*scene).empty()) settings_ = settings_.by_path_tracing();
+  if (!can_share(*scene)) settings_ = settings_.by_path_tracing();
   if (settings_.noise_threshold > 0.0 && !settings_.tells_noise())
     throw Error("noise_threshold", "needs frames that are independent of each other, without temporal reuse");
   scene_ = std::move(scene);
@@ -99,7 +105,7 @@ bool Session::can_blur_motion(const Settings& settings) {
 }
 
 void Session::start(std::shared_ptr<const Shutter> shutter, std::shared_ptr<RenderCache> cache) {
-  if (Media::find_name(*shutter->middle()).empty() && !can_blur_motion(settings_))
+  if (can_share(*shutter->middle()) && !can_blur_motion(settings_))
     throw Error("motion blur",
                 "needs frames that keep no samples: indirect 'PATH' or 'CELL_SHARED' without temporal "
                 "reuse, and light by 'NEE', 'RIS' or 'LEARNED'");

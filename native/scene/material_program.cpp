@@ -25,6 +25,7 @@ enum Principled : size_t {
   kPrincipledEmissionColor = 23,
   kPrincipledEmissionStrength = 24,
   kPrincipledSubsurfaceRadius = 25,
+  kPrincipledInverseAbbe = 31,
 };
 
 std::span<const Operand> operands_of(const MaterialProgram& program, const Instruction& instruction) {
@@ -82,6 +83,13 @@ bool may_emit_light(const MaterialProgram& p, const Instruction& closure) {
   return !is_zero_float(p, in[0]) && !is_constant_zero(p, in[color]) && !is_zero_float(p, in[strength]);
 }
 
+/// Whether the closure refracts light by its wavelength.
+bool may_disperse(const MaterialProgram& p, const Instruction& closure) {
+  if (closure.op != Op::CLOSURE_PRINCIPLED || is_thin(closure)) return false;
+  const std::span<const Operand> in = operands_of(p, closure);
+  return !is_zero_float(p, in[kPrincipledTransmission]) && !is_zero_float(p, in[kPrincipledInverseAbbe]);
+}
+
 /// Whether the closure refracts, and is smooth enough for a delta lobe wherever it is.
 bool refracts_clearly(const MaterialProgram& p, const Instruction& closure) {
   constexpr float kRoughness = 0.0035f;  // kDeltaAlphaProduct is above its fourth power
@@ -89,7 +97,7 @@ bool refracts_clearly(const MaterialProgram& p, const Instruction& closure) {
   size_t roughness = 2;
   if (closure.op == Op::CLOSURE_PRINCIPLED) {
     roughness = kPrincipledRoughness;
-    if (is_thin(closure) || is_zero_float(p, in[kPrincipledTransmission])) return false;
+    if (is_thin(closure) || is_zero_float(p, in[kPrincipledTransmission]) || may_disperse(p, closure)) return false;
   } else if (closure.op != Op::CLOSURE_GLASS && closure.op != Op::CLOSURE_REFRACTION) {
     return false;
   }
@@ -307,7 +315,7 @@ void finish_program(MaterialProgram& program, int image_count) {
 
   program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
   program.reads_light_path = program.tells_scattered_rays = program.counts_bounces = program.reads_camera = false;
-  program.may_be_pane = false;
+  program.may_be_pane = program.disperses = false;
   program.depends_on_view = program.lobes_depend_on_view = program.has_subsurface = program.looks_at_own_object = false;
   program.emission_is_constant = true;
   program.constant_emission = {};
@@ -326,6 +334,7 @@ void finish_program(MaterialProgram& program, int image_count) {
     if (!describe(op).is_closure) continue;
     program.may_be_transparent |= may_pass_light(program, instruction);
     program.may_be_pane |= refracts_clearly(program, instruction);
+    program.disperses |= may_disperse(program, instruction);
     if (!may_emit_light(program, instruction)) continue;
     program.may_emit = true;
     if (!add_constant_emission(program, instruction, program.constant_emission)) program.emission_is_constant = false;

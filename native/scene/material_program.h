@@ -116,6 +116,7 @@ struct MaterialProgram {
   bool may_be_transparent = false;                       // a shadow ray may pass: has transparent / alpha closures
   /// Has lobes that refract without any roughness, the same whatever the path: see transport/clear_panes.h.
   bool may_be_pane = false;
+  bool disperses = false;  // refracts light by its wavelength
   bool may_emit = false;
   bool emission_is_constant = false;  // no emission operand depends on the hit: `constant_emission` is exact
   Vec3 constant_emission;

@@ -149,10 +149,10 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // 9 specular ior level, 10 specular tint c, 11 anisotropic, 12 anisotropic rotation, 13 tangent v, 14 transmission weight,
     // 15 coat weight, 16 coat roughness, 17 coat ior, 18 coat tint c, 19 coat normal v, 20 sheen weight, 21 sheen roughness,
     // 22 sheen tint c, 23 emission colour c, 24 emission strength, 25 subsurface radius v, 26 subsurface scale, 27 subsurface ior,
-    // 28 subsurface anisotropy, 29 thin film thickness in nm, 30 its ior; [1 = multiple-scattering GGX, 0 = plain GGX; 0 BURLEY,
+    // 28 subsurface anisotropy, 29 thin film thickness in nm, 30 its ior, 31 dispersion: inverse Abbe number; [1 = multiple-scattering GGX, 0 = plain GGX; 0 BURLEY,
     // walked as 1 RANDOM_WALK_LEGACY, 2 RANDOM_WALK_SKIN, 3 RANDOM_WALK; 1 = the film covers metal too, 2 = glass is anisotropic, too, 4 = rough diffuse reflection is dim, below; 1 = thin walls,
     // 2 = with what passes them as wide as in Blender 5.2]
-    {"CLOSURE_PRINCIPLED", "fcffffvfffcffvffffcvffccfvfffff", 0, 4, true},
+    {"CLOSURE_PRINCIPLED", "fcffffvfffcffvffffcvffccfvffffff", 0, 4, true},
     {"CLOSURE_DIFFUSE", "fcfv", 0, 1, true},          // weight, colour, roughness, normal; [1 = dim as before Blender 5.3]
     // weight, colour, roughness, anisotropy, rotation, normal, tangent; [distribution: 0 GGX 1 MULTI_GGX 2 BECKMANN 3 ASHIKHMIN_SHIRLEY]
     {"CLOSURE_GLOSSY", "fcfffvv", 0, 1, true},

@@ -149,6 +149,8 @@ struct Bsdf {
   RoughSampling rough_sampling = RoughSampling::BSDF;
   GlossLimits gloss;                    // of the path, for those who add lobes
   uint8_t ray_kind = kVisibleToCamera;  // the same: PathState::ray_kind
+  bool disperses = false;               // refracts light by its wavelength: it is the BSDF of that of the path
+  float wavelength = 0.0f;              // the same: PathState::wavelength
   /// Where light is thought to come from, or null. Lobes that are not narrow then take kGuideShare of their directions
   /// from it, as far as they could have been their own: elsewhere its density counts as 0. Lives longer than the Bsdf.
   const DirectionHistogram* guide = nullptr;

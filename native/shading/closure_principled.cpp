@@ -3,6 +3,7 @@
 // [OpenPBR 1.1] describes the same stack; the order of factors follows Cycles. Of thin walls, as Cycles 5.2 has them,
 // glass is a sheet with both its faces, and what would get below the surface leaves on either side.
 #include "shading/closure_parts.h"
+#include "shading/dispersion.h"
 #include "shading/fresnel.h"
 #include "shading/thin_sheet.h"
 
@@ -44,6 +45,7 @@ struct Principled {
   float subsurface_ior() const { return scalar(27); }
   float subsurface_anisotropy() const { return scalar(28); }
   ThinFilm film() const { return {scalar(29), scalar(30)}; }
+  float inverse_abbe() const { return std::max(scalar(31), 0.0f); }
 };
 
 bool compensates(const int32_t* parameters) { return parameters[0] != 0; }
@@ -132,13 +134,18 @@ void add_metal(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& anisot
 
 void add_glass(Bsdf& bsdf, const Principled& p, Vec3 n, const Anisotropy& facets, Rgb weight, const SurfacePoint& point,
                bool compensate) {
-  MicrofacetLobe lobe = make_refraction(n, facets, p.ior(), point, true);
+  float ior = p.ior();
+  if (p.inverse_abbe() > 0.0f && bsdf.wavelength > 0.0f) {
+    bsdf.disperses = true;
+    ior = dispersed_ior(ior, p.inverse_abbe(), bsdf.wavelength);
+  }
+  MicrofacetLobe lobe = make_refraction(n, facets, ior, point, true);
   lobe.fresnel = FresnelModel::GENERALIZED_SCHLICK;
   lobe.f0 = saturate(f0_from_ior(p.ior()) * p.specular_tint());
   lobe.f90_or_b = Rgb(1.0f);
   const Rgb base = saturate(p.base_color());
   lobe.transmission_tint = {std::sqrt(base.r), std::sqrt(base.g), std::sqrt(base.b)};  // passed twice: in and out
-  put_film_around(lobe, p.film(), p.ior(), point);
+  put_film_around(lobe, p.film(), ior, point);
   std::optional<Rgb> mean;
   if (compensate) mean = mean_schlick_reflectance(lobe);
   add_microfacet(bsdf, lobe, weight, mean);

@@ -95,6 +95,7 @@ Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const Path
   bsdf.wo = point.wo;
   bsdf.gloss = path.gloss;
   bsdf.ray_kind = path.ray_kind;
+  bsdf.wavelength = path.wavelength;
   const MaterialProgram* program = find_program(scene, point.material);
   if (program == nullptr) return bsdf;
   bsdf.corrects_bumps = program->corrects_bumps;

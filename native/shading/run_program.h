@@ -9,7 +9,7 @@
 
 namespace cistern {
 
-inline constexpr size_t kMaxInputs = 31;  // of CLOSURE_PRINCIPLED
+inline constexpr size_t kMaxInputs = 32;  // of CLOSURE_PRINCIPLED; bits of Instruction::register_inputs
 
 inline bool is_closure(Op op) { return op >= Op::CLOSURE_PRINCIPLED; }
 

@@ -24,6 +24,7 @@ struct PathState {
   uint16_t depth = 0, diffuse_depth = 0, glossy_depth = 0, transmission_depth = 0, transparent_depth = 0;
   uint16_t portal_depth = 0;  // of the transparent ones those with a ray portal
   float ray_length = 0.0f;    // of the arriving segment
+  float wavelength = 0.0f;    // micrometres, that of which dispersion makes the path one; 0: none does
   GlossLimits gloss;
 
   void set_receiver(uint8_t set) { light_set = set & 0x7f; }

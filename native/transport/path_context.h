@@ -75,6 +75,8 @@ struct PathContext {
   bool record_seen = false;
   /// Null: there are none.
   const Media* media = nullptr;
+  /// Whether materials may bend light by its wavelength. Paths are not captured then.
+  bool disperses = false;
   /// Scene::has_shadow_links.
   bool has_shadow_links = false;
   /// Whether light is also wanted by kinds of scattering: LightByKind, and what PathCapture has of that.

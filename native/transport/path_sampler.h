@@ -33,6 +33,7 @@ class PathSampler {
 
   Vec2 filter() { return point_of(FILTER).pair; }
   Vec2 lens() { return point_of(LENS).pair; }
+  float wavelength() { return is_sobol_ ? point_of(FILTER).third : rng_.next_float(); }
 
   /// Which light, with all bits of a double, since there may be millions; and which point of it.
   struct LightNumbers {

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "base/warp.h"
+#include "shading/dispersion.h"
 #include "shading/displaced_normal.h"
 #include "shading/material.h"
 #include "transport/camera_ray.h"
@@ -49,6 +50,10 @@ class Walk {
       capture_.out = capture;
       capture->clear();
     }
+    if (context.disperses) {
+      wavelength_ = sample_wavelength(sampler.wavelength());
+      state_.wavelength = wavelength_.micrometres;
+    }
     if constexpr (Kind::splits) start_parts();
     if constexpr (Kind::has_media)
       media_.stack = context.media->around(context.accel, ray.origin + ray.t_min * ray.direction);
@@ -89,6 +94,7 @@ class Walk {
     NestedCellKey cell = kNoNestedCell;
     if constexpr (Kind::learns) cell = guide_cell(context_, point);
     Bsdf bsdf = evaluate_material(context_.scene, point, state_, &context_.accel);
+    if (bsdf.disperses) keep_one_wavelength();
     if constexpr (Kind::captures) {
       if (can_be_visible_point(bsdf)) bsdf.rough_sampling = capture_.out->rough_sampling;
     }
@@ -130,6 +136,11 @@ class Walk {
       if (bsdf.count > 0) add_light_samples(point, bsdf, p_of_mis);
     }
     return continue_path(point, bsdf, p_scatter);
+  }
+
+  /// From the first surface on that disperses light, what is found is that of a single wavelength.
+  [[gnu::noinline]] void keep_one_wavelength() {
+    if (!std::exchange(has_one_wavelength_, true)) scale_by_chance(wavelength_.weight, 1.0f);
   }
 
   /// At the point that a pixel of a sheet shows: what is transparent there shows nothing, and no path goes on behind
@@ -387,7 +398,9 @@ class Walk {
   float travelled_ = 0.0f;     // from there to the ray's origin
   bool last_segment_ = false;  // a bounce limit is reached: only light met directly still counts
   bool features_done_ = false;
-  bool sees_film_ = true;  // the film may be transparent for this ray: from the camera, or through clear glass
+  bool has_one_wavelength_ = false;
+  WavelengthSample wavelength_{};  // where the context disperses
+  bool sees_film_ = true;          // the film may be transparent for this ray: from the camera, or through clear glass
 };
 
 }  // namespace cistern

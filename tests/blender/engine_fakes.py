@@ -160,7 +160,7 @@ class FakeSession:
         return np.broadcast_to(np.array(CONSTANTS[name], np.float32), (height, width, len(CONSTANTS[name])))
 
 
-SNAPSHOT = SimpleNamespace(volume_name="", warnings=[], has_shadow_catchers=False)
+SNAPSHOT = SimpleNamespace(volume_name="", dispersive_name="", warnings=[], has_shadow_catchers=False)
 
 
 class FakeExport:

@@ -50,7 +50,7 @@ class StillSync:
         self.diced.append((len(self.cameras), (width, height), view))
 
     def snapshot(self):
-        return SimpleNamespace(volume_name=self.volume_name, warnings=[], has_shadow_catchers=False)
+        return SimpleNamespace(volume_name=self.volume_name, dispersive_name="", warnings=[], has_shadow_catchers=False)
 
     def close(self):
         self.changes.append("closed")

@@ -1,11 +1,13 @@
 """Scenes with volumes from Blender: which techniques they are rendered by, and what users are told."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
 
 import addon
-from addon import volumes
+from addon import unshared
 from tests.support import blender_scenes as build
 from tests.support.engines import prepare, render
 
@@ -76,8 +78,12 @@ def test_motion_blur(foggy_scene: bpy.types.Scene) -> None:
 
 def test_warning_is_about_reuse() -> None:
     plain = {"direct": "NEE", "secondary": "NEE", "indirect": "PATH"}
-    assert volumes.warning("Fog", plain) is None
-    assert volumes.warning("Fog", plain | {"direct": "LEARNED", "indirect": "CELL_SHARED"}) is None
-    assert volumes.warning("", plain | {"direct": "RIS"}) is None
+    fog = SimpleNamespace(volume_name="Fog", dispersive_name="")
+    prism = SimpleNamespace(volume_name="", dispersive_name="Prism")
+    clear = SimpleNamespace(volume_name="", dispersive_name="")
+    assert unshared.warning(fog, plain) is None
+    assert unshared.warning(fog, plain | {"direct": "LEARNED", "indirect": "CELL_SHARED"}) is None
+    assert unshared.warning(clear, plain | {"direct": "RIS"}) is None
     for change in ({"direct": "RIS"}, {"indirect": "WORLD_REUSE"}, {"indirect": "CELL_SHARED", "bias": "FAST"}):
-        assert "Fog" in volumes.warning("Fog", plain | change)
+        assert "'Fog' has a volume" in unshared.warning(fog, plain | change)
+        assert "'Prism' has dispersion" in unshared.warning(prism, plain | change)

@@ -35,6 +35,7 @@ def principled(
         value.get("transmission", zero), value.get("coat", zero), value.get("coat_roughness", zero),
         p.constant(1.5), white, normal, value.get("sheen", zero), p.constant(0.5), white, white, p.constant(emission),
         normal, zero, one, zero, value.get("film", zero), value.get("film_ior", p.constant(1.33)),
+        value.get("inverse_abbe", zero),
     ]  # fmt: skip
     p.closure("CLOSURE_PRINCIPLED", operands, [int(multiscatter), 0, 1, int(is_thin)])
     return p

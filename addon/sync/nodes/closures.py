@@ -48,6 +48,7 @@ def principled(node: NodeView, weight: Value) -> None:
         node.math("MAXIMUM", value("Emission Strength"), constant(0.0)),  # Cycles emits nothing below 0
         *_subsurface(node),
         *_thin_film(node),
+        _inverse_abbe(node),
     ]
     multiple_scattering = node.node.distribution == "MULTI_GGX"
     method = node.choice("subsurface_method", SUBSURFACE_METHODS)
@@ -70,6 +71,7 @@ def new_principled(compiler: Compiler) -> None:
         *(zero, half, white, white, zero),  # sheen, emission
         *NO_SUBSURFACE,
         *NO_FILM,
+        zero,  # dispersion
     ]
     compiler.code.closure("CLOSURE_PRINCIPLED", inputs, (1, 0, 0, 0))
 
@@ -98,6 +100,17 @@ def _thin_film(node: NodeView) -> tuple[Value, ...]:
     """Thickness and index, which is not read where there is no film."""
     thickness = node.value("Thin Film Thickness")
     return NO_FILM if thickness.constant == (0.0, 0.0, 0.0) else (thickness, node.value("Thin Film IOR"))
+
+
+def _inverse_abbe(node: NodeView) -> Value:
+    """Of the dispersion of glass, which Blender has from 5.3 on."""
+    scale = node.value("Transmission Dispersion Scale")
+    if scale.constant == (0.0, 0.0, 0.0):
+        return constant(0.0)
+    bounded = node.math("MINIMUM", node.math("MAXIMUM", scale, constant(0.0)), ONE)
+    return node.math(
+        "DIVIDE", bounded, node.math("MAXIMUM", node.value("Transmission Dispersion Abbe Number"), constant(0.0))
+    )
 
 
 def _thick_wall(node: NodeView) -> Value:

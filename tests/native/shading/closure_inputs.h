@@ -53,6 +53,7 @@ enum PrincipledInput {
   SUBSURFACE_ANISOTROPY,
   FILM,
   FILM_IOR,
+  INVERSE_ABBE,
   PRINCIPLED_INPUTS
 };
 using Inputs = std::vector<Vec3>;

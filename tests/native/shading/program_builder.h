@@ -10,9 +10,9 @@ namespace cistern::test {
 
 /// Operands of CLOSURE_PRINCIPLED as a new node has them; normals and tangent are 0, which closures take as "the
 /// shading normal".
-inline const std::vector<float> kPrincipledDefaults{1.0f, 0.8f, 0.0f, 0.5f, 1.5f, 1.0f,  0.0f, 0.0f, 0.0f, 0.5f, 1.0f,
-                                                    0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.03f, 1.5f, 1.0f, 0.0f, 0.0f, 0.5f,
-                                                    1.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f,  0.0f, 0.0f, 1.33f};
+inline const std::vector<float> kPrincipledDefaults{1.0f, 0.8f, 0.0f, 0.5f, 1.5f, 1.0f,  0.0f, 0.0f, 0.0f,  0.5f, 1.0f,
+                                                    0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.03f, 1.5f, 1.0f, 0.0f,  0.0f, 0.5f,
+                                                    1.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f,  0.0f, 0.0f, 1.33f, 0.0f};
 
 /// Writes programs one instruction a line; every instruction gets a register of its own.
 struct ProgramBuilder {

@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "base/rng.h"
 #include "shading/material.h"
 #include "shading/nodes_scene.h"
 #include "shading/program_builder.h"
+#include "shading/run_program.h"
 
 namespace cistern {
 namespace {
@@ -31,6 +34,11 @@ void expect_near(Vec3 found, Vec3 expected, float tolerance = 1e-5f) {
   EXPECT_NEAR(found.x, expected.x, tolerance);
   EXPECT_NEAR(found.y, expected.y, tolerance);
   EXPECT_NEAR(found.z, expected.z, tolerance);
+}
+
+TEST(Program, HasRoomForTheInputsOfEveryInstruction) {
+  for (int op = 0; op < static_cast<int>(Op::COUNT); ++op)
+    EXPECT_LE(std::strlen(describe(static_cast<Op>(op)).inputs), kMaxInputs) << op;
 }
 
 TEST(Program, CoordinatesAtAKnownPoint) {  // the point is (0.5, 0.5, 0) of a triangle with bounds 2 x 1 x 0
