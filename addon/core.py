@@ -11,7 +11,7 @@ from types import ModuleType
 MODULE_NAME = "cistern_core"
 
 # For the user: what the extension brings.
-SUPPORTED = "Python 3.11 (Blender 4.2 to 5.0) and 3.13 (Blender 5.1 and 5.2) on Linux x86-64"
+SUPPORTED = "Python 3.11 (Blender 4.2 to 5.0) and 3.13 (Blender 5.1 to 5.3) on Linux x86-64"
 
 
 class CoreUnavailableError(RuntimeError):

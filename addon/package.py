@@ -1,6 +1,6 @@
 """Builds the extension: `python addon/package.py` writes dist/cistern-<version>-linux-x64.zip.
 
-One zip serves Blender 4.2 to 5.2. Two runs over the same sources with the same Debian packages write the same bytes.
+One zip serves Blender 4.2 to 5.3. Two runs over the same sources with the same Debian packages write the same bytes.
 Needs what examples/setup.sh installs, Python 3.11 and 3.13 with their headers, and runs in an environment that has
 `bpy`, whose own tool checks the result.
 """
@@ -130,7 +130,7 @@ def package(output: Path, work: Path, versions: Sequence[str] = wheels.PYTHON_VE
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Build Cistern's extension for Blender 4.2 to 5.2 on Linux.")
+    parser = argparse.ArgumentParser(description="Build Cistern's extension for Blender 4.2 to 5.3 on Linux.")
     parser.add_argument("--output", type=Path, default=REPOSITORY / "dist", help="folder of the zip (default: dist)")
     parser.add_argument(
         "--work",

@@ -69,7 +69,7 @@ Vec3 box_weights(Vec3 n, float blend) {
 
 /// `look_up` gives the texel at an image point.
 template <class LookUp>
-Texel box_lookup(const NodeContext& c, Vec3 p, Vec3 normal, float blend, LookUp&& look_up) {
+[[gnu::noinline]] Texel box_lookup(const NodeContext& c, Vec3 p, Vec3 normal, float blend, LookUp&& look_up) {
   const Vec3 n = c.is_environment ? normal : c.instance().object_to_world.transposed_vector(normal);
   const Vec3 magnitude{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
   const Vec3 weight = box_weights(magnitude / (magnitude.x + magnitude.y + magnitude.z), blend);
@@ -87,6 +87,10 @@ Texel box_lookup(const NodeContext& c, Vec3 p, Vec3 normal, float blend, LookUp&
   return sum;
 }
 
+float box_blend(const int32_t* parameters) {
+  return 0.01f * static_cast<float>((parameters[3] >> kBoxBlendShift) & kBoxBlendMask);
+}
+
 /// Flat, sphere or tube.
 Vec2 projected(const int32_t* parameters, Vec3 vector) {
   const Vec3 centered = 2.0f * vector - Vec3{1.0f, 1.0f, 1.0f};
@@ -100,19 +104,25 @@ Vec2 projected(const int32_t* parameters, Vec3 vector) {
   }
 }
 
+/// At an image point of `image`, which may not be there.
+Texel texel_at(const Image* image, Vec2 uv, const int32_t* parameters) {
+  if (image == nullptr) return missing_image();
+  const ColorAlpha color_alpha = parameters[3] & kKeepMultipliedBit ? ColorAlpha::MULTIPLIED : ColorAlpha::DIVIDED;
+  return lookup_image(*image, uv.x, uv.y, static_cast<Interpolation>(parameters[1]),
+                      static_cast<Extension>(parameters[2]), color_alpha);
+}
+
 /// `find` gives the image at an image point, and the point in it; null for one that is not there.
 template <class Find>
 Texel image_lookup(const NodeContext& c, const int32_t* parameters, Vec3 vector, Vec3 normal, Find&& find) {
   const auto look_up = [&](Vec2 uv) {
     const Image* image = find(uv);
-    if (image == nullptr) return missing_image();
-    const ColorAlpha color_alpha = parameters[3] & kKeepMultipliedBit ? ColorAlpha::MULTIPLIED : ColorAlpha::DIVIDED;
-    return lookup_image(*image, uv.x, uv.y, static_cast<Interpolation>(parameters[1]),
-                        static_cast<Extension>(parameters[2]), color_alpha);
+    return texel_at(image, uv, parameters);
   };
-  if ((parameters[3] & kProjectionMask) != kBox) return look_up(projected(parameters, vector));
-  const float blend = 0.01f * static_cast<float>((parameters[3] >> kBoxBlendShift) & kBoxBlendMask);
-  return box_lookup(c, vector, normal, blend, look_up);
+  if ((parameters[3] & kProjectionMask) == kBox) return box_lookup(c, vector, normal, box_blend(parameters), look_up);
+  Vec2 uv = projected(parameters, vector);
+  const Image* image = find(uv);
+  return texel_at(image, uv, parameters);
 }
 
 }  // namespace
