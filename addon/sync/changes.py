@@ -33,7 +33,7 @@ class Changes:
         return not (self.has_unlisted or self.meshes or self.objects or self.shading or self.has_images)
 
     def lists_any(self, uids: Iterable[int]) -> bool:
-        return not (self.objects.isdisjoint(uids) and self.shading.isdisjoint(uids))
+        return not all(listed.isdisjoint(uids) for listed in (self.meshes, self.objects, self.shading))
 
 
 EVERYTHING = Changes()
@@ -62,6 +62,8 @@ def read_changes(depsgraph: bpy.types.Depsgraph) -> Changes:
         if isinstance(data_block, bpy.types.Object):
             is_move = update.is_updated_transform and not (update.is_updated_geometry or update.is_updated_shading)
             (moved if is_move else objects).add(original_uid(data_block))
+            if update.is_updated_geometry and isinstance(data_block.data, bpy.types.Mesh):
+                meshes.add(original_uid(data_block.data))  # where that is not listed itself, as under a brush
         elif isinstance(data_block, bpy.types.Mesh):
             meshes.add(original_uid(data_block))
         elif isinstance(data_block, bpy.types.Material | bpy.types.World | bpy.types.Light):

@@ -69,7 +69,8 @@ def edited_lamps(
     own_keys = {lamp.key for lamp in kept.lamps if not lamp.key[1]}
     objects = {key[0] for key in own_keys}
     shading = {key[2] for key in own_keys} | {original_uid(depsgraph.scene.world)}
-    if changes.has_unlisted or changes.has_images or not (changes.objects <= objects and changes.shading <= shading):
+    has_others = changes.has_unlisted or changes.has_images or changes.meshes
+    if has_others or not (changes.objects <= objects and changes.shading <= shading):
         return None
     listed = {original_uid(update.id): update.id for update in depsgraph.updates}
     touched = kept.touched(matrices, changes)

@@ -232,8 +232,9 @@ class MeshTable:
 
 def mesh_version(mesh: bpy.types.Mesh, editions: Counter[int]) -> int:
     """A number that stands for an evaluated mesh as it is now. Blender gives a new session id to the result of every
-    evaluation; from 5.3 on, to what is but the original mesh it gives none."""
-    return mesh.session_uid or hash((original_uid(mesh), editions[original_uid(mesh)]))
+    evaluation; from 5.3 on, to what is but the original mesh it gives none. 0: unknown."""
+    origin = original_uid(mesh)
+    return mesh.session_uid or (hash((origin, editions[origin])) if origin else 0)
 
 
 def read_mesh(

@@ -94,7 +94,7 @@ class Walk {
     NestedCellKey cell = kNoNestedCell;
     if constexpr (Kind::learns) cell = guide_cell(context_, point);
     Bsdf bsdf = evaluate_material(context_.scene, point, state_, &context_.accel);
-    if (bsdf.disperses) keep_one_wavelength();
+    has_one_wavelength_ |= bsdf.disperses;
     if constexpr (Kind::captures) {
       if (can_be_visible_point(bsdf)) bsdf.rough_sampling = capture_.out->rough_sampling;
     }
@@ -138,10 +138,9 @@ class Walk {
     return continue_path(point, bsdf, p_scatter);
   }
 
-  /// From the first surface on that disperses light, what is found is that of a single wavelength.
-  [[gnu::noinline]] void keep_one_wavelength() {
-    if (!std::exchange(has_one_wavelength_, true)) scale_by_chance(wavelength_.weight, 1.0f);
-  }
+  /// From the first surface on that disperses light, what is found is that of a single wavelength. Last of all, since
+  /// that may be less than nothing: what is clamped, and how much of a surface is seen, does not depend on it.
+  Rgb tinted(Rgb light) const { return has_one_wavelength_ ? light * wavelength_.weight : light; }
 
   /// At the point that a pixel of a sheet shows: what is transparent there shows nothing, and no path goes on behind
   /// it.
@@ -398,9 +397,9 @@ class Walk {
   float travelled_ = 0.0f;     // from there to the ray's origin
   bool last_segment_ = false;  // a bounce limit is reached: only light met directly still counts
   bool features_done_ = false;
-  bool has_one_wavelength_ = false;
-  WavelengthSample wavelength_{};  // where the context disperses
-  bool sees_film_ = true;          // the film may be transparent for this ray: from the camera, or through clear glass
+  bool has_one_wavelength_ = false;  // see tinted
+  WavelengthSample wavelength_{};    // where the context disperses
+  bool sees_film_ = true;  // the film may be transparent for this ray: from the camera, or through clear glass
 };
 
 }  // namespace cistern

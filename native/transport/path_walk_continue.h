@@ -244,8 +244,8 @@ template <class Kind>
 inline bool Walk<Kind>::survives_roulette() {
   if (state_.depth <= context_.limits.min_bounces) return true;
   float worth = max_component(throughput_.worth());
-  if (Kind::has_media || has_one_wavelength_)  // see uneven_media.h and WavelengthSample
-    worth = std::max(worth, max_component(-1.0f * throughput_.worth()));
+  if constexpr (Kind::has_media)
+    worth = std::max(worth, max_component(-1.0f * throughput_.worth()));  // see uneven_media.h
   if constexpr (Kind::learns) worth *= learning_.guide_gain;
   if (worth >= 1.0f) return true;
   const float p = std::cbrt(worth);

@@ -45,7 +45,7 @@ inline void Walk<Kind>::add_environment_behind_film_to_group() {
   const std::optional<uint32_t> emitter = context_.lights.environment_emitter();
   const float pdf = emitter ? sought_environment_pdf() : 0.0f;
   const Rgb radiance = evaluate_environment(context_.scene, ray_.direction, state_) * emitter_weight(emitter, pdf);
-  add_to_group_of({SourceKind::ENVIRONMENT, environment.light_group}, throughput_.total() * radiance);
+  add_to_group_of({SourceKind::ENVIRONMENT, environment.light_group}, tinted(throughput_.total() * radiance));
 }
 
 }  // namespace cistern

@@ -24,13 +24,14 @@ inline void Walk<Kind>::split_met_light(Rgb radiance, SourceKind source) {
   if (!context_.splits_kinds || record_.caught > 0.0f) return;
   LightByKind& sum = light_by_kind();
   if (is_unscattered()) {
-    (source == SourceKind::ENVIRONMENT ? sum.environment : sum.emission) += throughput_.smooth * radiance;
+    (source == SourceKind::ENVIRONMENT ? sum.environment : sum.emission) += tinted(throughput_.smooth * radiance);
     return;
   }
   const PathLimits& limits = context_.limits;
-  const Rgb seen = radiance * clamp_factor(throughput_.smooth * radiance, limits.clamp_direct);
-  const Rgb direct = radiance * clamp_factor(throughput_.direct * radiance, limits.clamp_direct);
-  const Rgb indirect = radiance * clamp_factor(throughput_.indirect * radiance, limits.clamp_indirect);
+  const Rgb light = tinted(radiance);
+  const Rgb seen = light * clamp_factor(throughput_.smooth * radiance, limits.clamp_direct);
+  const Rgb direct = light * clamp_factor(throughput_.direct * radiance, limits.clamp_direct);
+  const Rgb indirect = light * clamp_factor(throughput_.indirect * radiance, limits.clamp_indirect);
   auto& of_kinds = state_.depth == 1 ? sum.direct : sum.indirect;
   for (size_t kind = 0; kind < kLightKinds; ++kind) {
     const Throughput& part = kinds_.throughput[kind];
@@ -42,7 +43,8 @@ template <class Kind>
 inline void Walk<Kind>::split_environment_behind_film() {
   const bool is_seen = (context_.scene.environment.visibility & state_.ray_kind) != 0;
   if (!context_.splits_kinds || !is_seen || !is_unscattered() || record_.caught > 0.0f) return;
-  light_by_kind().environment += throughput_.smooth * evaluate_environment(context_.scene, ray_.direction, state_);
+  light_by_kind().environment +=
+      tinted(throughput_.smooth * evaluate_environment(context_.scene, ray_.direction, state_));
 }
 
 template <class Kind>
@@ -54,7 +56,7 @@ inline void Walk<Kind>::split_reflected_light(const BsdfKinds& f, Rgb rough_cos,
   const auto add = [&](const KindColors& kinds, Rgb f_cos, float limit) {
     const Rgb light = throughput_.smooth * f_cos * radiance;
     const KindColors parts =
-        shares_of(kinds) * (light * clamp_factor(light, limit / static_cast<float>(light_samples())));
+        shares_of(kinds) * tinted(light * clamp_factor(light, limit / static_cast<float>(light_samples())));
     faces > 0 ? light_by_kind().add_indirect(parts) : light_by_kind().add_direct(parts);
   };
   add(f.rough, rough_cos, faces > 0 ? limits.clamp_indirect : limits.clamp_direct);
@@ -67,7 +69,7 @@ inline void Walk<Kind>::split_scattered_light(Rgb phase_cos, Rgb radiance) {
   if (!is_unscattered()) return split_later_light(phase_cos, {}, radiance);
   const float limit = context_.limits.clamp_direct / static_cast<float>(light_samples());
   const Rgb light = throughput_.smooth * phase_cos * radiance;
-  light_by_kind().direct[kVolumeLight] += light * clamp_factor(light, limit);
+  light_by_kind().direct[kVolumeLight] += tinted(light * clamp_factor(light, limit));
 }
 
 template <class Kind>
@@ -81,8 +83,8 @@ inline void Walk<Kind>::split_later_light(Rgb rough_cos, Rgb smooth_cos, Rgb rad
   const float of_rough = faces > 0 ? of_indirect : clamp_factor(once, limits.clamp_direct);
   for (size_t kind = 0; kind < kLightKinds; ++kind) {
     const Throughput& part = kinds_.throughput[kind];
-    light_by_kind().indirect[kind] +=
-        part.smooth * (smooth * of_smooth + rough * of_rough) + (part.direct + part.indirect) * reflected * of_indirect;
+    light_by_kind().indirect[kind] += tinted(part.smooth * (smooth * of_smooth + rough * of_rough) +
+                                             (part.direct + part.indirect) * reflected * of_indirect);
   }
 }
 

@@ -71,9 +71,9 @@ template <class Kind>
 inline void Walk<Kind>::add(Rgb radiance, const LightSource& source) {
   const PathLimits& limits = context_.limits;
   const Rgb seen_light = throughput_.smooth * radiance;
-  const Rgb seen = state_.depth == 0 ? seen_light : clamp_contribution(seen_light, limits.clamp_direct);
-  const Rgb direct = clamp_contribution(throughput_.direct * radiance, limits.clamp_direct);
-  const Rgb indirect = clamp_contribution(throughput_.indirect * radiance, limits.clamp_indirect);
+  const Rgb seen = tinted(state_.depth == 0 ? seen_light : clamp_contribution(seen_light, limits.clamp_direct));
+  const Rgb direct = tinted(clamp_contribution(throughput_.direct * radiance, limits.clamp_direct));
+  const Rgb indirect = tinted(clamp_contribution(throughput_.indirect * radiance, limits.clamp_indirect));
   (source.kind == SourceKind::ENVIRONMENT ? record_.environment : record_.emission) += seen;
   record_.direct += direct;
   record_.indirect += indirect;
@@ -287,10 +287,11 @@ inline void Walk<Kind>::add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb r
   const bool is_captured = vertex_use().sample_point_of == 0;
   const Rgb once = throughput_.smooth * rough_cos;
   const Rgb again = (throughput_.direct + throughput_.indirect) * (is_captured ? smooth_cos : total_cos);
-  const Rgb seen = clamp_contribution(throughput_.smooth * smooth_cos * radiance, limits.clamp_direct / samples);
-  const Rgb direct = faces > 0 ? Rgb() : clamp_contribution(once * radiance, limits.clamp_direct / samples);
+  const Rgb seen =
+      tinted(clamp_contribution(throughput_.smooth * smooth_cos * radiance, limits.clamp_direct / samples));
+  const Rgb direct = faces > 0 ? Rgb() : tinted(clamp_contribution(once * radiance, limits.clamp_direct / samples));
   const Rgb indirect =
-      clamp_contribution((faces > 0 ? once + again : again) * radiance, limits.clamp_indirect / samples);
+      tinted(clamp_contribution((faces > 0 ? once + again : again) * radiance, limits.clamp_indirect / samples));
   (source.kind == SourceKind::ENVIRONMENT ? record_.environment : record_.emission) += seen;
   record_.direct += direct;
   record_.indirect += indirect;

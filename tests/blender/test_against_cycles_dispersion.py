@@ -82,3 +82,11 @@ def test_techniques_of_reuse_trace_paths(empty_scene: bpy.types.Scene, preset: s
     np.testing.assert_array_equal(render(empty_scene, "CISTERN", 16, 1), plain)
     warnings = [text for line in report.last for text in line.warnings]
     assert any("'prism' has dispersion" in text for text in warnings) == (preset != "FINAL")
+
+
+def test_clamped_light_stays_white(empty_scene: bpy.types.Scene) -> None:
+    add_prism(empty_scene)
+    prepare(empty_scene, 24, 24)
+    empty_scene.cistern.clamp_direct = 0.1
+    face = render(empty_scene, "CISTERN", 256, 1)[9:15, 3:9, :3].mean((0, 1))
+    assert 0.02 < face.min() and face.max() < 0.1 and np.ptp(face) < 0.01

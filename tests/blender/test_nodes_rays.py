@@ -51,6 +51,7 @@ def test_a_distance_of_0_is_the_worlds(shown, asked):
     assert closure.inputs[2].inputs[0][0] == asked
 
 
+@pytest.mark.skipif(bpy.app.version >= (5, 3, 0), reason="from 5.3 on it is a constant to Blender, too")
 def test_a_linked_distance_of_0_is_one():
     tree = Tree()
     node, zero = occlusion(tree), tree.node("ShaderNodeMath", operation="MULTIPLY")

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from ..versions import films_cover_metal, glass_is_anisotropic, rough_diffuse_is_dim, thin_glass_is_wide
+from ..versions import (
+    films_cover_metal,
+    glass_is_anisotropic,
+    radius_is_free_path,
+    rough_diffuse_is_dim,
+    thin_glass_is_wide,
+)
 from .compiler import Compiler, NodeView, closure_node, flatten_shader, volume_node
 from .enums import CLAMP_TYPES, DISTRIBUTIONS, SHEEN_DISTRIBUTIONS, SUBSURFACE_METHODS, TOON_COMPONENTS
 from .instructions import COLOR, VECTOR, Value, constant
@@ -80,7 +86,14 @@ def _subsurface(node: NodeView) -> tuple[Value, ...]:
     """Radius, scale, index of refraction and anisotropy, which are not read where nothing gets below the surface."""
     if node.value("Subsurface Weight").constant == (0.0, 0.0, 0.0):
         return NO_SUBSURFACE
-    return tuple(node.values("Subsurface Radius, Subsurface Scale, Subsurface IOR, Subsurface Anisotropy"))
+    others = node.values("Subsurface Radius, Subsurface Scale, Subsurface IOR")
+    return (*others, _scattering_anisotropy(node, "Subsurface Anisotropy"))
+
+
+def _scattering_anisotropy(node: NodeView, name: str) -> Value:
+    """Before Blender 5.2 it was never below 0."""
+    value = node.value(name)
+    return value if radius_is_free_path() else node.math("MAXIMUM", value, constant(0.0))
 
 
 def _coat_normal(node: NodeView) -> Value:
@@ -186,7 +199,8 @@ def toon(node: NodeView, weight: Value) -> None:
 
 @closure_node("ShaderNodeSubsurfaceScattering")
 def subsurface_scattering(node: NodeView, weight: Value) -> None:
-    inputs = (weight, *node.values("Color, Radius, Scale, IOR, Roughness, Anisotropy"), node.normal())
+    surface = node.values("Color, Radius, Scale, IOR, Roughness")
+    inputs = (weight, *surface, _scattering_anisotropy(node, "Anisotropy"), node.normal())
     node.compiler.code.closure("CLOSURE_SUBSURFACE", inputs, (node.choice("falloff", SUBSURFACE_METHODS),))
 
 

@@ -46,7 +46,8 @@ class PathScene {
     const Operand weight = p.constant(1.0f - diffuse - transparent);
     if (transparent > 0.0f) p.add(Op::CLOSURE_TRANSPARENT, {p.constant(transparent), p.constant(1)});
     const Operand n = normal == Vec3{} ? p.add(Op::NORMAL, {}) : p.constant(normalize(normal)), zero = p.constant(0);
-    p.add(Op::CLOSURE_GLASS, {weight, p.constant(1), p.constant(roughness), p.constant(ior), n, zero, zero, zero, zero, zero}, {0});
+    p.add(Op::CLOSURE_GLASS,
+          {weight, p.constant(1), p.constant(roughness), p.constant(ior), n, zero, zero, zero, zero, zero}, {0});
     if (diffuse > 0.0f) p.add(Op::CLOSURE_DIFFUSE, {p.constant(diffuse), p.constant(0.8f), zero, n});
     return builder.add_material(p.program);
   }
