@@ -149,9 +149,9 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // 9 specular ior level, 10 specular tint c, 11 anisotropic, 12 anisotropic rotation, 13 tangent v, 14 transmission weight,
     // 15 coat weight, 16 coat roughness, 17 coat ior, 18 coat tint c, 19 coat normal v, 20 sheen weight, 21 sheen roughness,
     // 22 sheen tint c, 23 emission colour c, 24 emission strength, 25 subsurface radius v, 26 subsurface scale, 27 subsurface ior,
-    // 28 subsurface anisotropy, 29 thin film thickness in nm, 30 its ior, 31 dispersion: inverse Abbe number; [1 = multiple-scattering GGX, 0 = plain GGX; 0 BURLEY,
-    // walked as 1 RANDOM_WALK_LEGACY, 2 RANDOM_WALK_SKIN, 3 RANDOM_WALK; 1 = the film covers metal too, 2 = glass is anisotropic, too, 4 = rough diffuse reflection is dim, below; 1 = thin walls,
-    // 2 = with what passes them as wide as in Blender 5.2]
+    // 28 subsurface anisotropy, 29 thin film thickness in nm, 30 its ior, 31 dispersion: inverse Abbe number;
+    // [1 = multiple-scattering GGX, 0 = plain GGX; SubsurfaceMethod; bits: 1 the film covers metal too, 2 glass is anisotropic too,
+    // 4 rough diffuse reflection is dim; 1 = thin walls, 2 = such as spread what passes them as in Blender 5.2]
     {"CLOSURE_PRINCIPLED", "fcffffvfffcffvffffcvffccfvffffff", 0, 4, true},
     {"CLOSURE_DIFFUSE", "fcfv", 0, 1, true},          // weight, colour, roughness, normal; [1 = dim as before Blender 5.3]
     // weight, colour, roughness, anisotropy, rotation, normal, tangent; [distribution: 0 GGX 1 MULTI_GGX 2 BECKMANN 3 ASHIKHMIN_SHIRLEY]
@@ -166,7 +166,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // weight, base colour, edge tint, roughness, anisotropy, rotation, normal, tangent, thin film thickness in nm, its ior;
     // [distribution; 1: of a conductor, the colours are the parts n and k of its index n + ik]
     {"CLOSURE_METALLIC", "fccfffvvff", 0, 2, true},
-    {"CLOSURE_SUBSURFACE", "fcvffffv", 0, 1, true},   // weight, colour, radius, scale, ior, roughness, anisotropy, normal; [method, as above]
+    {"CLOSURE_SUBSURFACE", "fcvffffv", 0, 1, true},   // weight, colour, radius, scale, ior, roughness, anisotropy, normal; [SubsurfaceMethod]
     {"CLOSURE_TOON", "fcffv", 0, 1, true},            // weight, colour, size, smooth, normal; [0 DIFFUSE 1 GLOSSY]
     // weight, tangent, colour, melanin, melanin redness, tint, absorption, roughness, radial roughness, coat, ior, tilt of scales;
     // [0 ABSORPTION 1 MELANIN, with the tint, 2 COLOR]

@@ -34,9 +34,13 @@ PRINCIPLED = {
 }
 
 
+def principled_of(surface: bpy.types.Material) -> bpy.types.Node:
+    return next(n for n in surface.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+
+
 def deep(method: str = "RANDOM_WALK", **inputs: object) -> bpy.types.Material:
     surface = build.principled("skin")
-    node = next(n for n in surface.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    node = principled_of(surface)
     node.subsurface_method = method
     for name, value in (DEEP | inputs).items():
         next(s for s in node.inputs if s.identifier == name.replace("_", " ")).default_value = value
@@ -119,7 +123,7 @@ def test_legacy_is_another_method(empty_scene: bpy.types.Scene) -> None:
     """Planted: Cycles takes the new one."""
     surface = deep("RANDOM_WALK_LEGACY")
     build.stage(empty_scene, surface)
-    node = next(n for n in surface.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    node = principled_of(surface)
 
     def renew(_scene: bpy.types.Scene) -> None:
         node.subsurface_method = "RANDOM_WALK"
@@ -164,7 +168,7 @@ def test_a_profile_is_no_walk(empty_scene: bpy.types.Scene) -> None:
     """Planted: the other method, and twice the radius."""
     surface = deep("BURLEY")
     build.stage(empty_scene, surface)
-    node = next(n for n in surface.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    node = principled_of(surface)
 
     def walk(scene: bpy.types.Scene) -> None:
         node.subsurface_method = "RANDOM_WALK"
@@ -199,7 +203,7 @@ def test_light_from_behind(empty_scene: bpy.types.Scene) -> None:
 def test_a_scale_off_by_a_tenth_is_seen(empty_scene: bpy.types.Scene) -> None:
     surface = deep(LEGACY, Subsurface_Scale=2.0)
     add_leaf(empty_scene, surface)
-    node = next(n for n in surface.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    node = principled_of(surface)
 
     def plant(_scene: bpy.types.Scene) -> None:
         node.inputs["Subsurface Scale"].default_value *= 1.1
@@ -213,7 +217,7 @@ def test_far_from_the_origin(empty_scene: bpy.types.Scene) -> None:
     it shows its albedo, as far as the fit goes (3 %)."""
     white = deep(LEGACY, Base_Color=(0.8, 0.8, 0.8, 1.0), Specular_IOR_Level=0.0)
     ball = build.add_sphere(empty_scene, white, radius=0.1)
-    node = next(n for n in ball.data.materials[0].node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    node = principled_of(white)
     camera = build.add_camera(empty_scene, rotation=(0.0, 0.0, 0.0))
     camera.data.type, camera.data.ortho_scale = "ORTHO", 0.1
     build.set_world(empty_scene, (1.0, 1.0, 1.0), 1.0)

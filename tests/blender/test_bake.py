@@ -19,6 +19,15 @@ def scene(empty_scene):
     return BakeScene(empty_scene)
 
 
+def covers(outline: list[tuple[float, float]], x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Whether points lie inside, by how often a ray to the right crosses the outline."""
+    is_inside = np.zeros(len(x), bool)
+    for (x0, y0), (x1, y1) in zip(outline, outline[1:] + outline[:1], strict=True):
+        if y0 != y1:
+            is_inside ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+    return is_inside
+
+
 def test_polygons_of_any_size_lie_where_their_map_says(scene):
     """A quad, a concave one and a pentagon, each of which is split into triangles in its own way."""
     outlines = [
@@ -41,10 +50,13 @@ def test_polygons_of_any_size_lie_where_their_map_says(scene):
     rows, columns = np.nonzero(baked[..., 3])
     assert len(rows) > 250
     x, y = 6.0 * (columns + 0.5) / bake_scenes.SIZE, 6.0 * (rows + 0.5) / bake_scenes.SIZE
-    difference = np.abs(baked[rows, columns, :3] - np.stack([x, y, 0.3 * x], axis=1)).max(axis=1)
+    # Blender 5.3 also bakes pixels whose middle is outside.
+    inside = np.any([covers(outline, x, y) for outline in outlines], axis=0)
+    assert inside.sum() > 250
+    difference = np.abs(baked[rows, columns, :3] - np.stack([x, y, 0.3 * x], axis=1)).max(axis=1)[inside]
     pixel = 6.0 / bake_scenes.SIZE
-    assert np.quantile(difference, 0.6) < 0.05 * pixel
-    assert difference.max() < 2.5 * pixel  # at edges, samples beyond the triangle are brought onto it
+    assert np.quantile(difference, 0.7) < 0.05 * pixel
+    assert difference.max() < 1.5 * pixel  # at edges, samples beyond the triangle are brought onto it
 
 
 def test_each_material_has_an_image(scene):
