@@ -419,6 +419,24 @@ TEST(Lobe, AlbedoTablesMatchQuadrature) {
   }
 }
 
+// Of what comes out on either side; planted bug: what a smooth surface lets through there.
+TEST(Lobe, AlbedoBySideIsAMeanOverFacets) {
+  for (const float mu : {0.2f, 0.4f}) {
+    const Vec3 wo = at_angle(kFrame, mu);
+    const MicrofacetLobe lobe = glass(0.7f, 1.5f);
+    const auto through = [&](bool below) {
+      return integrate_sphere(kFrame, [&](Vec3 wi) {
+        return (dot(wi, kTestNormal) < 0.0f) == below ? evaluate_lobe(lobe, wo, wi).f_cos.g : 0.0f;
+      });
+    };
+    const double share = through(true) / (through(true) + through(false));
+    const SidedAlbedo albedo = microfacet_albedo_by_side(lobe, wo);
+    EXPECT_NEAR(albedo.transmitted.g, share, 0.04) << mu;
+    EXPECT_GT(std::abs(facet_fresnel(lobe, mu).transmittance.g - share), 0.05) << mu;
+    EXPECT_FLOAT_EQ(albedo.transmitted.g + albedo.reflected.g, 1.0f);
+  }
+}
+
 TEST(Fresnel, KnownValues) {
   float cos_t = 0.0f;
   EXPECT_NEAR(fresnel_dielectric(1.0f, 1.5f, &cos_t), 0.04f, 1e-6f);
