@@ -94,6 +94,11 @@ def rough_diffuse_is_dim() -> bool:
     return not _HAS_5_3
 
 
+def coats_are_whole() -> bool:
+    """Whether a part that a coat covers is both dimmed and tinted, and the rest neither."""
+    return _HAS_5_3
+
+
 def glass_is_anisotropic() -> bool:
     """Whether that of a Principled BSDF is where its metal is."""
     return _HAS_5_3

@@ -151,7 +151,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // 22 sheen tint c, 23 emission colour c, 24 emission strength, 25 subsurface radius v, 26 subsurface scale, 27 subsurface ior,
     // 28 subsurface anisotropy, 29 thin film thickness in nm, 30 its ior, 31 dispersion: inverse Abbe number;
     // [1 = multiple-scattering GGX, 0 = plain GGX; SubsurfaceMethod; bits: 1 the film covers metal too, 2 glass is anisotropic too,
-    // 4 rough diffuse reflection is dim; 1 = thin walls, 2 = such as spread what passes them as in Blender 5.2]
+    // 4 rough diffuse reflection is dim, 8 coats dim and tint as in Blender 5.3; 1 = thin walls, 2 = such as spread what passes them as in Blender 5.2]
     {"CLOSURE_PRINCIPLED", "fcffffvfffcffvffffcvffccfvffffff", 0, 4, true},
     {"CLOSURE_DIFFUSE", "fcfv", 0, 1, true},          // weight, colour, roughness, normal; [1 = dim as before Blender 5.3]
     // weight, colour, roughness, anisotropy, rotation, normal, tangent; [distribution: 0 GGX 1 MULTI_GGX 2 BECKMANN 3 ASHIKHMIN_SHIRLEY]

@@ -76,7 +76,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::CLOSURE_TOON:
       return {kFlag};
     case Op::CLOSURE_PRINCIPLED:
-      return {kFlag, kSubsurface, up_to(7), up_to(2)};
+      return {kFlag, kSubsurface, up_to(15), up_to(2)};
     case Op::CLOSURE_SUBSURFACE:
       return {kSubsurface};
     case Op::BUMP:

@@ -114,7 +114,7 @@ inline float least_radius(const SurfacePoint& point, SubsurfaceMethod method) {
 }
 
 void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point);
-Rgb principled_emission(std::span<const Vec3> inputs, const SurfacePoint& point);
+Rgb principled_emission(std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point);
 /// `ray_kind`: PathState::ray_kind of what meets the surface.
 Rgb principled_transparency(std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point,
                             uint8_t ray_kind);

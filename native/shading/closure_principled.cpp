@@ -52,6 +52,7 @@ bool compensates(const int32_t* parameters) { return parameters[0] != 0; }
 bool covers_metal(const int32_t* parameters) { return (parameters[2] & 1) != 0; }
 bool has_anisotropic_glass(const int32_t* parameters) { return (parameters[2] & 2) != 0; }
 bool has_dim_base(const int32_t* parameters) { return (parameters[2] & 4) != 0; }
+bool has_whole_coat(const int32_t* parameters) { return (parameters[2] & 8) != 0; }
 bool is_thin(const int32_t* parameters) { return parameters[3] != 0; }
 float sheet_width(const Principled& p, const int32_t* parameters) {
   return sheet_alpha(sqr(p.roughness()), p.ior(), parameters[3] == 2);
@@ -83,15 +84,35 @@ float grazing_shade(float alpha) {
 }
 
 /// Beer's law for the refracted ray: the tint is that of the ray head-on.
-Rgb coat_transmittance(const Principled& p, float cos_o) {
+Rgb coat_passage(const Principled& p, float cos_o) {
   const Rgb tint = p.coat_tint();
-  if (tint == Rgb(1.0f)) return Rgb(1.0f);
-  const float cos_t = std::sqrt(1.0f - (1.0f - sqr(cos_o)) / sqr(p.coat_ior()));
-  return lerp(Rgb(1.0f), passage(tint, cos_t), p.coat());
+  if (tint == Rgb(1.0f)) return tint;
+  return passage(tint, std::sqrt(1.0f - (1.0f - sqr(cos_o)) / sqr(p.coat_ior())));
+}
+
+/// Where a coat covers a part, that part alone is both dimmed and tinted from Blender 5.3 on; before, all is dimmed by
+/// the share that is reflected and then tinted by the share that is covered.
+void put_below_coat(Remainder& rest, const Principled& p, const MicrofacetLobe& coat, Rgb albedo, float cos_o,
+                    bool is_whole) {
+  constexpr float kEvenCosine = 0.5f;
+  const float head_on = f0_from_ior(coat.ior), shade = p.coat() * grazing_shade(coat.alpha_x);
+  const Rgb passed = coat_passage(p, cos_o), passed_evenly = coat_passage(p, kEvenCosine);
+  if (!is_whole) {
+    rest.put_below(albedo, p.coat() * head_on, shade);
+    rest.weight *= lerp(Rgb(1.0f), passed, p.coat());
+    rest.even *= lerp(Rgb(1.0f), passed_evenly, p.coat());
+    return;
+  }
+  Remainder covered{rest.weight * p.coat(), rest.even * p.coat()};
+  const Rgb bare = rest.weight - covered.weight, bare_evenly = rest.even - covered.even;
+  covered.put_below(albedo, head_on, 0.0f);
+  rest.weight = non_negative(bare + covered.weight * passed);
+  rest.even = non_negative(bare_evenly + covered.even * passed_evenly);
+  rest.unshaded *= 1.0f - clamp01(shade);
 }
 
 /// Sheen and coat; returns what is left for those below them.
-Remainder add_top_layers(Bsdf& bsdf, const Principled& p, Vec3 n, const SurfacePoint& point) {
+Remainder add_top_layers(Bsdf& bsdf, const Principled& p, Vec3 n, const SurfacePoint& point, bool has_whole_coat) {
   const Rgb whole(p.weight() * p.alpha());
   Remainder rest{whole, whole};
   const bool has_sheen = p.sheen() > kNegligibleWeight, has_coat = p.coat() > kNegligibleWeight;
@@ -108,11 +129,8 @@ Remainder add_top_layers(Bsdf& bsdf, const Principled& p, Vec3 n, const SurfaceP
     coat.fresnel = FresnelModel::DIELECTRIC;
     coat.ior = p.coat_ior();
     const Rgb mean(fresnel_dielectric_average(coat.ior));
-    rest.put_below(add_microfacet(bsdf, coat, p.coat() * rest.weight, mean), p.coat() * f0_from_ior(coat.ior),
-                   p.coat() * grazing_shade(coat.alpha_x));
-    constexpr float kEvenCosine = 0.5f;
-    rest.weight *= coat_transmittance(p, dot(point.wo, coat.n));
-    rest.even *= coat_transmittance(p, kEvenCosine);
+    const Rgb albedo = add_microfacet(bsdf, coat, p.coat() * rest.weight, mean);
+    put_below_coat(rest, p, coat, albedo, dot(point.wo, coat.n), has_whole_coat);
   }
   const float strongest = std::max(p.coat(), max_component(p.sheen() * p.sheen_tint()));
   if (strongest > 1.0f) rest.even = {};  // seen from some side there may be nothing left
@@ -175,11 +193,12 @@ bool is_clear_sheet(const Principled& p, const int32_t* parameters) {
 }
 
 /// Of a clear sheet below all its layers, whatever of them paths keep back: shadow rays know nothing of that.
-Rgb sheet_transparency(const Principled& p, Vec3 n, const SurfacePoint& point) {
+Rgb sheet_transparency(const Principled& p, Vec3 n, const SurfacePoint& point, bool has_whole_coat) {
   Bsdf layers;
   layers.ng = point.ng;
   layers.wo = point.wo;
-  const Rgb weight = (1.0f - p.metallic()) * p.transmission() * add_top_layers(layers, p, n, point).weight;
+  const Rgb weight =
+      (1.0f - p.metallic()) * p.transmission() * add_top_layers(layers, p, n, point, has_whole_coat).weight;
   const Rgb through = weight * sheet_of(p, specular_normal(n, point), point.wo).transmittance;
   return is_negligible(through) ? Rgb(0.0f) : through;
 }
@@ -277,10 +296,11 @@ void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* par
   const Vec3 n = closure_normal(p.normal(), point);
   const bool compensate = compensates(parameters);
   bsdf.transparency += principled_transparency(inputs, parameters, point, bsdf.ray_kind);
-  Remainder rest = add_top_layers(bsdf, p, n, point);
+  Remainder rest = add_top_layers(bsdf, p, n, point, has_whole_coat(parameters));
   if (const Rgb emission = p.emission(); !is_black(emission)) {
     // A coat that is kept back still dims it: a light is the same one to all paths.
-    bsdf.emission += bsdf.gloss.has_reflection ? emission * rest.weight : principled_emission(inputs, point);
+    bsdf.emission +=
+        bsdf.gloss.has_reflection ? emission * rest.weight : principled_emission(inputs, parameters, point);
   }
 
   const Anisotropy anisotropy = disney_anisotropy(p.roughness(), p.anisotropic(), p.tangent(), p.rotation(), n);
@@ -310,14 +330,15 @@ void add_principled(Bsdf& bsdf, std::span<const Vec3> inputs, const int32_t* par
   add_base(bsdf, p, n, rest, has_dim_base(parameters));
 }
 
-Rgb principled_emission(std::span<const Vec3> inputs, const SurfacePoint& point) {
+Rgb principled_emission(std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point) {
   const Principled p{inputs};
   const Rgb emission = p.emission();
   if (is_black(emission)) return Rgb(0.0f);
   Bsdf layers;
   layers.ng = point.ng;
   layers.wo = point.wo;
-  return emission * add_top_layers(layers, p, closure_normal(p.normal(), point), point).weight;
+  return emission *
+         add_top_layers(layers, p, closure_normal(p.normal(), point), point, has_whole_coat(parameters)).weight;
 }
 
 Rgb principled_transparency(std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point,
@@ -327,7 +348,7 @@ Rgb principled_transparency(std::span<const Vec3> inputs, const int32_t* paramet
   const Rgb cut_out = is_negligible(weight) ? Rgb(0.0f) : weight;
   const bool is_sheet = is_thin(parameters) && p.transmission() > kNegligibleWeight && is_clear_sheet(p, parameters);
   if (!is_sheet || ray_kind == kVisibleToCamera) return cut_out;
-  return cut_out + sheet_transparency(p, closure_normal(p.normal(), point), point);
+  return cut_out + sheet_transparency(p, closure_normal(p.normal(), point), point, has_whole_coat(parameters));
 }
 
 }  // namespace cistern

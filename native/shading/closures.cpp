@@ -204,9 +204,9 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
   }
 }
 
-Rgb closure_emission(Op op, std::span<const Vec3> inputs, const int32_t*, const SurfacePoint& point) {
+Rgb closure_emission(Op op, std::span<const Vec3> inputs, const int32_t* parameters, const SurfacePoint& point) {
   if (inputs[0].x == 0.0f) return Rgb(0.0f);
-  if (op == Op::CLOSURE_PRINCIPLED) return principled_emission(inputs, point);
+  if (op == Op::CLOSURE_PRINCIPLED) return principled_emission(inputs, parameters, point);
   if (op == Op::CLOSURE_EMISSION) return to_rgb(inputs[1]) * (inputs[0].x * inputs[2].x);
   return Rgb(0.0f);
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..versions import (
+    coats_are_whole,
     films_cover_metal,
     glass_is_anisotropic,
     radius_is_free_path,
@@ -58,7 +59,8 @@ def principled(node: NodeView, weight: Value) -> None:
     ]
     multiple_scattering = node.node.distribution == "MULTI_GGX"
     method = node.choice("subsurface_method", SUBSURFACE_METHODS)
-    layers = int(films_cover_metal()) + 2 * int(glass_is_anisotropic()) + 4 * int(rough_diffuse_is_dim())
+    layers = int(films_cover_metal()) + 2 * int(glass_is_anisotropic())
+    layers += 4 * int(rough_diffuse_is_dim()) + 8 * int(coats_are_whole())
     thin_wall = 2 if thin_glass_is_wide() else 1
     for share, wall in ((thick, 0), (node.math("SUBTRACT", ONE, thick), thin_wall)):
         parameters = (int(multiple_scattering), method, layers, wall)
