@@ -24,7 +24,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"NORMAL", "", 'v', 0, false},                 // shading normal, world, facing wo
     {"TRUE_NORMAL", "", 'v', 0, false},            // geometric normal, world, facing wo
     {"TANGENT", "", 'v', 1, false},                // [name index of the UV map]: world dP/du, by the transform of normals
-    {"STRAND_TANGENT", "", 'v', 0, false},         // unit, along the strand; on meshes along an edge
+    {"STRAND_TANGENT", "", 'v', 1, false},         // unit, along the strand; [on meshes from corner 0 to: 0 corner 1, 1 corner 2]
     {"INCOMING", "", 'v', 0, false},               // wo
     {"BACKFACING", "", 'f', 0, false},             // 0 or 1
     {"OBJECT_RANDOM", "", 'f', 0, false},          //
@@ -144,6 +144,8 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"MAGIC", "vff", 'c', 1, false},             // vector, scale, distortion; [depth]
     // vector, scale, frequency, anisotropy, angle of the 2D orientation, 3D orientation; [0 2D 1 3D, 0 value 1 phase 2 intensity]
     {"GABOR", "vffffv", 'f', 2, false},
+    {"RADIAL_TILING", "vff", 'v', 1, false},        // vector, sides, roundness -> (along a side, across, 0); [normalize]
+    {"RADIAL_TILING_VALUE", "vff", 'f', 1, false},  // [0 number of the side, 1 its half width, 2 its rotation]
     // Closures: weight first. Normals are world space facing wo; an unlinked one is the NORMAL register.
     // weight, 1 base colour c, 2 metallic, 3 roughness, 4 ior, 5 alpha, 6 normal v, 7 diffuse roughness, 8 subsurface weight,
     // 9 specular ior level, 10 specular tint c, 11 anisotropic, 12 anisotropic rotation, 13 tangent v, 14 transmission weight,
@@ -171,6 +173,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // weight, tangent, colour, melanin, melanin redness, tint, absorption, roughness, radial roughness, coat, ior, tilt of scales;
     // [0 ABSORPTION 1 MELANIN, with the tint, 2 COLOR]
     {"CLOSURE_HAIR", "fvcffccfffff", 0, 1, true},
+    {"CLOSURE_SIMPLE_HAIR", "fvcfff", 0, 1, true},    // weight, tangent, colour, roughness along and across, offset; [1 = what passes]
     {"CLOSURE_HOLDOUT", "f", 0, 0, true},             // weight
     {"CLOSURE_RAY_PORTAL", "fcvv", 0, 0, true},       // weight, colour, position, direction (zero: straight on)
     {"CLOSURE_NORMAL", "fv", 0, 0, true},             // weight 1, normal

@@ -74,6 +74,8 @@ ParameterRules parameter_rules(Op op) {
     case Op::CLOSURE_DISPLACEMENT:
     case Op::CLOSURE_SHEEN:
     case Op::CLOSURE_TOON:
+    case Op::CLOSURE_SIMPLE_HAIR:
+    case Op::STRAND_TANGENT:
       return {kFlag};
     case Op::CLOSURE_PRINCIPLED:
       return {kFlag, kSubsurface, up_to(15), up_to(2)};
@@ -138,6 +140,10 @@ ParameterRules parameter_rules(Op op) {
       return {up_to(10)};
     case Op::GABOR:
       return {kFlag, up_to(2)};
+    case Op::RADIAL_TILING:
+      return {kFlag};
+    case Op::RADIAL_TILING_VALUE:
+      return {up_to(2)};
     case Op::CLOSURE_GLOSSY:
     case Op::CLOSURE_GLASS:
     case Op::CLOSURE_REFRACTION:

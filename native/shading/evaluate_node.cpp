@@ -7,6 +7,7 @@
 #include "shading/nodes_math.h"
 #include "shading/nodes_noise.h"
 #include "shading/nodes_pattern.h"
+#include "shading/nodes_radial_tiling.h"
 #include "shading/nodes_rays.h"
 #include "shading/nodes_sky.h"
 #include "shading/nodes_vector.h"
@@ -163,6 +164,14 @@ float evaluate_gabor(const int32_t* p, const Vec3* in) {
   return p[1] == 0 ? r.value : (p[1] == 1 ? r.phase : r.intensity);
 }
 
+Vec3 evaluate_radial_tiling(const Instruction& instruction, const Vec3* in) {
+  const bool is_value = instruction.op == Op::RADIAL_TILING_VALUE;
+  const int32_t setting = instruction.parameters[0];
+  const RadialTilingResult r = radial_tiling_node(in[0].x, in[0].y, {in[1].x, in[2].x, !is_value && setting != 0});
+  if (!is_value) return {r.along, r.across, 0.0f};
+  return broadcast(setting == 0 ? r.segment : (setting == 1 ? r.width : r.rotation));
+}
+
 Vec3 evaluate_brick(const Instruction& instruction, const Vec3* in) {
   const int32_t* p = instruction.parameters;
   BrickSettings s;
@@ -227,8 +236,10 @@ Vec3 evaluate_texture(const Instruction& instruction, const Vec3* in, const Node
       return evaluate_brick(instruction, in);
     case Op::MAGIC:
       return magic_node(in[0], in[1].x, in[2].x, p[0]);
-    default:  // GABOR
+    case Op::GABOR:
       return broadcast(evaluate_gabor(p, in));
+    default:  // RADIAL_TILING and RADIAL_TILING_VALUE
+      return evaluate_radial_tiling(instruction, in);
   }
 }
 

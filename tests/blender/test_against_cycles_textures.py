@@ -111,6 +111,18 @@ def spectrum(tree):
     return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=line).outputs[0]
 
 
+def tiled(output="Segment Coordinates", sides=5.0, roundness=0.0, normalize=False):
+    def make(tree):
+        place = tree.nodes.new("ShaderNodeTexCoord").outputs["Object"]
+        node = build.shader(tree, "ShaderNodeRadialTiling", Vector=place, Sides=sides, Roundness=roundness)
+        node.normalize = normalize
+        rings = build.shader(tree, "ShaderNodeVectorMath", Vector=node.outputs[output])
+        rings.operation = "FRACTION"
+        return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=rings.outputs[0]).outputs[0]
+
+    return make
+
+
 TEXTURES = {
     "uv": textured(),
     "closest": textured(interpolation="Closest"),
@@ -134,6 +146,9 @@ TEXTURES = {
     ),
     "gabor": fractal("ShaderNodeTexGabor", "Value", {"Scale": 3.0, "Anisotropy": 0.4}, gabor_type="3D"),
     "gabor phase": fractal("ShaderNodeTexGabor", "Phase", {"Scale": 3.0, "Anisotropy": 0.4}),
+    "radial tiling": tiled(sides=5.0, roundness=0.3),
+    "radial tiling, part of a side": tiled(sides=4.4, roundness=0.5, normalize=True),
+    "radial tiling, sides": tiled("Segment ID", sides=6.5),
     "wavelength": spectrum,
     "brightness": adjusted("ShaderNodeBrightContrast", Bright=0.1, Contrast=0.4),
     "hue": adjusted("ShaderNodeHueSaturation", Hue=0.6, Saturation=1.3, Value=0.8),
@@ -146,11 +161,13 @@ TEXTURES = {
 
 NO_CONFIGURATION = ((4, 5, 0), "the wheel of Blender 4.2 has no OpenColorIO for Python")
 NO_GABOR = ((4, 3, 0), "Blender 4.2 has no Gabor Texture")
+NO_RADIAL_TILING = ((5, 0, 0), "Blender before 5.0 has no Radial Tiling")
 OTHER_CELLS = ((5, 0, 0), "Cycles before 5.0 places Voronoi cells by another hash")
 # What Cycles itself renders otherwise before a version of Blender.
 CHANGED = {
     "gabor": NO_GABOR,
     "gabor phase": NO_GABOR,
+    **dict.fromkeys(("radial tiling", "radial tiling, part of a side", "radial tiling, sides"), NO_RADIAL_TILING),
     "filmic": NO_CONFIGURATION,
     "filmic and alpha": NO_CONFIGURATION,
     "voronoi": OTHER_CELLS,

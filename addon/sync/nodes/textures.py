@@ -177,3 +177,12 @@ def magic(node: NodeView, output: str) -> Value:
 def gabor(node: NodeView, output: str) -> Value:
     inputs = (texture_vector(node), *node.values("Scale, Frequency, Anisotropy, Orientation 2D, Orientation 3D"))
     return node.emit("GABOR", inputs, (node.choice("gabor_type", enums.GABOR_TYPES), enums.GABOR_OUTPUTS.index(output)))
+
+
+@value_node("ShaderNodeRadialTiling")
+def radial_tiling(node: NodeView, output: str) -> Value:
+    """From Blender 5.0 on."""
+    inputs = node.values("Vector, Sides, Roundness")
+    if output == "Segment Coordinates":
+        return node.emit("RADIAL_TILING", inputs, (int(node.node.normalize),))
+    return node.emit("RADIAL_TILING_VALUE", inputs, (enums.RADIAL_TILING_VALUES.index(output),))

@@ -5,6 +5,7 @@
 #include "shading/nodes_math.h"
 #include "shading/nodes_noise.h"
 #include "shading/nodes_pattern.h"
+#include "shading/nodes_radial_tiling.h"
 #include "shading/nodes_voronoi.h"
 
 // Expected values were rendered with Cycles 5.0.1 (CPU) at the point below: an orthographic 1 x 1 pixel picture of a
@@ -271,6 +272,49 @@ TEST(NodesProcedural, GaborEqualsCycles) {
 TEST(NodesProcedural, GaborWithoutAnAxisIsFinite) {
   const GaborResult r = gabor_node(kPoint * 3.0f, 3, {1.7f, 0.5f, 0.6f, {}});
   EXPECT_TRUE(std::isfinite(r.value) && std::isfinite(r.phase) && std::isfinite(r.intensity));
+}
+
+TEST(NodesProcedural, RadialTilingEqualsBlender) {
+  struct Case {
+    float sides, roundness;
+    bool normalize;
+    float x, y, along, across, segment, width, rotation;
+  };
+  const Case cases[] = {
+      {2.0f, 0.0f, true, -1.625653f, 0.3980979f, 1.312826f, 0.3980979f, 0.0f, 0.0f, 1.570796f},
+      {3.0f, 0.2f, false, -0.6095833f, -1.668936f, -1.362383f, 0.1405491f, 2.0f, 1.487176f, 5.235988f},
+      {5.0f, 0.5f, true, 1.88676f, 1.098657f, 0.4043522f, 2.172195f, 0.0f, 0.6431413f, 0.6283185f},
+      {5.0f, 0.5f, true, 0.7651816f, 1.33214f, 0.87637f, 1.411522f, 0.0f, 0.6431413f, 0.6283185f},
+      {7.0f, 1.0f, true, -1.590235f, 0.09569358f, 0.4330396f, 1.593111f, 3.0f, 0.448799f, 3.141593f},
+      {5.4f, 0.0f, true, 0.3921139f, -0.004627618f, 0.9737774f, 0.3285227f, 5.0f, 0.2370045f, 6.050475f},
+      {3.5f, 0.5f, false, 0.3921139f, -0.004627618f, 0.1796726f, -0.7355714f, 3.0f, 0.4042105f, 5.834386f},
+      {3.5f, 0.5f, false, 1.72097f, -1.068794f, -0.1496493f, 0.3939197f, 3.0f, 0.4042105f, 5.834386f},
+      {3.5f, 0.5f, true, 1.206178f, -0.3960201f, 0.6573229f, 0.8709477f, 3.0f, 0.4042105f, 5.834386f},
+      {3.5f, 0.5f, true, 0.8469481f, -1.196229f, 0.9856429f, 1.013358f, 2.0f, 0.9645561f, 4.487989f},
+      {2.3f, 0.9f, true, 1.886394f, -0.8581391f, 0.4626544f, 0.4596346f, 2.0f, 0.1389579f, 5.873413f},
+      {2.3f, 0.9f, true, -0.1958445f, 1.829177f, 0.6571198f, 1.751073f, 0.0f, 1.39862f, 1.36591f},
+      {12.75f, 0.2f, true, 1.149472f, -0.5613059f, 0.8326368f, 1.262503f, 11.0f, 0.2490506f, 5.667187f},
+  };
+  for (const Case& c : cases) {
+    SCOPED_TRACE(testing::Message() << c.sides << " sides at " << c.x << " " << c.y);
+    const RadialTilingResult r = radial_tiling_node(c.x, c.y, {c.sides, c.roundness, c.normalize});
+    EXPECT_NEAR(r.along, c.along, 2e-5f);
+    EXPECT_NEAR(r.across, c.across, 2e-5f);
+    EXPECT_NEAR(r.width, c.width, 2e-5f);
+    EXPECT_NEAR(r.rotation, c.rotation, 2e-5f);
+    EXPECT_EQ(r.segment, c.segment);
+  }
+}
+
+TEST(NodesProcedural, RadialTilingIsFinite) {
+  for (const float sides : {-1.0f, 0.0f, 2.0f, 2.0001f, 2.9999f, 1e9f, INFINITY, NAN})
+    for (const float roundness : {-1.0f, 0.0f, 0.5f, 1.0f, NAN})
+      for (const Vec3 p : {Vec3{}, Vec3{1.0f, 0.0f, 0.0f}, Vec3{1.0f, -1e-12f, 0.0f}, Vec3{-3.0f, 2.0f, 0.0f}})
+        for (const bool normalize : {false, true}) {
+          const RadialTilingResult r = radial_tiling_node(p.x, p.y, {sides, roundness, normalize});
+          for (const float x : {r.along, r.across, r.width, r.rotation, r.segment})
+            EXPECT_TRUE(std::isfinite(x)) << sides << " " << roundness << " " << p.x << " " << p.y;
+        }
 }
 
 TEST(NodesProcedural, SpectralLinesEqualCycles) {
