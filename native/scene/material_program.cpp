@@ -233,7 +233,8 @@ bool reads_view(Op op) {
 bool may_turn(const MaterialProgram& p, const Instruction& closure) {
   if (closure.op == Op::CLOSURE_PRINCIPLED) return !is_zero_float(p, operands_of(p, closure)[kPrincipledTransmission]);
   if (closure.op == Op::CLOSURE_TOON) return closure.parameters[0] != 0;
-  return closure.op == Op::CLOSURE_GLASS || closure.op == Op::CLOSURE_REFRACTION || closure.op == Op::CLOSURE_HAIR;
+  return closure.op == Op::CLOSURE_GLASS || closure.op == Op::CLOSURE_REFRACTION || closure.op == Op::CLOSURE_HAIR ||
+         closure.op == Op::CLOSURE_SIMPLE_HAIR;
 }
 
 bool may_enter(const MaterialProgram& p, const Instruction& closure) {

@@ -6,6 +6,7 @@
 #include "shading/lobe_hair.h"
 #include "shading/lobe_microfacet.h"
 #include "shading/lobe_sheen.h"
+#include "shading/lobe_simple_hair.h"
 #include "shading/lobe_toon.h"
 #include "shading/lobe_velvet.h"
 
@@ -19,6 +20,8 @@ Vec3 normal_of(const Lobe& lobe) {
 const MicrofacetLobe* as_microfacet(const Lobe& lobe) { return std::get_if<MicrofacetLobe>(&lobe.model); }
 
 const HairLobe* as_hair(const Lobe& lobe) { return std::get_if<HairLobe>(&lobe.model); }
+
+const SimpleHairLobe* as_simple_hair(const Lobe& lobe) { return std::get_if<SimpleHairLobe>(&lobe.model); }
 
 bool is_glossy_toon(const Lobe& lobe) { return std::holds_alternative<ToonGlossyLobe>(lobe.model); }
 
@@ -36,12 +39,15 @@ float width_of(const ToonCone& cone) { return 0.5f * half_angle(cone); }
 
 ScatterKind kind_of(const Lobe& lobe, bool is_transmission) {
   if (is_transmission) return ScatterKind::TRANSMISSION;
-  return as_microfacet(lobe) || as_hair(lobe) || is_glossy_toon(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
+  const bool is_glossy = as_microfacet(lobe) || as_hair(lobe) || as_simple_hair(lobe) || is_glossy_toon(lobe);
+  return is_glossy ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
 }
 
 /// See KindColors.
 ScatterKind pass_kind(const Lobe& lobe, bool is_below) {
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
+  if (const SimpleHairLobe* hair = as_simple_hair(lobe))
+    return hair->passes ? ScatterKind::TRANSMISSION : ScatterKind::GLOSSY;
   if (!microfacet)
     return as_hair(lobe) || is_glossy_toon(lobe) || is_velvet(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
   return is_below ? ScatterKind::TRANSMISSION : ScatterKind::GLOSSY;
@@ -353,6 +359,7 @@ bool is_smooth(const Lobe& lobe) {
   // roughness^4 = alpha_x alpha_y
   constexpr float kAlphaProduct = kReconnectRoughness * kReconnectRoughness * kReconnectRoughness * kReconnectRoughness;
   if (const HairLobe* hair = as_hair(lobe)) return hair->is_smooth;
+  if (const SimpleHairLobe* hair = as_simple_hair(lobe)) return is_smooth(*hair);
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
   if (microfacet) return microfacet->alpha_x * microfacet->alpha_y < kAlphaProduct;
   const ToonCone* cone = as_cone(lobe);
@@ -360,7 +367,7 @@ bool is_smooth(const Lobe& lobe) {
 }
 
 bool is_narrow(const Lobe& lobe) {
-  if (as_hair(lobe)) return true;
+  if (as_hair(lobe) || as_simple_hair(lobe)) return true;
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
   if (microfacet) return std::min(microfacet->alpha_x, microfacet->alpha_y) < kNarrowAlpha;
   const ToonCone* cone = as_cone(lobe);
@@ -370,6 +377,7 @@ bool is_narrow(const Lobe& lobe) {
 bool transmits(const Lobe& lobe) {
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
   if (microfacet) return microfacet->transmits;
+  if (const SimpleHairLobe* hair = as_simple_hair(lobe)) return hair->passes;
   return std::holds_alternative<TranslucentLobe>(lobe.model) ||
          std::holds_alternative<RoughTranslucentLobe>(lobe.model) || as_hair(lobe);
 }

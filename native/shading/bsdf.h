@@ -105,9 +105,17 @@ struct HairLobe {
   bool is_smooth = false;
 };
 
+/// A simpler strand, of its light either what is reflected or what passes; radians.
+struct SimpleHairLobe {
+  Vec3 n, tangent;
+  float along = 0.1f, across = 1.0f;  // widths of the distributions
+  float shift = 0.0f;                 // of the mirror direction, towards the tip
+  bool passes = false;
+};
+
 struct Lobe {
   std::variant<LambertLobe, OrenNayarLobe, TranslucentLobe, SheenLobe, ToonDiffuseLobe, MicrofacetLobe, HairLobe,
-               ToonGlossyLobe, VelvetLobe, RoughTranslucentLobe>
+               ToonGlossyLobe, VelvetLobe, RoughTranslucentLobe, SimpleHairLobe>
       model;
   Rgb weight;                  // multiplies f
   Rgb even;                    // its part of the even part, below; black unless diffuse
@@ -176,7 +184,8 @@ inline const Vec3& bump_reference(const Bsdf& bsdf) { return bsdf.bump_ns == Vec
 /// Whether lobes of this model know nothing of wo but by fading out where layers above them do.
 template <class Model>
 inline constexpr bool kIsDiffuse = !std::is_same_v<Model, MicrofacetLobe> && !std::is_same_v<Model, HairLobe> &&
-                                   !std::is_same_v<Model, ToonGlossyLobe> && !std::is_same_v<Model, VelvetLobe>;
+                                   !std::is_same_v<Model, ToonGlossyLobe> && !std::is_same_v<Model, VelvetLobe> &&
+                                   !std::is_same_v<Model, SimpleHairLobe>;
 
 /// Whether the lobe is black for all directions: bump shadowing leaves nothing of diffuse ones whose normal is bent
 /// away from its reference by more than a right angle.

@@ -3,6 +3,7 @@
 #include "shading/closure_parts.h"
 #include "shading/fresnel.h"
 #include "shading/lobe_hair.h"
+#include "shading/lobe_simple_hair.h"
 #include "shading/lobe_toon.h"
 #include "shading/lobe_velvet.h"
 
@@ -148,6 +149,15 @@ void add_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, c
   add_lobe(bsdf, lobe, weight, sample_weight);
 }
 
+void add_simple_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
+  const Rgb weight = non_negative(in[0].x * to_rgb(in[2]));
+  if (in[1] == Vec3{} || is_negligible(weight)) return;
+  SimpleHairLobe lobe = make_simple_hair(normalize_or(in[1], point.ng), in[3].x, in[4].x, parameters[0] != 0);
+  lobe.n = specular_normal(point.ns, point);
+  lobe.shift = -in[5].x;
+  add_lobe(bsdf, lobe, weight, average(weight));
+}
+
 }  // namespace
 
 void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t* parameters,
@@ -181,6 +191,8 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
       return add_toon(bsdf, inputs, parameters, point);
     case Op::CLOSURE_HAIR:
       return add_hair(bsdf, inputs, parameters, point);
+    case Op::CLOSURE_SIMPLE_HAIR:
+      return add_simple_hair(bsdf, inputs, parameters, point);
     case Op::CLOSURE_METALLIC:
       return add_metallic(bsdf, inputs, parameters, point);
     case Op::CLOSURE_TRANSPARENT:

@@ -116,7 +116,7 @@ Vec3 tangent_node(const NodeContext& c, int name_index) {
 }
 
 /// Unit, in world space.
-Vec3 strand_tangent_node(const NodeContext& c) {
+Vec3 strand_tangent_node(const NodeContext& c, bool to_last_corner) {
   if (!c.has_mesh()) return {};
   const Mesh& mesh = c.mesh();
   Vec3 along;
@@ -124,7 +124,7 @@ Vec3 strand_tangent_node(const NodeContext& c) {
     along = strand_segment(mesh, c.point.triangle).direction(c.point.barycentric.x);
   } else {
     const std::array<Vec3, 3> corners = mesh.triangle_positions(c.point.triangle);
-    along = corners[1] - corners[0];
+    along = corners[to_last_corner ? 2 : 1] - corners[0];
   }
   return normalize_or(c.instance().object_to_world.vector(along), Frame(c.point.ng).s);
 }
@@ -218,7 +218,7 @@ Vec3 input_node(const Instruction& instruction, const NodeContext& c) {
     case Op::TANGENT:
       return tangent_node(c, parameters[0]);
     case Op::STRAND_TANGENT:
-      return strand_tangent_node(c);
+      return strand_tangent_node(c, parameters[0] != 0);
     case Op::INCOMING:
       return c.point.wo;
     case Op::BACKFACING:

@@ -35,6 +35,11 @@ void add_hair(Receiver& receiver, const Lobe& lobe, const HairLobe& model) {
   add_normal(receiver, lobe, albedo);
 }
 
+bool is_reflecting_hair(const Lobe& lobe) {
+  const auto* hair = std::get_if<SimpleHairLobe>(&lobe.model);
+  return hair && !hair->passes;
+}
+
 void add_even_lobe(Receiver& receiver, const Lobe& lobe) {
   if (transmits(lobe)) {
     receiver.transmission += luminance(lobe.weight);
@@ -69,7 +74,7 @@ Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
       const Rgb albedo = lobe.weight * velvet_albedo(*velvet, bsdf.wo);
       receiver.glossy += albedo;
       add_normal(receiver, lobe, albedo);
-    } else if (std::holds_alternative<ToonGlossyLobe>(lobe.model)) {
+    } else if (std::holds_alternative<ToonGlossyLobe>(lobe.model) || is_reflecting_hair(lobe)) {
       receiver.glossy += lobe.weight;
       add_normal(receiver, lobe, lobe.weight);
     } else {

@@ -42,6 +42,26 @@ def principled_hair(**inputs: object) -> bpy.types.Material:
     return build.material("hair", make)
 
 
+SIMPLE_HAIR = {
+    "reflection": {"Color": BLOND},
+    "tilted reflection": {"Color": BLOND, "Offset": -0.3},
+    "narrow reflection": {"Color": BLOND, "RoughnessU": 0.3, "RoughnessV": 0.3},
+    "transmission": {"Color": BLOND, "component": "Transmission"},
+    "narrow transmission": {"Color": BLOND, "component": "Transmission", "RoughnessU": 0.2, "RoughnessV": 0.1},
+}
+
+
+def simple_hair(**inputs: object) -> bpy.types.Material:
+    def make(tree):
+        node = tree.nodes.new("ShaderNodeBsdfHair")
+        node.component = inputs.pop("component", "Reflection")
+        for name, value in inputs.items():
+            node.inputs[name].default_value = value
+        return node.outputs[0]
+
+    return build.material("hair", make)
+
+
 def stage(scene: bpy.types.Scene) -> None:
     """As in test_against_cycles_hair, on black: rounded ribbons, of which Cycles knows where across they are seen."""
     sphere = build.stage(scene, build.principled("skin", Base_Color=(0.0, 0.0, 0.0, 1), Specular_IOR_Level=0.0))
@@ -57,6 +77,51 @@ def test_principled_hair(empty_scene: bpy.types.Scene, case: str) -> None:
     stage(empty_scene)
     add_fur(empty_scene, principled_hair(**HAIR[case]))
     result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+def light_by_points(scene: bpy.types.Scene) -> None:
+    """Of no size, alone: scattered rays find nothing."""
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.0
+    for lamp in [o for o in scene.objects if o.type == "LIGHT"]:
+        if lamp.data.type == "AREA":
+            bpy.data.objects.remove(lamp)
+        else:
+            lamp.data.shadow_soft_size = 0.0
+
+
+@pytest.mark.parametrize("case", SIMPLE_HAIR)
+def test_simple_hair(empty_scene: bpy.types.Scene, case: str) -> None:
+    """As its light samples find it."""
+    stage(empty_scene)
+    light_by_points(empty_scene)
+    add_fur(empty_scene, simple_hair(**SIMPLE_HAIR[case]))
+    result = compare_with_cycles(empty_scene, bounces=0)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("case", SIMPLE_HAIR)
+def test_simple_hair_within_bounds(empty_scene: bpy.types.Scene, case: str) -> None:
+    """Its scattered rays take directions, too, that light samples do not know: 0.966 was measured, with the tilt."""
+    stage(empty_scene)
+    add_fur(empty_scene, simple_hair(**SIMPLE_HAIR[case]))
+    result = compare_with_cycles(empty_scene)
+    assert 0.96 < result.ratio < 1.001, result
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3])
+def test_simple_hair_on_a_mesh(empty_scene: bpy.types.Scene, offset: float) -> None:
+    """Along its tangent; offset does not show where that is not linked."""
+
+    def make(tree):
+        tangent = build.shader(tree, "ShaderNodeTangent")
+        inputs = {"Tangent": tangent.outputs[0], "Offset": offset} if offset else {"Offset": 0.5}
+        inputs |= {"RoughnessU": 0.3, "RoughnessV": 0.3}
+        return build.shader(tree, "ShaderNodeBsdfHair", Color=BLOND, **inputs).outputs[0]
+
+    build.stage(empty_scene, build.material("ball", make))
+    light_by_points(empty_scene)
+    result = compare_with_cycles(empty_scene, bounces=0, floor=0.005)  # tangents are those of triangles here
     assert result.agrees, result
 
 

@@ -8,7 +8,7 @@ import bpy
 import pytest
 from node_trees import Context, Tree, emission_color, shown_as_colour
 
-from addon.sync.nodes.compiler import VALUE_NODES, Compiler, NodeView, TreeKind
+from addon.sync.nodes.compiler import CLOSURE_NODES, VALUE_NODES, Compiler, NodeView, TreeKind
 from addon.sync.nodes.enums import MAP_RANGE_TYPES
 
 
@@ -90,7 +90,8 @@ def test_nodes_of_another_program_count_as_not_linked(empty_scene):
             bpy.utils.unregister_class(ForeignNode)
 
 
-def test_unknown_shader_becomes_diffuse_of_its_color(empty_scene):
+def test_unknown_shader_becomes_diffuse_of_its_color(empty_scene, monkeypatch):
+    monkeypatch.delitem(CLOSURE_NODES, "ShaderNodeBsdfHair")
     tree = Tree()
     hair = tree.set(tree.node("ShaderNodeBsdfHair"), Color=(0.1, 0.2, 0.3, 1.0))
     tree.link(hair, "BSDF", tree.output, "Surface")

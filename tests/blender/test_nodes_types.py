@@ -16,6 +16,7 @@ MODES = {  # enum members that select what a node computes
     "rotation_type", "convert_from", "convert_to", "space", "direction_type", "axis", "distribution", "interpolation",
     "extension", "projection", "gradient_type", "noise_dimensions", "noise_type", "voronoi_dimensions", "distance",
     "feature", "gabor_type", "wave_type", "bands_direction", "rings_direction", "wave_profile", "fresnel_type",
+    "component",
 }  # fmt: skip
 PARTLY_SUPPORTED = {  # outputs that become defaults with a warning
     ("ShaderNodeNewGeometry", "Parametric"), ("ShaderNodeHairInfo", "Tangent Normal"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from . import value_names
 from .compiler import NodeView, closure_node
-from .enums import HAIR_PARAMETRIZATIONS
+from .enums import HAIR_COMPONENTS, HAIR_PARAMETRIZATIONS
 from .inputs import mesh_attribute
 from .instructions import Value, constant
 
@@ -21,12 +21,24 @@ def principled_hair(node: NodeView, weight: Value) -> None:
     radial = roughness if is_elliptic else _scaled(node, node.value("Radial Roughness"), vary)
     melanin = _scaled(node, node.value("Melanin"), _variation(node, "Random Color"))
     inputs = (
-        *(weight, node.emit("STRAND_TANGENT"), node.value("Color"), melanin),
+        *(weight, node.emit("STRAND_TANGENT", (), (0,)), node.value("Color"), melanin),
         *node.values("Melanin Redness, Tint, Absorption Coefficient"),
         *(roughness, radial, constant(0.0) if is_elliptic else node.value("Coat")),
         *node.values("IOR, Offset"),
     )
     node.compiler.code.closure("CLOSURE_HAIR", inputs, (node.choice("parametrization", HAIR_PARAMETRIZATIONS),))
+
+
+@closure_node("ShaderNodeBsdfHair")
+def hair(node: NodeView, weight: Value) -> None:
+    """On meshes scales are not tilted, but where a tangent is linked."""
+    tangent, offset = node.linked("Tangent"), node.value("Offset")
+    if tangent is None:
+        tangent = node.emit("STRAND_TANGENT", (), (1,))
+        is_strand = mesh_attribute(node, value_names.STRAND, "Fac", missing_alpha=0)
+        offset = node.math("MULTIPLY", offset, is_strand)
+    inputs = (weight, tangent, *node.values("Color, RoughnessU, RoughnessV"), offset)
+    node.compiler.code.closure("CLOSURE_SIMPLE_HAIR", inputs, (HAIR_COMPONENTS.index(node.node.component),))
 
 
 def _variation(node: NodeView, amount: str) -> Value | None:

@@ -26,6 +26,7 @@ ATTRIBUTE_OUTPUTS = {
     "ShaderNodeHairInfo": STRAND_OUTPUTS,
     "ShaderNodePointInfo": POINT_OUTPUTS,
     "ShaderNodeBsdfHairPrincipled": {"BSDF": STRAND_RANDOM},
+    "ShaderNodeBsdfHair": {"BSDF": STRAND},
 }
 VOLUME_OUTPUTS = {"Color": "color", "Density": "density", "Flame": "flame", "Temperature": "temperature"}
 COLOR, INDEX = "INFO:color", "INFO:index"
