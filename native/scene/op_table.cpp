@@ -82,8 +82,9 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"RAMP_LOOKUP_ALPHA", "f", 'f', 2, false}, // [table, 1 = constant steps]
     // Vectors.
     {"MAPPING", "vvvv", 'v', 1, false},        // vector, location, rotation (XYZ Euler), scale; [0 POINT 1 TEXTURE 2 VECTOR 3 NORMAL]
-    // colour, strength -> world normal facing wo; [space: 0 TANGENT 1 OBJECT 2 WORLD, name index of the UV map, 1 = DirectX green]
-    {"NORMAL_MAP", "cfv", 'v', 3, false},
+    // colour, strength -> world normal facing wo; [space: 0 TANGENT 1 OBJECT 2 WORLD, name index of the UV map, 1 = DirectX green,
+    // 1 = in tangents of what was there before displacement]
+    {"NORMAL_MAP", "cfv", 'v', 4, false},
     // height, height at +dx, height at +dy (steps 1 and 2), strength, distance, normal; [invert, shift of any step] -> world normal facing wo
     {"BUMP", "fffffv", 'v', 2, false},
     {"VECTOR_TRANSFORM", "v", 'v', 3, false},  // [kind 0 POINT 1 VECTOR 2 NORMAL, from, to: 0 WORLD 1 OBJECT 2 CAMERA]

@@ -103,7 +103,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::MAPPING:
       return {up_to(3)};
     case Op::NORMAL_MAP:
-      return {up_to(2), kName, kFlag};
+      return {up_to(2), kName, kFlag, kFlag};
     case Op::VECTOR_TRANSFORM:
       return {up_to(2), up_to(2), up_to(2)};
     case Op::VECTOR_ROTATE:

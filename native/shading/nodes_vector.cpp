@@ -59,14 +59,23 @@ Vec3 map_vector(const Transform& m, int kind, Vec3 v) {
   return kind == kVector ? m.vector(v) : normalize_or(transform_normal(m, v), v);
 }
 
-Vec3 tangent_space_normal(const NodeContext& c, int uv_name, Vec3 color, float strength, Vec3 ns) {
-  const std::optional<TangentFrame> frame = original_tangent_frame(c.scene, c.point, resolve_attribute(c, uv_name));
+/// Linearly between both: frames of what was there before displacement are not around `ns`.
+Vec3 towards(Vec3 ns, Vec3 n, float strength) {
+  return normalize_or(strength == 1.0f ? n : ns + (n - ns) * std::max(strength, 0.0f), ns);
+}
+
+/// By the frame of the surface as it is, or `is_original`, as it was before displacement.
+Vec3 tangent_space_normal(const NodeContext& c, int uv_name, bool is_original, Vec3 color, float strength, Vec3 ns) {
+  is_original = is_original && c.has_mesh() && c.mesh().undisplaced;
+  const int uv_map = resolve_attribute(c, uv_name);
+  const std::optional<TangentFrame> frame =
+      is_original ? original_tangent_frame(c.scene, c.point, uv_map) : tangent_frame(c.scene, c.point, uv_map);
   if (!frame) return ns;
-  const float z = lerp(1.0f, color.z, clamp01(strength));
-  const Vec3 in_object =
-      color.x * strength * frame->tangent + color.y * strength * frame->bitangent + z * frame->normal;
-  const Vec3 n = transform_normal(c.instance().object_to_world, in_object);
-  return normalize_or(c.point.is_backface ? -n : n, ns);
+  if (!is_original) color = {color.x * strength, color.y * strength, lerp(1.0f, color.z, clamp01(strength))};
+  const Vec3 in_object = color.x * frame->tangent + color.y * frame->bitangent + color.z * frame->normal;
+  const Vec3 outside = transform_normal(c.instance().object_to_world, in_object);
+  const Vec3 n = normalize_or(c.point.is_backface ? -outside : outside, ns);
+  return is_original ? towards(ns, n, strength) : n;
 }
 
 }  // namespace
@@ -109,12 +118,11 @@ Vec3 normal_map_node(const NodeContext& c, const int32_t* parameters, Vec3 color
   Vec3 n = 2.0f * color - Vec3{1.0f, 1.0f, 1.0f};
   if (parameters[2] != 0) n.y = -n.y;
   if (c.is_environment) return ns;
-  if (parameters[0] == 0) return tangent_space_normal(c, parameters[1], n, strength, ns);
+  if (parameters[0] == 0) return tangent_space_normal(c, parameters[1], parameters[3] != 0, n, strength, ns);
   if (parameters[0] == 1) n = transform_normal(c.instance().object_to_world, n);
   n = normalize_or(n, {});
   if (c.point.is_backface) n = -n;
-  if (strength != 1.0f) n = ns + (n - ns) * std::max(strength, 0.0f);
-  return normalize_or(n, ns);
+  return towards(ns, n, strength);
 }
 
 Vec3 bump_node(const SurfacePoint& point, const BumpInput& in, bool inverts) {

@@ -19,8 +19,7 @@ inline void Walk<Kind>::enter_segment(const std::optional<Hit>& hit) {
   media_.begin = segment_begin();
   media_.length = hit ? std::max(hit->t - media_.begin, 0.0f) : INFINITY;
   media_.segment = context_.media->together(media_.stack, state_, !hit);
-  // To light links of media the camera is an object without any, as in Cycles.
-  if (!context_.media->shine_on(media_.stack, state_.light_set == kEveryLight ? 0 : state_.light_set)) return;
+  if (!context_.media->shine_on(media_.stack, state_.light_set)) return;
   const LightSource source{SourceKind::SURFACE, context_.media->light_group(media_.stack)};
   if (media_.segment.varies())
     add(estimate_radiance(uneven_ray(), media_.length, sampler_), source);

@@ -256,7 +256,7 @@ def fog_without_shadow(scene: Scene) -> None:
 
 
 def linked_fire(scene: Scene) -> None:
-    """To what media emit, the camera is an object without links."""
+    """The camera sees it, whatever it is linked to."""
     build.add_floor(scene)
     build.add_camera(scene)
     linked.ball(scene, "left", (-1.0, 0.0, 0.0))
@@ -266,6 +266,8 @@ def linked_fire(scene: Scene) -> None:
 
 @pytest.mark.parametrize("case", [lit_fog, floor_below_fog, fog_without_shadow, linked_fire])
 def test_media(empty_scene: Scene, case: Callable) -> None:
+    if case is linked_fire and bpy.app.version < (5, 2, 0):
+        pytest.skip("Cycles before 5.2 hides it from the camera")
     case(empty_scene)
     result = compare_with_cycles(empty_scene, SIZE, SAMPLES)
     assert result.agrees, result

@@ -49,7 +49,7 @@ def _in_tangent_frame(node: NodeView, vector: Value) -> Value:
     total = _along(node, normal, node.emit("SEPARATE_Y", (vector,)), is_in_object=True)
     for axis, color in (("SEPARATE_X", (1.0, 0.5, 0.5)), ("SEPARATE_Z", (0.5, 1.0, 0.5))):
         inputs = (constant(*color, COLOR), constant(1.0), normal)
-        direction = node.emit("NORMAL_MAP", inputs, (NORMAL_MAP_SPACES["TANGENT"], uv_map, 0))
+        direction = node.emit("NORMAL_MAP", inputs, (NORMAL_MAP_SPACES["TANGENT"], uv_map, 0, 1))
         part = _along(node, direction, node.emit(axis, (vector,)), is_in_object=True)
         total = node.vector_math("ADD", total, part)
     return total

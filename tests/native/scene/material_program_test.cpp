@@ -264,7 +264,7 @@ TEST(MaterialProgram, NeedsAreDerived) {
   b.program.attribute_names = {""};
   const MaterialProgram none = finished(b);
   EXPECT_FALSE(none.needs_tangent || none.needs_footprint || none.reads_light_path);
-  const Operand n = b.add(Op::NORMAL_MAP, {b.constant(0.5f), b.constant(1), b.constant(0.5f)}, {0, 0, 0});
+  const Operand n = b.add(Op::NORMAL_MAP, {b.constant(0.5f), b.constant(1), b.constant(0.5f)}, {0, 0, 0, 1});
   const Operand h = b.add(Op::LIGHT_PATH, {}, {0});
   b.add(Op::BUMP, {h, h, h, h, h, n}, {0});
   const MaterialProgram all = finished(b);
