@@ -135,6 +135,11 @@ def voxel_centre() -> float:
     return 0.0 if _HAS_5_0 else 0.5
 
 
+def tiles_end_sharply() -> bool:
+    """Whether Cycles cuts off what interpolation reaches around grids that are tiles alone."""
+    return not _HAS_5_2
+
+
 def uses_nodes(block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bool:
     """Whether it is what its nodes make of it."""
     with warnings.catch_warnings():

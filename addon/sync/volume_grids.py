@@ -128,7 +128,7 @@ def _arrays(
         if voxels is None:
             report.warn(f"{owner}: grid '{vdb.name}' of type {vdb.valueTypeName} is not supported, it is left out")
             continue
-        margin = int(vdb.activeLeafVoxelCount() > 0)  # Cycles cuts off what is around tiles
+        margin = int(not versions.tiles_end_sharply() or vdb.activeLeafVoxelCount() > 0)
         background = float(np.mean(np.array(vdb.background, np.float64)))
         object_to_voxel, first = _object_to_voxel(vdb, lowest), tuple(lowest + versions.voxel_centre())
         grids.append(Grid(vdb.name, stored(voxels, is_half), object_to_voxel, background, first, margin))

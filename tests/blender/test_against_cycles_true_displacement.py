@@ -67,7 +67,7 @@ def shown_coordinates(tree: Nodes) -> bpy.types.NodeSocket:
 
 
 def normal_mapped(strength: float = 1.0, base: str = "DISPLACED") -> Build:
-    """Until Blender 5.2, which has a choice, as if nothing had moved."""
+    """Before Blender 5.1, which has a choice, as if nothing had moved."""
 
     def make(tree: Nodes) -> bpy.types.NodeSocket:
         node = build.shader(tree, "ShaderNodeNormalMap", Color=(0.7, 0.45, 0.9, 1), Strength=strength)

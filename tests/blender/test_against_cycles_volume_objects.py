@@ -212,8 +212,6 @@ SLOW = set(CASES) - {"cloud"}
 @pytest.mark.parametrize("case", marked(CASES, SLOW))
 def test_volume_objects(empty_scene: bpy.types.Scene, tmp_path: Path, case: str) -> None:
     CASES[case](empty_scene, tmp_path)
-    if case == "volume cube" and bpy.app.version >= (5, 2, 0):
-        pytest.skip("1.2 % darker in Cycles 5.2 and 5.3, which was not looked into")
     result = compare_with_cycles(empty_scene, SIZE, FEW_SAMPLES if case == "cloud" else SAMPLES)
     assert result.agrees, result
 

@@ -39,7 +39,7 @@ def normal_map(node: NodeView, output: str) -> Value:
     space = node.choice("space", NORMAL_MAP_SPACES)
     uv_map = node.compiler.code.program.attribute(node.node.uv_map)
     directx = getattr(node.node, "convention", "OPENGL") == "DIRECTX"
-    is_original = getattr(node.node, "base", "ORIGINAL") != "DISPLACED"  # a choice from Blender 5.2 on
+    is_original = getattr(node.node, "base", "ORIGINAL") != "DISPLACED"  # a choice from Blender 5.1 on
     parameters = (space, uv_map, int(directx), int(is_original))
     return node.emit("NORMAL_MAP", (color, node.value("Strength"), node.shading_normal()), parameters)
 
