@@ -285,8 +285,8 @@ struct BsdfSample {
 std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction);
 
 /// What render passes call diffuse, glossy and transmission, indexed by ScatterKind. Unlike kinds of rays these are
-/// kinds of lobes, as in Cycles: all light of diffuse lobes is diffuse, the translucent ones included, and all of hair
-/// glossy; of glass, what goes through is transmission.
+/// kinds of lobes, as in Cycles: all light of diffuse lobes is diffuse, the translucent ones included, and all of
+/// hair glossy but for what a simple one lets pass; of glass, what goes through is transmission.
 using KindColors = std::array<Rgb, kScatterKinds>;
 /// The parts of BsdfEvaluation::rough_cos and smooth_cos.
 struct BsdfKinds {

@@ -90,24 +90,26 @@ Rgb coat_passage(const Principled& p, float cos_o) {
   return passage(tint, std::sqrt(1.0f - (1.0f - sqr(cos_o)) / sqr(p.coat_ior())));
 }
 
-/// Where a coat covers a part, that part alone is both dimmed and tinted from Blender 5.3 on; before, all is dimmed by
-/// the share that is reflected and then tinted by the share that is covered.
-void put_below_coat(Remainder& rest, const Principled& p, const MicrofacetLobe& coat, Rgb albedo, float cos_o,
+/// `albedo`: of the coat, its weight included. Where it covers a part, that part alone is both dimmed and tinted from
+/// Blender 5.3 on, by what facets reflect at once; before, all is dimmed by the share that is reflected, what facets
+/// lose between them taken off, and then tinted by the share that is covered.
+void put_below_coat(Remainder& rest, const Principled& p, const MicrofacetLobe& coat, Rgb albedo, Vec3 wo,
                     bool is_whole) {
   constexpr float kEvenCosine = 0.5f;
   const float head_on = f0_from_ior(coat.ior), shade = p.coat() * grazing_shade(coat.alpha_x);
-  const Rgb passed = coat_passage(p, cos_o), passed_evenly = coat_passage(p, kEvenCosine);
+  const Rgb passed = coat_passage(p, dot(wo, coat.n)), passed_evenly = coat_passage(p, kEvenCosine);
   if (!is_whole) {
     rest.put_below(albedo, p.coat() * head_on, shade);
     rest.weight *= lerp(Rgb(1.0f), passed, p.coat());
     rest.even *= lerp(Rgb(1.0f), passed_evenly, p.coat());
     return;
   }
-  Remainder covered{rest.weight * p.coat(), rest.even * p.coat()};
-  const Rgb bare = rest.weight - covered.weight, bare_evenly = rest.even - covered.even;
-  covered.put_below(albedo, head_on, 0.0f);
-  rest.weight = non_negative(bare + covered.weight * passed);
-  rest.even = non_negative(bare_evenly + covered.even * passed_evenly);
+  const float reflected = is_black(albedo) ? 0.0f : max_component(microfacet_albedo(coat, wo));
+  const auto left = [&](float reflectance, Rgb passage) {
+    return saturate(lerp(Rgb(1.0f), (1.0f - reflectance) * passage, p.coat()));
+  };
+  rest.weight *= left(reflected, passed);
+  rest.even *= left(head_on, passed_evenly);
   rest.unshaded *= 1.0f - clamp01(shade);
 }
 
@@ -130,7 +132,7 @@ Remainder add_top_layers(Bsdf& bsdf, const Principled& p, Vec3 n, const SurfaceP
     coat.ior = p.coat_ior();
     const Rgb mean(fresnel_dielectric_average(coat.ior));
     const Rgb albedo = add_microfacet(bsdf, coat, p.coat() * rest.weight, mean);
-    put_below_coat(rest, p, coat, albedo, dot(point.wo, coat.n), has_whole_coat);
+    put_below_coat(rest, p, coat, albedo, point.wo, has_whole_coat);
   }
   const float strongest = std::max(p.coat(), max_component(p.sheen() * p.sheen_tint()));
   if (strongest > 1.0f) rest.even = {};  // seen from some side there may be nothing left

@@ -153,8 +153,8 @@ void add_simple_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parame
   const Rgb weight = non_negative(in[0].x * to_rgb(in[2]));
   if (in[1] == Vec3{} || is_negligible(weight)) return;
   SimpleHairLobe lobe = make_simple_hair(normalize_or(in[1], point.ng), in[3].x, in[4].x, parameters[0] != 0);
-  lobe.n = specular_normal(point.ns, point);
-  lobe.shift = -in[5].x;
+  lobe.n = specular_normal(bump_reference(bsdf), point);
+  lobe.shift = std::clamp(-in[5].x, -0.5f * kPi, 0.5f * kPi);  // what the socket takes; widths leave nothing far beyond
   add_lobe(bsdf, lobe, weight, average(weight));
 }
 

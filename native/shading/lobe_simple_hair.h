@@ -8,9 +8,9 @@ namespace cistern {
 // directions: of half the sum of both inclinations, Lorentzian around `shift`, and of the turn about the strand, where
 // reflected light falls off like a cosine around the eye and what passes is Lorentzian around the far side. Light is
 // reflected up to a right angle from the eye and to the side of n, passes to the other side, and is lost elsewhere:
-// from the far side there is none. Not reciprocal, but conserves energy. [Ou, Xie, Krishnamachari and Pellacini 2012,
-// ISHair: Importance Sampling for Hair Scattering; as Cycles evaluates it, whose own samples reach beyond] Density: the
-// same over what of the turns is within reach, sides of n not counted.
+// from the far side there is none. Not reciprocal; conserves energy where n is across the strand. [Ou, Xie,
+// Krishnamachari and Pellacini 2012, ISHair: Importance Sampling for Hair Scattering; as Cycles evaluates it, whose own
+// samples reach beyond] Density: the same over what of the turns is within reach, sides of n not counted.
 
 /// `tangent` unit; widths in [0.001, 1], clamped to it.
 SimpleHairLobe make_simple_hair(Vec3 tangent, float along, float across, bool passes);

@@ -64,18 +64,17 @@ Vec3 towards(Vec3 ns, Vec3 n, float strength) {
   return normalize_or(strength == 1.0f ? n : ns + (n - ns) * std::max(strength, 0.0f), ns);
 }
 
-/// By the frame of the surface as it is, or `is_original`, as it was before displacement.
+/// Before displacement or after it. Flat surfaces have the normal that they have now in both.
 Vec3 tangent_space_normal(const NodeContext& c, int uv_name, bool is_original, Vec3 color, float strength, Vec3 ns) {
-  is_original = is_original && c.has_mesh() && c.mesh().undisplaced;
-  const int uv_map = resolve_attribute(c, uv_name);
   const std::optional<TangentFrame> frame =
-      is_original ? original_tangent_frame(c.scene, c.point, uv_map) : tangent_frame(c.scene, c.point, uv_map);
+      mesh_tangent_frame(c.scene, c.point, resolve_attribute(c, uv_name), is_original);
   if (!frame) return ns;
-  if (!is_original) color = {color.x * strength, color.y * strength, lerp(1.0f, color.z, clamp01(strength))};
+  const bool is_linear = is_original && c.mesh().undisplaced && c.mesh().undisplaced->normals_domain != Domain::FACE;
+  if (!is_linear) color = {color.x * strength, color.y * strength, lerp(1.0f, color.z, clamp01(strength))};
   const Vec3 in_object = color.x * frame->tangent + color.y * frame->bitangent + color.z * frame->normal;
   const Vec3 outside = transform_normal(c.instance().object_to_world, in_object);
   const Vec3 n = normalize_or(c.point.is_backface ? -outside : outside, ns);
-  return is_original ? towards(ns, n, strength) : n;
+  return is_linear ? towards(ns, n, strength) : n;
 }
 
 }  // namespace

@@ -109,16 +109,17 @@ std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint
   return frame_on(mesh, mesh, point.triangle, attribute, outer_normal(instance, point));
 }
 
-std::optional<TangentFrame> original_tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute) {
+std::optional<TangentFrame> mesh_tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute,
+                                               bool is_original) {
   const Instance& instance = scene.instances[point.instance];
   const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
   if (attribute < 0 || !mesh.undisplaced) return tangent_frame(scene, point, attribute);
-  const Mesh& original = *mesh.undisplaced;
-  const bool is_flat = original.normals_domain == Domain::FACE;
+  const Mesh& shape = is_original ? *mesh.undisplaced : mesh;
+  const bool is_flat = shape.normals_domain == Domain::FACE;
   const Vec3 outside = point.is_backface ? -point.ng : point.ng;
   const Vec3 normal = is_flat ? normalize_or(instance.object_to_world.transposed_vector(outside), {})
-                              : normalize_or(blend_normals(original, point.triangle, point.barycentric), {});
-  return frame_on(mesh, original, point.triangle, attribute, normal);
+                              : normalize_or(blend_normals(shape, point.triangle, point.barycentric), {});
+  return frame_on(mesh, shape, point.triangle, attribute, normal);
 }
 
 AttributeValue surface_attribute(const Scene& scene, const SurfacePoint& point, int index) {

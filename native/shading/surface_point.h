@@ -84,8 +84,10 @@ struct TangentFrame {
 /// None where the map is missing (`attribute` < 0) or degenerate. What is made of the frame goes to world space by
 /// `transform_normal`, as in Cycles: normal maps baked on an object then also fit it when it is scaled.
 std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute);
-/// The same before displacement, but for the normal of flat faces: what normal maps are read in, as in Cycles.
-std::optional<TangentFrame> original_tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute);
+/// What normal maps are read in, as in Cycles: on displaced meshes with the mesh's own normal, which no bump has bent,
+/// or `is_original`, all as before displacement; with the normal that flat faces have now in both.
+std::optional<TangentFrame> mesh_tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute,
+                                               bool is_original);
 
 /// Interpolated attribute, `index` into Mesh::attributes. One component fills all three; otherwise missing ones are 0;
 /// alpha is 1 without a fourth.

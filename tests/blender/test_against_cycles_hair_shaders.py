@@ -100,13 +100,24 @@ def test_simple_hair(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+# The least ratio of pictures and the largest difference of blocks, a little beyond what was measured.
+BOUNDS = {
+    "reflection": (0.97, 0.1),
+    "tilted reflection": (0.96, 0.14),
+    "narrow reflection": (0.993, 0.04),
+    "transmission": (0.99, 0.03),
+    "narrow transmission": (0.997, 0.01),
+}
+
+
 @pytest.mark.parametrize("case", SIMPLE_HAIR)
 def test_simple_hair_within_bounds(empty_scene: bpy.types.Scene, case: str) -> None:
-    """Its scattered rays take directions, too, that light samples do not know: 0.966 was measured, with the tilt."""
+    """Its scattered rays take directions, too, that light samples do not know."""
     stage(empty_scene)
     add_fur(empty_scene, simple_hair(**SIMPLE_HAIR[case]))
     result = compare_with_cycles(empty_scene)
-    assert 0.96 < result.ratio < 1.001, result
+    least, largest = BOUNDS[case]
+    assert least < result.ratio < 1.002 and result.largest_difference < largest, result
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.3])

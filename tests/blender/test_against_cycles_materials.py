@@ -39,6 +39,7 @@ PRINCIPLED = {
     "rough glass": {"Transmission_Weight": 1.0, "Roughness": 0.4, "Base_Color": (0.9, 1.0, 0.95, 1.0)},
     "half glass": {"Transmission_Weight": 0.5, "Roughness": 0.3},
     "coat": {"Coat_Weight": 1.0, "Coat_Roughness": 0.1, "Coat_Tint": (0.9, 0.6, 0.4, 1.0), "Roughness": 0.7},
+    "rough coat": {"Coat_Weight": 1.0, "Coat_IOR": 2.0, "Coat_Roughness": 1.0, "Specular_IOR_Level": 0.0},
     "half a coat": {"Coat_Weight": 0.5, "Coat_IOR": 2.0, "Coat_Roughness": 0.1, "Coat_Tint": (0.1, 0.9, 0.4, 1.0)},
     "emission": {"Emission_Color": (0.3, 0.6, 1.0, 1.0), "Emission_Strength": 1.5},
     "alpha": {"Alpha": 0.4},

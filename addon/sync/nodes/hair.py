@@ -38,7 +38,7 @@ def hair(node: NodeView, weight: Value) -> None:
         is_strand = mesh_attribute(node, value_names.STRAND, "Fac", missing_alpha=0)
         offset = node.math("MULTIPLY", offset, is_strand)
     inputs = (weight, tangent, *node.values("Color, RoughnessU, RoughnessV"), offset)
-    node.compiler.code.closure("CLOSURE_SIMPLE_HAIR", inputs, (HAIR_COMPONENTS.index(node.node.component),))
+    node.compiler.code.closure("CLOSURE_SIMPLE_HAIR", inputs, (node.choice("component", HAIR_COMPONENTS),))
 
 
 def _variation(node: NodeView, amount: str) -> Value | None:

@@ -247,6 +247,28 @@ TEST(Closures, CoatAbsorbsEmissionByBeersLaw) {
   EXPECT_NEAR(build(Op::CLOSURE_PRINCIPLED, in, make_point(0.5f)).emission.g, 0.25f, 1e-3f);  // twice the way
 }
 
+/// From Blender 5.3 on the covered part alone is dimmed and tinted; before, all of it by mean shares.
+TEST(Closures, HalfACoatDimsAndTintsWhatItCovers) {
+  Inputs in = principled();
+  in[COAT] = grey(0.5f);
+  in[STRENGTH] = grey(1.0f);
+  in[COAT_IOR] = grey(2.0f);  // reflects 1 / 9 head-on
+  in[COAT_TINT] = grey(0.3f);
+  const SurfacePoint point = make_point(1.0f);
+  const auto emission = [&](int32_t layers) {
+    const int32_t parameters[4] = {1, 0, layers, 0};
+    Bsdf bsdf;
+    bsdf.ng = point.ng;
+    bsdf.wo = point.wo;
+    add_closure(bsdf, Op::CLOSURE_PRINCIPLED, in, parameters, point);
+    return bsdf.emission.g;
+  };
+  EXPECT_NEAR(emission(8), 0.5f + 0.5f * 0.3f * 8.0f / 9.0f, 5e-3f);
+  EXPECT_NEAR(emission(0), (1.0f - 0.5f / 9.0f) * (0.5f + 0.5f * 0.3f), 5e-3f);
+  in[COAT_TINT] = grey(4.0f);  // no coat adds light there
+  EXPECT_LE(emission(8), 1.0f);
+}
+
 TEST(Closures, GlassKnowsInsideFromOutside) {
   const Inputs in{grey(1.0f), grey(1.0f), grey(0.3f), grey(1.5f), kTestNormal,
                   grey(0.0f), grey(1.0f), grey(0.0f), grey(0.0f), {}};

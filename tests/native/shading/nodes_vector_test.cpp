@@ -83,6 +83,40 @@ TEST(NodesVector, TangentSpaceNormalMap) {
   }
 }
 
+/// Of a surface that displacement tilted, by its own frame and by that before: linearly between both only where the
+/// original is smooth.
+TEST(NodesVector, NormalMapOfDisplacedSurfaces) {
+  MaterialProgram program;
+  program.attribute_names = {""};
+  program.attribute_hashes = {attribute_name_hash("")};
+  Scene scene = test::make_scene(test::make_triangle(), {}, program);
+  const Mesh original = *scene.meshes[0];
+  for (const bool is_flat : {false, true}) {
+    Mesh before = original, moved = original;
+    before.normals_domain = moved.normals_domain = is_flat ? Domain::FACE : Domain::POINT;
+    before.normals.assign(before.positions.size(), encode_octahedral({0.0f, 0.0f, 1.0f}));
+    const Vec3 tilted = normalize(Vec3{0.0f, -0.6f, 0.8f});
+    moved.normals.assign(moved.positions.size(), encode_octahedral(tilted));
+    moved.undisplaced = std::make_shared<const Mesh>(before);
+    scene.meshes[0] = std::make_shared<const Mesh>(moved);
+    SurfacePoint point = test::point_at(scene, {0.2f, 0.2f}, kDown);
+    const NodeContext c{scene, *scene.materials[0], point, {}};
+    const Vec3 leaning{0.8f, 0.5f, 0.9f};  // (0.6, 0, 0.8)
+    const auto run = [&](int is_original, float strength) {
+      const int32_t parameters[4] = {0, 0, 0, is_original};
+      return normal_map_node(c, parameters, leaning, strength, point.ns);
+    };
+    const Vec3 now = is_flat ? point.ng : tilted, then = is_flat ? point.ng : Vec3{0.0f, 0.0f, 1.0f};
+    const Vec3 across{1.0f, 0.0f, 0.0f};
+    expect_near(run(0, 1.0f), 0.6f * across + 0.8f * now);
+    expect_near(run(1, 1.0f), 0.6f * across + 0.8f * then);
+    expect_near(run(0, 2.0f), normalize(1.2f * across + 0.8f * now));
+    const Vec3 whole = 0.6f * across + 0.8f * then;
+    expect_near(run(1, 2.0f),
+                is_flat ? normalize(1.2f * across + 0.8f * then) : normalize(point.ns + 2.0f * (whole - point.ns)));
+  }
+}
+
 TEST(NodesVector, TangentSpaceNormalMapUnderUnevenScale) {
   MaterialProgram program;
   program.attribute_names = {""};
