@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <span>
+#include <type_traits>
 
 #include "shading/lobe_hair.h"
 #include "shading/lobe_microfacet.h"
@@ -23,9 +24,19 @@ const HairLobe* as_hair(const Lobe& lobe) { return std::get_if<HairLobe>(&lobe.m
 
 const SimpleHairLobe* as_simple_hair(const Lobe& lobe) { return std::get_if<SimpleHairLobe>(&lobe.model); }
 
-bool is_glossy_toon(const Lobe& lobe) { return std::holds_alternative<ToonGlossyLobe>(lobe.model); }
+template <class Model, class... All>
+consteval uint32_t bit_of(std::type_identity<std::variant<All...>>) {
+  uint32_t bit = 1;
+  static_cast<void>(((std::is_same_v<Model, All> ? false : (bit <<= 1, true)) && ...));
+  return bit;
+}
 
-bool is_velvet(const Lobe& lobe) { return std::holds_alternative<VelvetLobe>(lobe.model); }
+/// Whether the model is one of these; a look at one number, where lobes are evaluated by the million.
+template <class... Models>
+bool is_any_of(const Lobe& lobe) {
+  constexpr uint32_t kBits = (bit_of<Models>(std::type_identity<decltype(Lobe::model)>()) | ...);
+  return ((kBits >> lobe.model.index()) & 1u) != 0;
+}
 
 /// The cone of toon lobes, or null.
 const ToonCone* as_cone(const Lobe& lobe) {
@@ -39,7 +50,7 @@ float width_of(const ToonCone& cone) { return 0.5f * half_angle(cone); }
 
 ScatterKind kind_of(const Lobe& lobe, bool is_transmission) {
   if (is_transmission) return ScatterKind::TRANSMISSION;
-  const bool is_glossy = as_microfacet(lobe) || as_hair(lobe) || as_simple_hair(lobe) || is_glossy_toon(lobe);
+  const bool is_glossy = is_any_of<MicrofacetLobe, HairLobe, SimpleHairLobe, ToonGlossyLobe>(lobe);
   return is_glossy ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
 }
 
@@ -49,7 +60,7 @@ ScatterKind pass_kind(const Lobe& lobe, bool is_below) {
   if (const SimpleHairLobe* hair = as_simple_hair(lobe))
     return hair->passes ? ScatterKind::TRANSMISSION : ScatterKind::GLOSSY;
   if (!microfacet)
-    return as_hair(lobe) || is_glossy_toon(lobe) || is_velvet(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
+    return is_any_of<HairLobe, ToonGlossyLobe, VelvetLobe>(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
   return is_below ? ScatterKind::TRANSMISSION : ScatterKind::GLOSSY;
 }
 
@@ -358,28 +369,25 @@ float mean_roughness(const Bsdf& bsdf) {
 bool is_smooth(const Lobe& lobe) {
   // roughness^4 = alpha_x alpha_y
   constexpr float kAlphaProduct = kReconnectRoughness * kReconnectRoughness * kReconnectRoughness * kReconnectRoughness;
+  if (const MicrofacetLobe* microfacet = as_microfacet(lobe))
+    return microfacet->alpha_x * microfacet->alpha_y < kAlphaProduct;
+  if (!is_any_of<HairLobe, SimpleHairLobe, ToonDiffuseLobe, ToonGlossyLobe>(lobe)) return false;
   if (const HairLobe* hair = as_hair(lobe)) return hair->is_smooth;
   if (const SimpleHairLobe* hair = as_simple_hair(lobe)) return is_smooth(*hair);
-  const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  if (microfacet) return microfacet->alpha_x * microfacet->alpha_y < kAlphaProduct;
-  const ToonCone* cone = as_cone(lobe);
-  return cone && sqr(width_of(*cone)) < kAlphaProduct;
+  return sqr(width_of(*as_cone(lobe))) < kAlphaProduct;
 }
 
 bool is_narrow(const Lobe& lobe) {
-  if (as_hair(lobe) || as_simple_hair(lobe)) return true;
-  const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  if (microfacet) return std::min(microfacet->alpha_x, microfacet->alpha_y) < kNarrowAlpha;
-  const ToonCone* cone = as_cone(lobe);
-  return cone && width_of(*cone) < kNarrowAlpha;
+  if (const MicrofacetLobe* microfacet = as_microfacet(lobe))
+    return std::min(microfacet->alpha_x, microfacet->alpha_y) < kNarrowAlpha;
+  if (is_any_of<HairLobe, SimpleHairLobe>(lobe)) return true;
+  return is_any_of<ToonDiffuseLobe, ToonGlossyLobe>(lobe) && width_of(*as_cone(lobe)) < kNarrowAlpha;
 }
 
 bool transmits(const Lobe& lobe) {
-  const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  if (microfacet) return microfacet->transmits;
+  if (const MicrofacetLobe* microfacet = as_microfacet(lobe)) return microfacet->transmits;
   if (const SimpleHairLobe* hair = as_simple_hair(lobe)) return hair->passes;
-  return std::holds_alternative<TranslucentLobe>(lobe.model) ||
-         std::holds_alternative<RoughTranslucentLobe>(lobe.model) || as_hair(lobe);
+  return is_any_of<TranslucentLobe, RoughTranslucentLobe, HairLobe>(lobe);
 }
 
 BsdfKinds evaluate_kinds(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility) {
