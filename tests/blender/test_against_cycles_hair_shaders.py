@@ -100,6 +100,20 @@ def test_simple_hair(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+def test_another_tilt_of_simple_hair_is_seen(empty_scene: bpy.types.Scene) -> None:
+    """Planted: in the picture of Cycles."""
+    stage(empty_scene)
+    light_by_points(empty_scene)
+    fur = add_fur(empty_scene, simple_hair(Color=BLOND))
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        node = next(n for n in fur.data.materials[0].node_tree.nodes if n.type == "BSDF_HAIR")
+        node.inputs["Offset"].default_value = 0.1
+
+    result = compare_with_cycles(empty_scene, bounces=0, plant=plant)
+    assert not result.agrees, result
+
+
 # The least ratio of pictures and the largest difference of blocks, a little beyond what was measured.
 BOUNDS = {
     "reflection": (0.97, 0.1),

@@ -12,6 +12,7 @@ from tests.support.core_scenes import (
     SceneDescription,
     emission,
     medium,
+    principled,
     render,
     replicas,
     same_everywhere,
@@ -261,3 +262,24 @@ def test_bad_values(values: dict) -> None:
         session = core.Session(core.Settings(width=8, height=8, samples=2))
         session.start(scene.snapshot())
         assert session.wait(60.0).status is core.Status.DONE
+
+
+def linked_fire(lit_sets: int) -> core.Scene:
+    """A cube of glowing air above a floor: what it emits is for receivers of these sets, of which the floor is 0."""
+    scene = SceneDescription()
+    scene.add_box(0.5, medium(glow=(1.0, 0.5, 0.25)))
+    floor = principled((0.8, 0.8, 0.8), specular=0.0)
+    scene.add_quad((-3.0, -3.0, -1.0), (6.0, 0.0, 0.0), (0.0, 6.0, 0.0), floor, "floor")
+    every_set = 2**64 - 1
+    scene.links = np.array([(lit_sets, every_set), (every_set, every_set)], np.uint64)
+    scene.set_camera((0.0, -4.0, 0.0), (0.0, 0.0, 0.0), 0.8)
+    return scene.snapshot()
+
+
+def test_cameras_see_media_whatever_they_are_linked_to() -> None:
+    """Planted: the link, which keeps the light from the floor."""
+    linked, free = (render(linked_fire(sets), samples=64)["Combined"][..., :3] for sets in (0b10, 0b11))
+    fire, floor = (slice(8, 10), slice(7, 9)), slice(0, 4)
+    assert free[fire][..., 0].min() > 0.2
+    np.testing.assert_array_equal(linked[fire], free[fire])
+    assert linked[floor].max() == 0.0 < free[floor].mean()

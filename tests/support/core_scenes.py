@@ -108,6 +108,7 @@ class SceneDescription:
         self.builder = core.SceneBuilder()
         self.instances: list[tuple[int, int, np.ndarray]] = []
         self.visibility: list[int] = []  # by instance
+        self.links: np.ndarray | None = None  # (n, 2), of add_instances
 
     def add_mesh(
         self,
@@ -195,7 +196,7 @@ class SceneDescription:
             name = self.builder.add_object_name("objects")
             self.builder.add_instances(
                 np.array(mesh, np.int32), np.array(materials, np.int32), np.full(count, name, np.int32),
-                np.array(matrices, np.float32), np.array(self.visibility, np.uint8),
+                np.array(matrices, np.float32), np.array(self.visibility, np.uint8), links=self.links,
             )  # fmt: skip
             self.instances, self.visibility = [], []
         return self.builder.snapshot()
