@@ -85,7 +85,7 @@ struct Strand {
   std::array<Rgb, kWays> attenuation;  // A_p
   std::array<float, kWays> probability, variance;
 
-  Strand(const HairLobe& lobe, const Vec3& wo) : frame(frame_of(lobe.tangent, wo)) {
+  Strand(const HairLobe& lobe, const Vec3& wo) : frame(strand_frame(lobe.tangent, wo)) {
     o = {std::clamp(dot(wo, frame.s), -1.0f, 1.0f), 0.0f};
     o.cosine = cosine_of(o.sine);
     gamma_o = safe_asin(lobe.h);
@@ -103,13 +103,6 @@ struct Strand {
     for (size_t p = 0; p < kWays; ++p) sum += probability[p] = average(attenuation[p]);
     for (float& p : probability) p /= sum;
     variance = {lobe.coat_variance, 0.25f * lobe.variance, 4.0f * lobe.variance, 4.0f * lobe.variance};
-  }
-
-  static Frame frame_of(const Vec3& tangent, const Vec3& wo) {
-    const Vec3 across = cross(tangent, wo);
-    if (!(length_squared(across) > 1e-14f)) return {tangent, Frame(tangent).s, Frame(tangent).t};
-    const Vec3 t = normalize(across);
-    return {tangent, t, cross(tangent, t)};
   }
 
   /// Where scales send light from that reaches the eye by way p. Turning the eye and not the light keeps densities
@@ -134,6 +127,13 @@ float color_fit(float b) { return 5.969f + b * (-0.215f + b * (2.532f + b * (-10
 
 }  // namespace
 
+Frame strand_frame(const Vec3& tangent, const Vec3& wo) {
+  const Vec3 across = cross(tangent, wo);
+  if (!(length_squared(across) > 1e-14f)) return {tangent, Frame(tangent).s, Frame(tangent).t};
+  const Vec3 t = normalize(across);
+  return {tangent, t, cross(tangent, t)};
+}
+
 HairLobe make_hair(const HairAppearance& hair, Vec3 tangent, Vec3 ng, Vec3 wo) {
   static constexpr float kSmoothest = 1e-3f;  // as in Cycles
   const auto in_range = [](float x) { return std::clamp(x, kSmoothest, 1.0f); };
@@ -150,7 +150,7 @@ HairLobe make_hair(const HairAppearance& hair, Vec3 tangent, Vec3 ng, Vec3 wo) {
                (0.265f * radial + 1.194f * sqr(radial) + 5.372f * to_the_power_of_20(radial) * sqr(radial));
   lobe.ior = std::max(hair.ior, 1.0f + 1e-5f);
   lobe.tilt = hair.tilt;
-  const Frame frame = Strand::frame_of(tangent, wo);
+  const Frame frame = strand_frame(tangent, wo);
   lobe.h = std::clamp(dot(cross(ng, tangent), frame.n), -1.0f, 1.0f);
   lobe.is_smooth = std::min(r, radial) < kReconnectRoughness;
   return lobe;

@@ -10,6 +10,9 @@ namespace cistern {
 // Model; Chiang et al. 2016, A Practical and Controllable Hair and Fur Model for Production Path Tracing]
 // Density: the same sum, with grey A_p that sum up to 1. Where light leaves the strand is taken to be where it entered.
 
+/// s along a strand, t across it as seen from `wo`, n away from there.
+Frame strand_frame(const Vec3& tangent, const Vec3& wo);
+
 struct HairAppearance {
   Rgb absorption;                                                // over the radius of the strand
   float roughness = 0.3f, radial_roughness = 0.3f, coat = 0.0f;  // in [0, 1]; the coat makes reflection sharper

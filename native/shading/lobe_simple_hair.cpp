@@ -1,19 +1,13 @@
 #include "shading/lobe_simple_hair.h"
 
+#include "shading/lobe_hair.h"
+
 namespace cistern {
 namespace {
 
 constexpr float kRightAngle = 0.5f * kPi;
 
 float inclination(const Vec3& tangent, const Vec3& w) { return std::asin(std::clamp(dot(tangent, w), -1.0f, 1.0f)); }
-
-/// s along the strand, t across it towards the eye.
-Frame frame_of(const Vec3& tangent, const Vec3& wo) {
-  const Vec3 across = cross(tangent, wo);
-  if (!(length_squared(across) > 1e-14f)) return {tangent, Frame(tangent).s, Frame(tangent).t};
-  const Vec3 n = normalize(across);
-  return {tangent, cross(n, tangent), n};
-}
 
 /// Inclinations of light around the cone of those that the strand would mirror to `o`: Lorentzian in their half sum.
 struct AlongStrand {
@@ -76,10 +70,10 @@ LobeEvaluation evaluate_lobe(const SimpleHairLobe& lobe, const Vec3& wo, const V
   if ((dot(lobe.n, wi) < 0.0f) != lobe.passes) return {};
   const float i = inclination(lobe.tangent, wi);
   if (!(std::abs(i) <= kSteepest)) return {};
-  const Frame frame = frame_of(lobe.tangent, wo);
+  const Frame frame = strand_frame(lobe.tangent, wo);
   const AboutStrand about(lobe);
-  const float towards_eye = dot(frame.t, wi);
-  const float turn = std::atan2(dot(frame.n, wi), lobe.passes ? -towards_eye : towards_eye);
+  const float away = dot(frame.n, wi);
+  const float turn = std::atan2(dot(frame.t, wi), lobe.passes ? away : -away);
   const float density = AlongStrand(lobe, inclination(lobe.tangent, wo)).density(i) * about.density(turn);
   return {Rgb(density), density / about.within};
 }
@@ -87,9 +81,9 @@ LobeEvaluation evaluate_lobe(const SimpleHairLobe& lobe, const Vec3& wo, const V
 std::optional<Vec3> sample_lobe(const SimpleHairLobe& lobe, const Vec3& wo, float, Vec2 u) {
   const float i = AlongStrand(lobe, inclination(lobe.tangent, wo)).sample(u.x);
   const float turn = AboutStrand(lobe).sample(u.y);
-  const Frame frame = frame_of(lobe.tangent, wo);
-  const float towards_eye = lobe.passes ? -std::cos(turn) : std::cos(turn);
-  return normalize(std::sin(i) * frame.s + std::cos(i) * (towards_eye * frame.t + std::sin(turn) * frame.n));
+  const Frame frame = strand_frame(lobe.tangent, wo);
+  const float away = lobe.passes ? std::cos(turn) : -std::cos(turn);
+  return normalize(std::sin(i) * frame.s + std::cos(i) * (std::sin(turn) * frame.t + away * frame.n));
 }
 
 }  // namespace cistern
