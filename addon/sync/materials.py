@@ -15,10 +15,11 @@ from .changes import EVERYTHING, Changes, original_uid
 from .image_source import ImageSource, animated_source
 from .images import ImageCache
 from .instance_values import Rgba, layer_value
-from .nodes import compile_light, compile_material, compile_volume, compile_world
+from .nodes import compile_light, compile_material, compile_splats, compile_volume, compile_world
 from .nodes.graph import all_nodes
 from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
 from .nodes.value_names import ATTRIBUTE_OUTPUTS, GENERATED, value_names
+from .splats import is_splat_cloud
 
 if TYPE_CHECKING:
     from cistern_core import MaterialProgram, SceneBuilder
@@ -28,6 +29,7 @@ Animations = frozenset[tuple[int, ImageSource | None]]
 
 SHADED = bpy.types.Material | bpy.types.World | bpy.types.Light
 _EMPTY_SLOT = 0
+_EMPTY_SLOT_OF_SPLATS = 1 << 62  # no session id of Blender's is as large
 # Textures that read something else where no vector is linked.
 _WITHOUT_GENERATED = frozenset(
     f"ShaderNodeTex{kind}" for kind in ("Image", "Environment", "Sky", "IES", "PointDensity")
@@ -141,7 +143,10 @@ class MaterialTable:
     def refresh(self) -> None:
         """Compile anew what was touched, whoever asks: geometry nodes give materials to objects that are not listed."""
         compiled = {} if self._changes.is_everything else self._kept.compiled
-        touched = {uid for uid, before in compiled.items() if self._is_touched(uid, before)} - {_EMPTY_SLOT}
+        touched = {uid for uid, before in compiled.items() if self._is_touched(uid, before)} - {
+            _EMPTY_SLOT,
+            _EMPTY_SLOT_OF_SPLATS,
+        }
         found = shaded_data_blocks(self._context.depsgraph, {data_block_uid(key) for key in touched})
         for key in touched & (found.keys() | {volume_key(uid) for uid in found}):
             data_block = found[data_block_uid(key)]
@@ -150,8 +155,11 @@ class MaterialTable:
     def set_handle(self, evaluated_object: bpy.types.Object) -> int:
         """Material set of an object's slots, whether they are linked to the object or to its data."""
         slots = evaluated_object.material_slots
-        materials = [slot.material for slot in slots] or [None]
-        handles = tuple(self._handle(self._override or material, compile_material) for material in materials)
+        materials = [self._override or slot.material for slot in slots] or [self._override]
+        is_cloud = is_splat_cloud(evaluated_object.data)
+        handles = tuple(
+            self._splat_handle() if is_cloud and m is None else self._handle(m, compile_material) for m in materials
+        )
         sets = self._kept.sets
         if handles not in sets:
             sets[handles] = self._context.builder.add_material_set(list(handles), evaluated_object.name)
@@ -170,6 +178,11 @@ class MaterialTable:
                     sets[(handle,)] = self._context.builder.add_material_set([handle], evaluated_object.name)
                 return sets[(handle,)], self._kept.compiled[key].grids
         return None
+
+    def _splat_handle(self) -> int:
+        """What shows splats as they are."""
+        self._asked.add(_EMPTY_SLOT_OF_SPLATS)
+        return self._compiled_handle(_EMPTY_SLOT_OF_SPLATS, None, compile_splats)
 
     def light_handle(self, light: bpy.types.Light) -> int:
         """The program that multiplies a lamp's light, or -1 for a lamp of one colour."""

@@ -16,6 +16,7 @@ from .changes import original_uid
 from .fluid_grids import gas_arrays, gas_domain
 from .meshes import MeshArrays, mesh_arrays
 from .points import point_arrays
+from .splats import SplatArrays, is_splat_cloud, splat_arrays
 from .strands import StrandArrays, curve_arrays, particle_arrays
 from .subdivision import Subdivision, final_mesh
 from .volume_grids import volume_arrays, volume_version
@@ -165,15 +166,12 @@ class MeshTable:
             arrays = curve_arrays(obj.data, self._wanted_attributes)
             return self._place_strands(arrays, f"Curves '{obj.data.name}'", obj.data.name, owner)
         if isinstance(obj.data, bpy.types.PointCloud):
-            if getattr(obj.data, "type", "POINTS") == "GAUSSIAN_SPLAT":
-                self._report.warn(
-                    f"Point cloud '{obj.data.name}': Gaussian splats are not supported, they are left out"
-                )
-                return None
+            label = f"Point cloud '{obj.data.name}'"
+            if is_splat_cloud(obj.data):
+                return self._place_splats(splat_arrays(obj.data, self._wanted_attributes), label, obj.data.name, owner)
             arrays = point_arrays(obj.data, self._wanted_attributes)
-            return self._place_strands(arrays, f"Point cloud '{obj.data.name}'", obj.data.name, owner)
-        key = (owner, self._counts[owner])
-        self._counts[owner] += 1
+            return self._place_strands(arrays, label, obj.data.name, owner)
+        key = self._next_key(owner)
         version = mesh_version(obj.data, self._kept.editions)
         mesh = self._by_version.get((version, subdivision)) or self._export(obj, key, subdivision)
         if mesh is not None:
@@ -210,20 +208,36 @@ class MeshTable:
         return PlacedMesh(handle, flat_axis, version, warnings, subdivision)
 
     def _place_strands(self, arrays: StrandArrays | None, label: str, name: str, owner: int) -> PlacedMesh | None:
-        """`label`: as a warning calls them. Blender does not tell one evaluation of strands from another."""
-        key = (owner, self._counts[owner])
-        self._counts[owner] += 1
+        """`label`: as a warning calls them."""
+        key = self._next_key(owner)
         if arrays is None:
             return None
-        self.exported += 1
         handle = self._builder.add_strands(name, **vars(arrays), replace=self._handle_for(key))
-        statistics = self._builder.mesh_statistics(handle)
         warnings = []
-        if statistics["dropped_triangles"]:
+        if self._builder.mesh_statistics(handle)["dropped_triangles"]:
             warnings.append(f"{label}: what has positions or radii that are not finite is left out")
         counts = np.diff(arrays.strand_offsets)
         if arrays.shape != "BALLS" and (counts < 2).any():
             warnings.append(f"{label}: strands with fewer than two keys are left out")
+        return self._placed(key, handle, warnings)
+
+    def _place_splats(self, arrays: SplatArrays | None, label: str, name: str, owner: int) -> PlacedMesh | None:
+        key = self._next_key(owner)
+        if arrays is None:
+            return None
+        handle = self._builder.add_splats(name, **vars(arrays), replace=self._handle_for(key))
+        dropped = self._builder.mesh_statistics(handle)["dropped_triangles"]
+        text = f"{label}: {dropped} splats are left out, whose values are not finite, or whose scale or rotation is 0"
+        return self._placed(key, handle, [text] if dropped else [])
+
+    def _next_key(self, owner: int) -> tuple[int, int]:
+        key = (owner, self._counts[owner])
+        self._counts[owner] += 1
+        return key
+
+    def _placed(self, key: tuple[int, int], handle: int, warnings: list[str]) -> PlacedMesh:
+        """Of strands and splats: Blender does not tell one evaluation of them from another."""
+        self.exported += 1
         mesh = PlacedMesh(handle, -1, 0, tuple(warnings))
         self._used.add(handle)
         self._by_owner[key] = mesh

@@ -32,6 +32,7 @@ _READABLE_TYPES = {
     "FLOAT_COLOR": ("color", 4),
     "BYTE_COLOR": ("color", 4),
     "QUATERNION": ("value", 4),
+    "FLOAT4": ("vector", 4),
 }
 _READABLE_DOMAINS = ("POINT", "FACE", "CORNER", "EDGE")
 _LARGEST_POLYGON_OF_CORE = 4

@@ -27,11 +27,11 @@ def point_arrays(cloud: bpy.types.PointCloud, wanted: Set[str]) -> StrandArrays 
     radius = cloud.attributes.get("radius")
     if radius is not None and len(radius.data) == count:
         radius.data.foreach_get("value", radii)
-    attributes = _attributes(cloud, positions, radii, wanted)
+    attributes = point_attributes(cloud, positions, radii, wanted)
     return StrandArrays(positions, radii, np.arange(count + 1, dtype=np.int32), shape="BALLS", attributes=attributes)
 
 
-def _attributes(
+def point_attributes(
     cloud: bpy.types.PointCloud, positions: NDArray[np.float32], radii: NDArray[np.float32], wanted: Set[str]
 ) -> list[tuple[str, str, NDArray[np.float32]]]:
     """Of each point: those of the cloud that are wanted, and what outputs of the Point Info node read."""

@@ -14,11 +14,19 @@
 
 namespace cistern {
 
+/// A straight line meets it once.
+struct TriangleId {
+  uint32_t instance = 0, triangle = 0;
+  friend bool operator==(const TriangleId&, const TriangleId&) = default;
+};
+inline constexpr TriangleId kNoTriangle{UINT32_MAX, UINT32_MAX};
+
 struct Ray {
   Vec3 origin;
   Vec3 direction;  // unit
   float t_min = 0.0f;
   float t_max = INFINITY;
+  TriangleId leaves = kNoTriangle;  // a splat that it does not meet; other surfaces do not look at it
 };
 
 /// Several rays, from t = 0.
@@ -26,30 +34,32 @@ struct RayLanes {
   Vec3Lanes origin, direction;  // unit
   Lanes t_max = 0.0f;
   LaneMask exists{false};
+  std::array<TriangleId, kLanes> leaves = none();
 
+  static constexpr std::array<TriangleId, kLanes> none() {
+    std::array<TriangleId, kLanes> all;
+    all.fill(kNoTriangle);
+    return all;
+  }
   void set(size_t lane, const Ray& ray) {
     origin.set(lane, ray.origin);
     direction.set(lane, ray.direction);
     t_max[lane] = ray.t_max;
     exists[lane] = true;
+    leaves[lane] = ray.leaves;
   }
 };
 
 /// Closest surface along a ray. `normal` is the geometric normal by the triangle's winding in object space, mapped to
 /// the world and not normalised: the outside of a mirrored object stays outside. (u, v) weigh vertices 1 and 2.
-/// Of a strand, `triangle` is the segment, u how far along it, v 0, and the normal points away from its middle.
+/// Of a strand, `triangle` is the segment, u how far along it, v 0, and the normal points away from its middle. Of a
+/// splat u and v are 0, and the normal is the axis in which it is flattest.
 struct Hit {
   float t;
   float u, v;
   Vec3 normal;
   uint32_t instance;
   uint32_t triangle;
-};
-
-/// A straight line meets it once.
-struct TriangleId {
-  uint32_t instance = 0, triangle = 0;
-  friend bool operator==(const TriangleId&, const TriangleId&) = default;
 };
 
 /// Surfaces in no order. Of more than these one at a place, which no scene needs, some are left out.

@@ -20,8 +20,8 @@ void set_ray(RTCRay& out, const Ray& ray, uint32_t mask) {
   out.time = 0.0f;
   out.tfar = ray.t_max;
   out.mask = mask;
-  out.id = 0;
-  out.flags = 0;
+  out.id = ray.leaves.triangle;
+  out.flags = ray.leaves.instance;
 }
 
 void set_rays(RTCRay8& out, const RayLanes& rays, uint32_t mask) {
@@ -37,8 +37,10 @@ void set_rays(RTCRay8& out, const RayLanes& rays, uint32_t mask) {
   std::ranges::fill(out.tnear, 0.0f);
   std::ranges::fill(out.time, 0.0f);
   std::ranges::fill(out.mask, mask);
-  std::ranges::fill(out.id, 0u);
-  std::ranges::fill(out.flags, 0u);
+  for (size_t i = 0; i < kLanes; ++i) {
+    out.id[i] = rays.leaves[i].triangle;
+    out.flags[i] = rays.leaves[i].instance;
+  }
 }
 
 /// Of what is opaque to rays.
@@ -180,7 +182,7 @@ class EmbreeAccel final : public Accel {
   /// Not normalised: distances stay those of the world.
   Ray to_object(const Ray& ray, uint32_t instance) const {
     const Transform& map = top_->normal_maps[instance];
-    return {map.point(ray.origin), map.vector(ray.direction), ray.t_min, ray.t_max};
+    return {map.point(ray.origin), map.vector(ray.direction), ray.t_min, ray.t_max, ray.leaves};
   }
   LaneMask in_packet(const RayLanes& rays, uint32_t mask) const {
     const LaneMask is_traced = rays.exists && is_number(rays);

@@ -1,5 +1,6 @@
 #include "accel/mesh_scene.h"
 
+#include "accel/splat_geometry.h"
 #include "accel/strand_geometry.h"
 #include "base/parallel.h"
 
@@ -33,6 +34,11 @@ void set_positions(RTCGeometry geometry, const Mesh& mesh, const Transform& obje
   });
 }
 
+EmbreeGeometry own_geometry(const EmbreeDevice& device, const Mesh& mesh) {
+  if (mesh.splats) return splat_geometry(device, mesh);
+  return mesh.is_strands() ? strand_geometry(device, mesh) : flattened_geometry(device, mesh, Transform{});
+}
+
 }  // namespace
 
 EmbreeGeometry flattened_geometry(const EmbreeDevice& device, const Mesh& mesh, const Transform& object_to_world) {
@@ -45,8 +51,7 @@ EmbreeGeometry flattened_geometry(const EmbreeDevice& device, const Mesh& mesh, 
 std::shared_ptr<MeshScene> build_mesh_scene(std::shared_ptr<const EmbreeDevice> device,
                                             std::shared_ptr<const Mesh> mesh, bool is_filtered,
                                             const IsStopped& is_stopped) {
-  const EmbreeGeometry geometry =
-      mesh->is_strands() ? strand_geometry(*device, *mesh) : flattened_geometry(*device, *mesh, Transform{});
+  const EmbreeGeometry geometry = own_geometry(*device, *mesh);
   rtcSetGeometryMask(geometry.get(), ~0u);  // visibility is the instance's
   rtcCommitGeometry(geometry.get());
   EmbreeScene scene = new_scene(*device, is_filtered);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "base/vec.h"
 
 namespace cistern {
@@ -41,6 +43,11 @@ inline constexpr Rgb lerp(Rgb a, Rgb b, Rgb t) { return a + (b - a) * t; }
 inline constexpr Rgb min(Rgb a, Rgb b) { return {std::min(a.r, b.r), std::min(a.g, b.g), std::min(a.b, b.b)}; }
 inline constexpr Rgb max(Rgb a, Rgb b) { return {std::max(a.r, b.r), std::max(a.g, b.g), std::max(a.b, b.b)}; }
 inline Rgb exp(Rgb c) { return {std::exp(c.r), std::exp(c.g), std::exp(c.b)}; }
+/// By a matrix, row by row.
+inline constexpr Rgb multiply(const std::array<float, 9>& m, Rgb c) {
+  return {m[0] * c.r + m[1] * c.g + m[2] * c.b, m[3] * c.r + m[4] * c.g + m[5] * c.b,
+          m[6] * c.r + m[7] * c.g + m[8] * c.b};
+}
 inline constexpr Rgb to_rgb(Vec3 v) { return {v.x, v.y, v.z}; }
 inline constexpr Vec3 to_vec(Rgb c) { return {c.r, c.g, c.b}; }
 

@@ -3,6 +3,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <optional>
 #include <span>
 
 #include "base/check.h"
@@ -16,6 +17,8 @@ namespace py = pybind11;
 /// C-contiguous array of exactly this dtype; anything else is a TypeError (arguments are bound with noconvert).
 template <class T>
 using Array = py::array_t<T, py::array::c_style>;
+template <class T>
+using OptionalArray = std::optional<Array<T>>;
 
 /// Throws Error unless the array has shape (any, columns) or, for columns 1, (any,).
 template <class T>

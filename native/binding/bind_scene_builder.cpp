@@ -14,118 +14,7 @@
 namespace cistern::binding {
 namespace {
 
-template <class T>
-using OptionalArray = std::optional<Array<T>>;
 using Color = std::array<float, 3>;
-
-Domain to_domain(const std::string& name, const std::string& owner) {
-  if (name == "POINT") return Domain::POINT;
-  if (name == "FACE") return Domain::FACE;
-  if (name == "CORNER") return Domain::CORNER;
-  throw Error(owner, "domain '" + name + "' is not one of POINT, FACE, CORNER");
-}
-
-StrandShape to_strand_shape(const std::string& name, const std::string& owner) {
-  if (name == "SPLINES") return StrandShape::SPLINES;
-  if (name == "LINES") return StrandShape::LINES;
-  if (name == "BALLS") return StrandShape::BALLS;
-  throw Error(owner, "shape '" + name + "' is not one of SPLINES, LINES, BALLS");
-}
-
-size_t element_count(const MeshInput& mesh, Domain domain) {
-  if (domain == Domain::POINT) return mesh.positions.size();
-  if (domain == Domain::CORNER) return mesh.corner_vertices.size();
-  return mesh.polygon_offsets.empty() ? mesh.corner_vertices.size() / 3 : mesh.polygon_offsets.size() - 1;
-}
-
-using AttributeArgument = std::tuple<std::string, std::string, Array<float>>;
-
-/// Attributes outlive the call, so they are copied here: NumPy memory may be reused by the exporter.
-MeshAttribute to_attribute(const AttributeArgument& argument, const MeshInput& mesh) {
-  const auto& [name, domain_name, values] = argument;
-  const Domain domain = to_domain(domain_name, mesh.name);
-  const auto elements = static_cast<py::ssize_t>(element_count(mesh, domain));
-  if (values.ndim() != 2 || values.shape(0) != elements || values.shape(1) < 1 || values.shape(1) > 4)
-    throw Error(mesh.name, "attribute '" + name + "' must have shape (" + std::to_string(elements) + ", 1 to 4)");
-  const auto count = static_cast<size_t>(values.size());
-  auto copy = std::make_shared<float[]>(count);
-  std::copy_n(values.data(), count, copy.get());
-  MeshAttribute attribute;
-  attribute.name = name;
-  attribute.domain = domain;
-  attribute.components = static_cast<int>(values.shape(1));
-  attribute.values = std::move(copy);
-  return attribute;
-}
-
-template <class T>
-std::span<const T> optional_span(const OptionalArray<T>& array, const std::string& owner, const char* what) {
-  return array ? flat_span(*array, owner, what) : std::span<const T>{};
-}
-
-std::span<const int32_t> triangle_span(const OptionalArray<int32_t>& array, const std::string& owner) {
-  if (!array) return {};
-  return {array->data(), 3 * checked_rows(*array, 3, owner, "triangle_corners")};
-}
-
-int add_mesh(SceneBuilder& builder, const std::string& name, const Array<float>& positions,
-             const Array<int32_t>& corner_vertices, const OptionalArray<int32_t>& polygon_offsets,
-             const OptionalArray<int32_t>& triangle_corners, const OptionalArray<int32_t>& triangle_polygons,
-             const OptionalArray<int32_t>& material_indices, const OptionalArray<float>& normals,
-             const std::string& normals_domain, const OptionalArray<uint8_t>& sharp_faces,
-             const std::vector<AttributeArgument>& attributes, const std::optional<py::dict>& subdivision,
-             std::optional<int> replace) {
-  MeshInput input;
-  input.name = name;
-  input.positions = vec3_span(positions, name, "positions");
-  input.corner_vertices = flat_span(corner_vertices, name, "corner_vertices");
-  input.polygon_offsets = optional_span(polygon_offsets, name, "polygon_offsets");
-  input.triangle_corners = triangle_span(triangle_corners, name);
-  input.triangle_polygons = optional_span(triangle_polygons, name, "triangle_polygons");
-  input.material_indices = optional_span(material_indices, name, "material_indices");
-  input.normals_domain = to_domain(normals_domain, name);
-  if (normals) input.normals = vec3_span(*normals, name, "normals");
-  input.sharp_faces = optional_span(sharp_faces, name, "sharp_faces");
-  for (const AttributeArgument& attribute : attributes) input.attributes.push_back(to_attribute(attribute, input));
-  std::optional<SubdivisionArrays> subdivided;
-  if (subdivision) input.subdivision = subdivided.emplace(*subdivision, name).input;
-  const py::gil_scoped_release nogil;
-  return builder.add_mesh(input, replace);
-}
-
-/// Of strands: at keys ("POINT") or one for each ("FACE").
-MeshAttribute to_strand_attribute(const AttributeArgument& argument, const StrandInput& strands) {
-  MeshInput sizes;  // as a mesh with a polygon for each strand
-  sizes.name = strands.name;
-  sizes.positions = strands.positions;
-  sizes.polygon_offsets = strands.strand_offsets;
-  return to_attribute(argument, sizes);
-}
-
-int add_strands(SceneBuilder& builder, const std::string& name, const Array<float>& positions,
-                const Array<float>& radii, const Array<int32_t>& strand_offsets,
-                const OptionalArray<int32_t>& material_indices, const std::string& shape,
-                const std::vector<AttributeArgument>& attributes, std::optional<int> replace) {
-  StrandInput input;
-  input.name = name;
-  input.positions = vec3_span(positions, name, "positions");
-  input.radii = flat_span(radii, name, "radii");
-  input.strand_offsets = flat_span(strand_offsets, name, "strand_offsets");
-  if (input.strand_offsets.empty()) throw Error(name, "strand_offsets must not be empty");
-  input.material_indices = optional_span(material_indices, name, "material_indices");
-  input.shape = to_strand_shape(shape, name);
-  for (const AttributeArgument& attribute : attributes)
-    input.attributes.push_back(to_strand_attribute(attribute, input));
-  const py::gil_scoped_release nogil;
-  return builder.add_strands(input, replace);
-}
-
-int take_mesh(SceneBuilder& builder, const SceneHandle& from, int handle) {
-  const auto& meshes = from.scene->meshes;
-  const bool exists = handle >= 0 && static_cast<size_t>(handle) < meshes.size() && meshes[static_cast<size_t>(handle)];
-  if (!exists) throw Error("scene", "there is no mesh with handle " + std::to_string(handle));
-  return builder.add_mesh(meshes[static_cast<size_t>(handle)]);
-}
 
 /// By kind and size: equal dtypes need not be one object, as those of unpickled arrays are not.
 PixelFormat to_pixel_format(const py::array& pixels, const std::string& owner) {
@@ -343,18 +232,6 @@ int add_area_light(SceneBuilder& builder, const std::string& name, const Color& 
   return add_light(builder, light_common(name, common), area);
 }
 
-py::dict mesh_statistics(const SceneBuilder& builder, int handle) {
-  const auto& meshes = builder.scene().meshes;
-  const bool exists = handle >= 0 && static_cast<size_t>(handle) < meshes.size() && meshes[handle];
-  if (!exists) throw Error("mesh", "there is no mesh with handle " + std::to_string(handle));
-  const Mesh& mesh = *meshes[handle];
-  py::dict statistics;
-  statistics["triangles"] = mesh.triangle_count();
-  statistics["dropped_triangles"] = mesh.dropped_triangles;
-  statistics["memory_bytes"] = memory_bytes(mesh);
-  return statistics;
-}
-
 void bind_lights(py::class_<SceneBuilder>& builder) {
   builder
       .def("add_point_light", &add_point_light, py::arg("name"), py::arg("position"), py::arg("radius"),
@@ -373,17 +250,6 @@ void bind_lights(py::class_<SceneBuilder>& builder) {
 void bind_geometry(py::class_<SceneBuilder>& builder) {
   const auto none = py::none();
   builder
-      .def("add_mesh", &add_mesh, py::arg("name"), py::arg("positions").noconvert(),
-           py::arg("corner_vertices").noconvert(), py::arg("polygon_offsets").noconvert() = none,
-           py::arg("triangle_corners").noconvert() = none, py::arg("triangle_polygons").noconvert() = none,
-           py::arg("material_indices").noconvert() = none, py::arg("normals").noconvert() = none,
-           py::arg("normals_domain") = "FACE", py::arg("sharp_faces").noconvert() = none,
-           py::arg("attributes") = std::vector<AttributeArgument>{}, py::arg("subdivision") = none,
-           py::arg("replace") = none)
-      .def("add_strands", &add_strands, py::arg("name"), py::arg("positions").noconvert(), py::arg("radii").noconvert(),
-           py::arg("strand_offsets").noconvert(), py::arg("material_indices").noconvert() = none,
-           py::arg("shape") = "SPLINES", py::arg("attributes") = std::vector<AttributeArgument>{},
-           py::arg("replace") = none)
       .def("add_volume", &add_volume, py::arg("name"), py::arg("object_to_box").noconvert(), py::arg("size"),
            py::arg("grids"), py::arg("scales_with_object") = false, py::arg("replace") = none)
       .def("add_instances", &add_instances, py::arg("mesh").noconvert(), py::arg("material_set").noconvert(),
@@ -394,7 +260,6 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
            py::arg("shadow_catcher").noconvert() = none, py::arg("light_group").noconvert() = none)
       .def("set_motion_step", &set_motion_step, py::arg("step"), py::arg("object_to_world").noconvert())
       .def("set_instance_values", &set_instance_values, py::arg("names"), py::arg("rows").noconvert())
-      .def("take_mesh", &take_mesh, py::arg("scene"), py::arg("handle"))
       .def("remove_mesh", &SceneBuilder::remove_mesh, py::arg("handle"))
       .def("remove_instance", &SceneBuilder::remove_instance, py::arg("handle"))
       .def("clear_instances", &SceneBuilder::clear_instances)
@@ -404,8 +269,7 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
             return b.add_object_name(name, {pass_index, matte_id(name), matte_id(asset.value_or(name))});
           },
           py::arg("name"), py::arg("pass_index") = 0.0f, py::arg("asset") = py::none())
-      .def_property_readonly("singular_instances", &SceneBuilder::singular_instances)
-      .def("mesh_statistics", &mesh_statistics, py::arg("handle"));
+      .def_property_readonly("singular_instances", &SceneBuilder::singular_instances);
 }
 
 void bind_surroundings(py::class_<SceneBuilder>& builder) {
@@ -459,6 +323,7 @@ void bind_scene_builder(py::module_& m) {
   bind_geometry(builder);
   bind_lights(builder);
   bind_surroundings(builder);
+  bind_meshes(builder);
   bind_camera(builder);
 }
 

@@ -111,6 +111,23 @@ class SceneBuilder:
     ) -> int:
         """Strands as a mesh, whose handle this is: round curves through their keys. Those with fewer than two keys are
         left out, and those that are not finite, whose segments `mesh_statistics` counts as dropped triangles."""
+    def add_splats(
+        self,
+        name: str,
+        positions: NDArray[np.float32],  # (splats, 3)
+        scales: NDArray[np.float32],  # (splats, 3) standard deviations along their axes
+        rotations: NDArray[np.float32],  # (splats, 4) quaternions w, x, y, z
+        radiance: NDArray[np.float32],  # (splats, 4) coefficients of the constant harmonic, of sRGB - 0.5; opacity
+        harmonics: NDArray[np.uint8] | None = None,  # (splats, 15, 3) of bands 1 to 3, [-1, 1] in 8 bits
+        to_working_space: Sequence[float] | None = None,  # 3 x 3 from linear Rec. 709, row by row
+        attributes: Sequence[
+            tuple[str, str, NDArray[np.float32]]
+        ] = (),  # (name, POINT or FACE, which are the same, (splats, 1..4))
+        replace: int | None = None,
+    ) -> int:
+        """Gaussian splats as a mesh, whose handle this is; materials read what they send as the attribute "radiance".
+        Those of opacity 0.01 and below are left out, and those without a shape, which `mesh_statistics` counts as
+        dropped triangles: scales or rotations that are 0, or what is not finite."""
     def add_volume(
         self,
         name: str,

@@ -73,7 +73,7 @@ void SkyWalks::add_walk(Rng& rng, std::vector<WalkVertex>& vertices) const {
     const bool is_open = !is_black(sky_share(origin, direction));
     vertices.push_back({point.position, point.ng, origin, direction, is_open});
     if (is_open || i + 1 == kMostVertices) return;
-    ray = {origin, direction};
+    ray = {origin, direction, 0.0f, INFINITY, point.triangle_id()};
     hit = context_.accel.intersect(ray, kVisibleToDiffuse);
   }
 }

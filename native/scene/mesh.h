@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "scene/splat_cloud.h"
 #include "scene/subdivision_cage.h"
 #include "scene/voxel_volume.h"
 
@@ -39,9 +40,9 @@ struct Dicing;
 
 using TriangleIndices = std::array<uint32_t, 3>;
 
-/// What strands are between their keys: round splines [Catmull and Rom 1974], round lines, or nothing but a ball about
-/// each key.
-enum class StrandShape : uint8_t { SPLINES, LINES, BALLS };
+/// What strands are between their keys: round splines [Catmull and Rom 1974], round lines, or nothing but a ball or a
+/// Gaussian splat about each key.
+enum class StrandShape : uint8_t { SPLINES, LINES, BALLS, SPLATS };
 
 /// A triangle mesh in object space, immutable once built. See scene_builder.h for how polygons become triangles.
 ///
@@ -74,6 +75,8 @@ struct Mesh {
   std::shared_ptr<const Dicing> dicing;
   /// Inside of it, where it is the box of a volume object; null for others.
   std::shared_ptr<const VoxelVolume> volume;
+  /// Of splats: what is about each key; null for others.
+  std::shared_ptr<const SplatCloud> splats;
 
   bool is_strands() const { return !radii.empty(); }
   /// Itself unless displacement moved it.

@@ -7,6 +7,7 @@
 #include "base/check.h"
 #include "scene/mesh_builder.h"
 #include "scene/scene_checks.h"
+#include "scene/splat_builder.h"
 #include "scene/strand_builder.h"
 #include "scene/volume_builder.h"
 
@@ -113,6 +114,11 @@ int SceneBuilder::add_mesh(const MeshInput& input, std::optional<int> replace) {
 int SceneBuilder::add_strands(const StrandInput& input, std::optional<int> replace) {
   check_replace(input.name, "mesh", replace, scene_.meshes.size());
   return store_shared(scene_.meshes, build_strands(input), replace, is_same_mesh);
+}
+
+int SceneBuilder::add_splats(const SplatInput& input, std::optional<int> replace) {
+  check_replace(input.name, "mesh", replace, scene_.meshes.size());
+  return store_shared(scene_.meshes, build_splats(input), replace, is_same_mesh);
 }
 
 int SceneBuilder::add_volume(VolumeInput input, std::optional<int> replace) {

@@ -57,6 +57,18 @@ struct StrandInput {
   std::vector<MeshAttribute> attributes;  // POINT: at keys, FACE: at strands; a UV map first
 };
 
+/// Gaussian splats; every span is read during the call only, and has an element for each.
+struct SplatInput {
+  std::string name;
+  std::span<const Vec3> positions;
+  std::span<const Vec3> scales;                     // standard deviations along their axes; signs do not matter
+  std::span<const std::array<float, 4>> rotations;  // quaternions w, x, y, z of any length
+  std::span<const std::array<float, 4>> radiance;   // SplatCloud::base and opacity
+  std::span<const std::array<std::array<uint8_t, 3>, SplatCloud::kHarmonics>> harmonics;  // empty: none
+  std::optional<std::array<float, 9>> to_working_space;  // from linear Rec. 709, row by row
+  std::vector<MeshAttribute> attributes;                 // POINT
+};
+
 /// A volume object: the box [0, size] of `object_to_box`, whose unit is about a voxel, and what is inside.
 struct VolumeInput {
   std::string name;
@@ -83,6 +95,9 @@ class SceneBuilder {
   /// Strands as a mesh. Those with fewer than two keys are left out, and those that are not finite, whose segments
   /// Mesh::dropped_triangles counts.
   int add_strands(const StrandInput& input, std::optional<int> replace = {});
+  /// Splats as a mesh. Those with opacities up to kLeastSplatOpacity are left out, and those without a shape, which
+  /// Mesh::dropped_triangles counts: scales or rotations of 0, or what is not finite.
+  int add_splats(const SplatInput& input, std::optional<int> replace = {});
   /// The mesh of a volume object, its box. Values of grids that are not finite are the caller's to avoid.
   int add_volume(VolumeInput input, std::optional<int> replace = {});
   /// Shares a mesh of another scene.

@@ -3,6 +3,7 @@
 #include "scene/panorama.h"
 #include "scene/strand_curve.h"
 #include "shading/mesh_interpolation.h"
+#include "shading/splat_point.h"
 
 namespace cistern {
 namespace {
@@ -30,7 +31,7 @@ AttributeValue attribute_node(const NodeContext& c, int name_index, AttributeVal
   if (c.lamp != nullptr && is_unnamed) return {{c.point.barycentric.x, c.point.barycentric.y, 0.0f}, 1.0f};
   if (const VoxelGrid* const grid = find_grid(c, name_index)) return grid_value(c, *grid);
   const int index = resolve_attribute(c, name_index);
-  if (index < 0) return missing;
+  if (index < 0) return reads_splat_radiance(c, name_index) ? AttributeValue{splat_radiance(c), 1.0f} : missing;
   return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), index);
 }
 
@@ -42,10 +43,14 @@ float attribute_factor(const NodeContext& c, int name_index, BumpShift shift) {
   return is_pair ? value.x : (value.x + value.y + value.z) * (1.0f / 3.0f);
 }
 
-bool is_ball(const NodeContext& c) { return c.has_mesh() && c.mesh().strand_shape == StrandShape::BALLS; }
+/// Balls and splats, which have no place on a curve.
+bool is_point(const NodeContext& c) {
+  return c.has_mesh() && (c.mesh().strand_shape == StrandShape::BALLS || c.mesh().splats);
+}
 
 Vec3 object_position(const NodeContext& c, BumpShift shift) {
-  if (is_ball(c)) return inverse(c.instance().object_to_world).point(c.point.position + footprint_step(c.point, shift));
+  if (is_point(c))
+    return inverse(c.instance().object_to_world).point(c.point.position + footprint_step(c.point, shift));
   if (!c.has_mesh()) return inverse(c.instance().object_to_world).point(c.point.position);
   return interpolate_position(c.shape(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift));
 }
@@ -66,7 +71,7 @@ Vec3 original_position(const NodeContext& c, BumpShift shift) {
 /// lamp and a point, as in Cycles, object coordinates.
 Vec3 generated_node(const NodeContext& c, BumpShift shift) {
   if (c.is_environment) return c.point.position;
-  if ((!c.has_mesh() && !c.is_inside) || is_ball(c)) return object_position(c, shift);
+  if ((!c.has_mesh() && !c.is_inside) || is_point(c)) return object_position(c, shift);
   if (const int own = c.mesh().generated_attribute; own >= 0 && !c.is_inside)
     return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), own).value;
   const Bounds3& bounds = c.mesh().generated_bounds();

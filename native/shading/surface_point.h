@@ -42,9 +42,12 @@ struct SurfacePoint {
   uint32_t triangle = 0;
   int material = -1;
   bool is_backface = false;
+  bool is_splat = false;
   bool corrects_bumps = true;  // MaterialProgram::corrects_bumps, where its closures are added
   float clearance = 0.0f;      // see surface_clearance: metres off the surface at which rays start
   float footprint = 0.0f;      // radius in metres, for bump mapping
+
+  TriangleId triangle_id() const { return {instance, triangle}; }
 };
 
 /// Footprints along a ray: that where it starts, in metres, and by how much it grows per metre.

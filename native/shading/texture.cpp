@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "base/angle.h"
+#include "base/srgb.h"
 
 namespace cistern {
 namespace {
@@ -189,11 +190,6 @@ Rgba filter(const Image& image, float u, float v, Interpolation interpolation, E
 
 // --- Decoding ---
 
-float srgb_to_linear_exact(float c) {  // [IEC 61966-2-1]
-  if (c < 0.04045f) return std::max(c, 0.0f) * (1.0f / 12.92f);
-  return std::pow((c + 0.055f) * (1.0f / 1.055f), 2.4f);
-}
-
 // The curve's second derivative is below 3.1, so that linear interpolation is off by at most 3.1 / (8 * 512^2)
 // = 1.5e-6.
 constexpr int kCurveSegments = 512;
@@ -218,11 +214,6 @@ float srgb_to_linear(float c) {
   return lerp(curve[i], curve[i + 1], x - static_cast<float>(i));
 }
 
-Rgb to_working_space(const std::array<float, 9>& m, Rgb c) {
-  return {m[0] * c.r + m[1] * c.g + m[2] * c.b, m[3] * c.r + m[4] * c.g + m[5] * c.b,
-          m[6] * c.r + m[7] * c.g + m[8] * c.b};
-}
-
 /// From a filtered value. Encoded colours are divided by alpha before they are decoded, as in Cycles.
 Texel decode(const Image& image, Rgba stored, ColorAlpha color_alpha) {
   Rgb color{stored[0], stored[1], stored[2]};
@@ -231,7 +222,7 @@ Texel decode(const Image& image, Rgba stored, ColorAlpha color_alpha) {
   if (is_multiplied && color_alpha == ColorAlpha::DIVIDED) color = color / alpha;
   if (image.transfer == TransferCurve::SRGB)
     color = {srgb_to_linear(color.r), srgb_to_linear(color.g), srgb_to_linear(color.b)};
-  if (image.has_colour_matrix) color = to_working_space(image.to_working_space, color);
+  if (image.has_colour_matrix) color = multiply(image.to_working_space, color);
   return {color, alpha};
 }
 

@@ -37,7 +37,9 @@ inline void Walk<Kind>::capture_vertex(const SurfacePoint& point, const Bsdf& bs
   std::optional<int> link = std::exchange(capture_.open_link, std::nullopt);
   if (!has_rough_lobe(bsdf)) return;
   // Others would not find here what this path does: its light stays with it.
-  if (context_.scene.materials[static_cast<size_t>(point.material)]->lobes_depend_on_view) link.reset();
+  // Nor do rays to a place on a splat meet it there.
+  if (context_.scene.materials[static_cast<size_t>(point.material)]->lobes_depend_on_view || point.is_splat)
+    link.reset();
   const bool is_visible_point = can_be_visible_point(bsdf);
   const bool gives_light = capture_.out->visible.exists && capture_.out->secondary_candidates > 0.0f;
   if (!is_visible_point && !gives_light && !link) return;

@@ -46,6 +46,7 @@ inline bool Walk<Kind>::go_straight(const SurfacePoint& point, Rgb weight, float
   ray_.t_min = 0.0f;
   travelled_ = state_.ray_length;
   ray_.origin = offset_origin(point.position, point.clearance, point.ng, ray_.direction);
+  ray_.leaves = point.triangle_id();
   return true;
 }
 
@@ -135,6 +136,7 @@ inline bool Walk<Kind>::scatter(const SurfacePoint& point, const Bsdf& bsdf, flo
   ray_.direction = sample->wi;
   ray_.t_min = 0.0f;
   ray_.t_max = INFINITY;
+  ray_.leaves = point.triangle_id();
   travelled_ = 0.0f;
   if (context_.passes_panes && !sample->is_delta) panes_.begin = ray_;
   return true;

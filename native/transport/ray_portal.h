@@ -55,7 +55,7 @@ inline Ray portal_ray(const SurfacePoint& point, const RayPortal& portal) {
   const bool moves = !(length_squared(portal.position - point.position) <= kSamePlace);
   return {moves ? max(-farthest, min(portal.position, farthest))
                 : offset_origin(point.position, point.clearance, point.ng, portal.direction),
-          portal.direction};
+          portal.direction, 0.0f, INFINITY, moves ? kNoTriangle : point.triangle_id()};
 }
 
 /// The portal that most of what passes takes; null where most goes straight on.
@@ -78,6 +78,7 @@ inline Ray ray_behind(Ray ray, float t, const SurfacePoint& point, const Bsdf& b
   ray.t_max -= t;
   ray.t_min = 0.0f;
   ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
+  ray.leaves = point.triangle_id();
   return ray;
 }
 

@@ -22,20 +22,20 @@ Vec3 ray_end(const Vec3& position, float clearance, float distance, const Vec3& 
   return offset_origin(position, clearance + kEndRounding * distance, normal, -wi);
 }
 
-Ray ray_between(Vec3 origin, Vec3 target) {
+Ray ray_between(Vec3 origin, Vec3 target, TriangleId leaves) {
   const Vec3 segment = target - origin;
   const float distance = length(segment);
-  return {origin, segment / distance, 0.0f, distance * (1.0f - kShadowEpsilon)};
+  return {origin, segment / distance, 0.0f, distance * (1.0f - kShadowEpsilon), leaves};
 }
 
 /// Both ends are moved off their surfaces, and the ray joins the moved ends: one end alone would let light at grazing
 /// angles occlude itself.
 Ray shadow_ray(const Scene& scene, const SurfacePoint& point, const IncidentLight& light, float grazing_cosine) {
   const Vec3 origin = leave_surface(scene, point, light.wi, grazing_cosine);
-  if (!std::isfinite(light.distance)) return {origin, light.wi};
+  if (!std::isfinite(light.distance)) return {origin, light.wi, 0.0f, INFINITY, point.triangle_id()};
   Vec3 target = point.position + light.wi * light.distance;
   if (light.normal != Vec3{}) target = ray_end(target, light.clearance, light.distance, light.normal, light.wi);
-  return ray_between(origin, target);
+  return ray_between(origin, target, point.triangle_id());
 }
 
 /// What passes surfaces that are not opaque, and how many there are.
@@ -62,9 +62,10 @@ Passage transparency_along(const PathContext& context, float footprint, Ray ray,
     // Towards the same end, which steps off surfaces would otherwise push on.
     const Vec3 beyond = offset_origin(point.position, point.clearance, point.ng, ray.direction);
     if (std::isfinite(ray.t_max)) {
-      ray = ray_between(beyond, end);
+      ray = ray_between(beyond, end, point.triangle_id());
     } else {
       ray.origin = beyond;
+      ray.leaves = point.triangle_id();
     }
   }
   return passage;
@@ -74,7 +75,7 @@ Ray ray_towards(Vec3 position, const IncidentLight& light) {
   if (!std::isfinite(light.distance)) return {position, light.wi};
   Vec3 target = position + light.wi * light.distance;
   if (light.normal != Vec3{}) target = ray_end(target, light.clearance, light.distance, light.normal, light.wi);
-  return ray_between(position, target);
+  return ray_between(position, target, kNoTriangle);
 }
 
 /// Of a ray from `receiver` to the light, or to a vertex; `grazing_cosine`: see shadow_origin.
@@ -120,8 +121,9 @@ Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone
       context.media->leave(media, context.accel, point, ray.direction, blockers);
       trail.clear();
       ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
+      ray.leaves = point.triangle_id();
     }
-    if (std::isfinite(ray.t_max)) ray = ray_between(ray.origin, end);
+    if (std::isfinite(ray.t_max)) ray = ray_between(ray.origin, end, ray.leaves);
   }
   return Rgb(0.0f);
 }
@@ -145,7 +147,7 @@ RayLanes rays_between(const Scene& scene, const SurfaceLanes& points, const Vec3
   const Lanes off_surface = vertex.clearance + kEndRounding * length(position - starts);
   const Vec3Lanes segments = position + Vec3Lanes(vertex.normal) * off_surface - starts;
   const Lanes distance = length(segments);
-  return {starts, segments * (1.0f / distance), distance * (1.0f - kShadowEpsilon), is_asked};
+  return {starts, segments * (1.0f / distance), distance * (1.0f - kShadowEpsilon), is_asked, points.leaves};
 }
 
 PathState shadow_state(const PathState& path) {
@@ -248,6 +250,7 @@ void SurfaceLanes::set(size_t lane, const SurfacePoint& point, int depth) {
   ng.set(lane, point.ng);
   ns.set(lane, point.ns);
   clearance[lane] = point.clearance;
+  leaves[lane] = point.triangle_id();
 }
 
 RgbLanes transmittance_as_found(const PathContext& context, const SurfaceLanes& points, const Vec3Lanes& wi,
@@ -260,7 +263,7 @@ RgbLanes transmittance_as_found(const PathContext& context, const SurfaceLanes& 
     if (!is_clear[i]) continue;
     PathState state = scattered;
     state.transparent_depth = static_cast<uint16_t>(points.transparent_depth[i]);
-    const Ray ray{rays.origin.at(i), rays.direction.at(i), 0.0f, rays.t_max[i]};
+    const Ray ray{rays.origin.at(i), rays.direction.at(i), 0.0f, rays.t_max[i], rays.leaves[i]};
     const Passage passage = transparency_along(context, points.points[i]->footprint, ray, state,
                                                most_surfaces_to_vertex(context, points.transparent_depth[i]));
     const bool is_as_found = points.transparent_depth[i] + passage.surfaces == scattered.transparent_depth;

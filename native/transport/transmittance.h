@@ -44,6 +44,7 @@ struct SurfaceLanes {
   std::array<int, kLanes> transparent_depth{};       // surfaces that their paths passed before
   Vec3Lanes position, ng, ns;
   Lanes clearance = 0.0f;
+  std::array<TriangleId, kLanes> leaves = RayLanes::none();
 
   void set(size_t lane, const SurfacePoint& point, int transparent_depth);
 };

@@ -120,7 +120,7 @@ class SceneBuilder:
         if checker is not None:
             checker(**arguments)
         self.calls.append((method, arguments))
-        kind = "add_mesh" if method == "add_strands" else method  # strands are meshes
+        kind = "add_mesh" if method in ("add_strands", "add_splats") else method  # which are meshes
         handle = self._handles.get(kind, 0)
         self._handles[kind] = handle + (len(arguments["mesh"]) if method == "add_instances" else 1)
         return handle
@@ -175,6 +175,20 @@ class SceneBuilder:
         for _, domain, values in attributes:
             check_array(values, np.float32, {"POINT": len(positions), "FACE": strands}[domain], None)
             assert 1 <= values.shape[1] <= 4
+
+    @staticmethod
+    def check_add_splats(
+        name, positions, scales, rotations, radiance, harmonics=None, to_working_space=None, attributes=(), **_
+    ) -> None:
+        check_array(positions, np.float32, None, 3)
+        check_array(scales, np.float32, len(positions), 3)
+        check_array(rotations, np.float32, len(positions), 4)
+        check_array(radiance, np.float32, len(positions), 4)
+        if harmonics is not None:
+            check_array(harmonics, np.uint8, len(positions), 15, 3)
+        assert to_working_space is None or len(to_working_space) == 9
+        for _, _, values in attributes:
+            check_array(values, np.float32, len(positions), None)
 
     @staticmethod
     def check_add_instances(

@@ -10,6 +10,7 @@ from addon.sync.placements import is_flattened
 KINDS = {
     "add_mesh": "mesh",
     "add_strands": "mesh",
+    "add_splats": "mesh",
     "add_volume": "mesh",
     "add_material": "material",
     "add_image": "image",

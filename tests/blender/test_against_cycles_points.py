@@ -3,9 +3,8 @@
 import bpy
 import pytest
 
-from addon import report
 from tests.support import blender_scenes as build
-from tests.support.engines import compare_with_cycles, prepare, render
+from tests.support.engines import compare_with_cycles
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
@@ -109,18 +108,3 @@ def test_textures_cover_balls(empty_scene, output):
     shine = build.shader(tree, "ShaderNodeEmission", Color=coordinate).outputs[0]
     tree.links.new(shine, next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL").inputs["Surface"])
     assert compare_with_cycles(empty_scene).agrees
-
-
-@pytest.mark.skipif(bpy.app.version < (5, 3, 0), reason="Blender has Gaussian splats from 5.3 on")
-def test_splats_are_named_and_left_out(empty_scene):
-    cloud = bpy.data.pointclouds.new("garden")
-    cloud.resize(4)
-    cloud.type = "GAUSSIAN_SPLAT"
-    empty_scene.collection.objects.link(bpy.data.objects.new("garden", cloud))
-    build.add_floor(empty_scene)
-    build.add_camera(empty_scene)
-    prepare(empty_scene, 8, 8)
-    render(empty_scene, "CISTERN", 1, 1)
-    assert [text for line in report.last for text in line.warnings if "garden" in text] == [
-        "Point cloud 'garden': Gaussian splats are not supported, they are left out"
-    ]

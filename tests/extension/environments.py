@@ -13,7 +13,7 @@ from extension_build.archives import pack_wheel, unpack, write_zip  # noqa: E402
 from extension_build.wheels import find_python, run  # noqa: E402
 
 # Long-term releases and the newest of the others, with the Python that each is built for.
-BLENDER_PYTHON = {"4.2.23": "3.11", "4.5.15": "3.11", "5.0.1": "3.11", "5.2.3": "3.13"}
+BLENDER_PYTHON = {"4.2.23": "3.11", "4.5.15": "3.11", "5.0.1": "3.11", "5.2.3": "3.13", "5.3.0": "3.13"}
 
 # Mitsuba bundles an Embree 3; this OpenImageIO is newer than the extension's.
 NEIGHBOURS = {"mitsuba": ("mitsuba==3.7.1", "drjit==1.2.0"), "openimageio": ("OpenImageIO==3.2.2.0",)}

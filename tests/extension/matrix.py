@@ -1,6 +1,6 @@
 """The version matrix: every Blender times every step, from installing the zip to a killed render, as one table.
 
-    .venv/bin/python -m tests.extension.matrix                      # bpy 4.2, 4.5, 5.0 and 5.2, all steps
+    .venv/bin/python -m tests.extension.matrix                      # bpy 4.2, 4.5, 5.0, 5.2 and 5.3, all steps
     .venv/bin/python -m tests.extension.matrix --blender 5.0.1 --step render cycles_between
     python3 -m tests.extension.matrix --zip FILE --executable blender     # a Blender that is installed here
 

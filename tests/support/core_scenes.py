@@ -59,6 +59,14 @@ def emission(color: Color, strength: float = 1.0) -> core.MaterialProgram:
     return p
 
 
+def radiance() -> core.MaterialProgram:
+    """Emits what splats send."""
+    p = core.MaterialProgram("radiance")
+    color = p.emit("ATTRIBUTE", [], [p.attribute("radiance"), 0])
+    p.closure("CLOSURE_EMISSION", [p.constant(1.0), color, p.constant(1.0)])
+    return p
+
+
 def same_everywhere(*coefficients: Color, **members: object) -> core.MaterialProgram:
     """A medium that seems to vary: of the density 0 y + 1."""
     return medium(*coefficients, **members, seems_uneven=True)
@@ -171,6 +179,24 @@ class SceneDescription:
         matrix = np.diag([radius, radius, radius, 1.0])
         matrix[:3, 3] = center
         self.add_mesh(points, faces, material, matrix, smooth=True, name="sphere")
+
+    def add_splats(
+        self,
+        positions: Sequence[Sequence[float]],
+        scales: Sequence[Sequence[float]],
+        colors: Sequence[Sequence[float]],
+        opacities: Sequence[float],
+        rotations: Sequence[Sequence[float]] | None = None,
+        material: core.MaterialProgram | None = None,
+    ) -> None:
+        """Gaussian splats of these sRGB colours; without a material they send them."""
+        base = (np.asarray(colors) - 0.5) / 0.2820948
+        turned = [(1.0, 0.0, 0.0, 0.0)] * len(positions) if rotations is None else rotations
+        arrays = (positions, scales, turned, np.column_stack([base, opacities]))
+        mesh = self.builder.add_splats("splats", *(np.ascontiguousarray(a, np.float32) for a in arrays))
+        material = self.builder.add_material(radiance() if material is None else material)
+        self.instances.append((mesh, self.builder.add_material_set([material], "splats"), np.eye(4)))
+        self.visibility.append(VISIBLE_TO_ALL)
 
     def set_environment(self, color: Color) -> None:
         self.builder.set_environment(self.builder.add_material(emission(color)))

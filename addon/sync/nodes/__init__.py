@@ -38,6 +38,7 @@ from .lobes import MAX_LOBES, most_lobes
 if TYPE_CHECKING:
     from cistern_core import MaterialProgram
 
+SPLAT_RADIANCE = "radiance"  # that splats have without there being such an attribute
 DEFAULT_NAME = "default_surface"  # as Cycles calls it, whose mattes go by names
 DEFAULT_SURFACE = (0.8, 0.8, 0.8)  # of what has no material, before Blender 5.0
 WHITE = (1.0, 1.0, 1.0)
@@ -74,6 +75,16 @@ def _compile_material(material: bpy.types.Material | None, context: Context) -> 
             aovs.write_aovs(compiler, surface.scope)
 
     return _compile(build, name, owner, context, TreeKind.SURFACE)
+
+
+def compile_splats(_: None, context: Context) -> MaterialProgram:
+    """The program of Gaussian splats without a material: they shine as they were seen."""
+
+    def build(compiler: Compiler) -> None:
+        radiance = compiler.code.emit("ATTRIBUTE", (), (compiler.code.program.attribute(SPLAT_RADIANCE), 0))
+        compiler.code.closure("CLOSURE_EMISSION", (ONE, radiance, ONE))
+
+    return _compile(build, "default_gsplat", "Gaussian splats", context, TreeKind.SURFACE)
 
 
 def compile_volume(material: bpy.types.Material | None, context: Context) -> MaterialProgram | None:

@@ -24,6 +24,18 @@ std::shared_ptr<Mesh> strand() {
   return std::make_shared<Mesh>(*builder.scene().meshes[0]);
 }
 
+/// A splat about 0, so opaque that the axis meets it.
+std::shared_ptr<Mesh> splat() {
+  SceneBuilder builder;
+  const std::vector<Vec3> positions{{0, 0, 0}}, scales{{1, 1, 1}};
+  const std::vector<std::array<float, 4>> rotations{{1, 0, 0, 0}}, radiance{{0, 0, 0, 1}};
+  SplatInput input;
+  input.name = "garden";
+  input.positions = positions, input.scales = scales, input.rotations = rotations, input.radiance = radiance;
+  builder.add_splats(input);
+  return std::make_shared<Mesh>(*builder.scene().meshes[0]);
+}
+
 Transform at(float z) { return {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, z}}; }
 
 /// What is placed last is of that shadow set.
@@ -43,7 +55,7 @@ const Ray kUp{{0.0f, 0.0f, -5.0f}, {0, 0, 1}};
 class ShadowLinks : public testing::TestWithParam<bool> {};
 
 TEST_P(ShadowLinks, BlockersAreThoseOfTheSets) {
-  for (const auto& mesh : {sheet(), strand()}) {
+  for (const auto& mesh : {sheet(), strand(), splat()}) {
     const auto scene = linked_scene();
     scene->meshes = {mesh};
     place(*scene, 0, at(0.0f)), set_last(*scene, 3);
@@ -80,7 +92,7 @@ TEST_P(ShadowLinks, EmittersThatSomethingDoesNotBlockAreFoundBehindAll) {
   glow->may_emit = true;
   scene->materials.push_back(glow);
   scene->material_sets.push_back({2});
-  scene->meshes = {sheet(), strand()};
+  scene->meshes = {sheet(), strand(), splat()};
   place(*scene, 0, at(0.0f));
   place(*scene, 0, at(1.0f)), scene->instances.back().links.blockers = only(1);  // gives no light
   place(*scene, 0, at(2.0f), kVisibleToAll, 2);                                  // everything blocks its light
