@@ -9,6 +9,8 @@
 namespace cistern {
 namespace {
 
+const Gaussian* gaussians_of(const void* user_data) { return static_cast<const Gaussian*>(user_data); }
+
 /// Below this no hash is.
 constexpr float kLeastChance = 0x1p-24f;
 
@@ -22,20 +24,19 @@ float hash_of(Vec3 place, uint32_t splat) {
 }
 
 /// Distance along the ray of a splat that it meets; NaN where it does not. Distances are in lengths of the direction.
-float distance_to(const Mesh& mesh, uint32_t segment, const Ray& ray) {
-  const uint32_t splat = mesh.vertices[segment][0];
-  const Gaussian& gaussian = mesh.splats->gaussians[splat];
-  const Vec3 from_middle = ray.origin - mesh.positions[splat];
-  const float length2 = dot(ray.direction, ray.direction), along = dot(from_middle, ray.direction);
-  const float radius = mesh.radii[splat];
-  if (!(dot(from_middle, from_middle) * length2 - along * along <= radius * radius * length2)) return NAN;
+float distance_to(const Gaussian& gaussian, const Ray& ray) {
+  const Vec3 from_middle = ray.origin - gaussian.middle;
   const Vec3 origin = gaussian.in_deviations(from_middle), direction = gaussian.in_deviations(ray.direction);
   const float t = -dot(origin, direction) / dot(direction, direction);
   if (!(t >= ray.t_min && t <= ray.t_max)) return NAN;
   const Vec3 closest = origin + t * direction;
+  const float hash = hash_of(ray.origin + t * ray.direction, gaussian.splat);
   const float chance = gaussian.opacity * std::exp(-0.5f * dot(closest, closest));
-  if (!(chance > kLeastChance)) return NAN;
-  return hash_of(ray.origin + t * ray.direction, splat) < chance ? t : NAN;
+  if (!(chance > kLeastChance && hash < chance)) return NAN;
+  const float length2 = dot(ray.direction, ray.direction), along = dot(from_middle, ray.direction);
+  const bool is_within =
+      dot(from_middle, from_middle) * length2 - along * along <= gaussian.radius * gaussian.radius * length2;
+  return is_within ? t : NAN;
 }
 
 Ray ray_of(RTCRayN* rays, unsigned n, unsigned i) {
@@ -47,13 +48,14 @@ Ray ray_of(RTCRayN* rays, unsigned n, unsigned i) {
 }
 
 /// As above, for ray `i`; NaN also for the splat that it leaves.
-float distance_to(const Mesh& mesh, uint32_t segment, unsigned instance, RTCRayN* rays, unsigned n, unsigned i) {
+float distance_to(const Gaussian* gaussians, uint32_t segment, unsigned instance, RTCRayN* rays, unsigned n,
+                  unsigned i) {
   const Ray ray = ray_of(rays, n, i);
-  return ray.leaves == TriangleId{instance, segment} ? NAN : distance_to(mesh, segment, ray);
+  return ray.leaves == TriangleId{instance, segment} ? NAN : distance_to(gaussians[segment], ray);
 }
 
-RTCHit make_hit(const Mesh& mesh, uint32_t segment, unsigned geometry, unsigned instance) {
-  const Vec3 normal = mesh.splats->gaussians[mesh.vertices[segment][0]].normal();
+RTCHit make_hit(const Gaussian* gaussians, uint32_t segment, unsigned geometry, unsigned instance) {
+  const Vec3 normal = gaussians[segment].normal();
   RTCHit hit;
   hit.Ng_x = normal.x;
   hit.Ng_y = normal.y;
@@ -81,11 +83,9 @@ bool counts(void (*filter)(const Arguments*, const RTCFilterFunctionNArguments*)
 }
 
 void bounds_of(const RTCBoundsFunctionArguments* arguments) {
-  const Mesh& mesh = *static_cast<const Mesh*>(arguments->geometryUserPtr);
-  const uint32_t splat = mesh.vertices[arguments->primID][0];
-  const Gaussian& gaussian = mesh.splats->gaussians[splat];
-  const Vec3 middle = mesh.positions[splat];
-  const float reach = reach_of(gaussian.opacity), radius = mesh.radii[splat];
+  const Gaussian& gaussian = gaussians_of(arguments->geometryUserPtr)[arguments->primID];
+  const Vec3 middle = gaussian.middle;
+  const float reach = reach_of(gaussian.opacity);
   // Rows are axes over deviations: axes times deviations are rows over the squares of their lengths.
   const auto half_width = [&](int axis) {
     float sum = 0.0f;
@@ -93,7 +93,7 @@ void bounds_of(const RTCBoundsFunctionArguments* arguments) {
       const float side = row[axis] / dot(row, row);
       sum += side * side;
     }
-    return std::min(reach * std::sqrt(sum), radius) * 1.0001f;
+    return std::min(reach * std::sqrt(sum), gaussian.radius) * 1.0001f;
   };
   const Vec3 half{half_width(0), half_width(1), half_width(2)};
   RTCBounds& bounds = *arguments->bounds_o;
@@ -106,14 +106,14 @@ void bounds_of(const RTCBoundsFunctionArguments* arguments) {
 }
 
 void intersect(const RTCIntersectFunctionNArguments* arguments) {
-  const Mesh& mesh = *static_cast<const Mesh*>(arguments->geometryUserPtr);
+  const Gaussian* const gaussians = gaussians_of(arguments->geometryUserPtr);
   const unsigned n = arguments->N, instance = arguments->context->instID[0];
   RTCRayN* const rays = RTCRayHitN_RayN(arguments->rayhit, n);
   for (unsigned i = 0; i < n; ++i) {
     if (arguments->valid[i] != -1) continue;
-    const float t = distance_to(mesh, arguments->primID, instance, rays, n, i);
+    const float t = distance_to(gaussians, arguments->primID, instance, rays, n, i);
     if (std::isnan(t)) continue;
-    RTCHit hit = make_hit(mesh, arguments->primID, arguments->geomID, instance);
+    RTCHit hit = make_hit(gaussians, arguments->primID, arguments->geomID, instance);
     RTCRay ray = rtcGetRayFromRayN(rays, n, i);
     ray.tfar = t;
     if (!counts(rtcFilterIntersection, arguments, ray, hit)) continue;
@@ -123,13 +123,13 @@ void intersect(const RTCIntersectFunctionNArguments* arguments) {
 }
 
 void occlude(const RTCOccludedFunctionNArguments* arguments) {
-  const Mesh& mesh = *static_cast<const Mesh*>(arguments->geometryUserPtr);
+  const Gaussian* const gaussians = gaussians_of(arguments->geometryUserPtr);
   const unsigned n = arguments->N, instance = arguments->context->instID[0];
   for (unsigned i = 0; i < n; ++i) {
     if (arguments->valid[i] != -1) continue;
-    const float t = distance_to(mesh, arguments->primID, instance, arguments->ray, n, i);
+    const float t = distance_to(gaussians, arguments->primID, instance, arguments->ray, n, i);
     if (std::isnan(t)) continue;
-    RTCHit hit = make_hit(mesh, arguments->primID, arguments->geomID, instance);
+    RTCHit hit = make_hit(gaussians, arguments->primID, arguments->geomID, instance);
     RTCRay ray = rtcGetRayFromRayN(arguments->ray, n, i);
     ray.tfar = t;
     if (counts(rtcFilterOcclusion, arguments, ray, hit)) RTCRayN_tfar(arguments->ray, n, i) = -INFINITY;
@@ -142,7 +142,7 @@ EmbreeGeometry splat_geometry(const EmbreeDevice& device, const Mesh& mesh) {
   EmbreeGeometry geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
   device.check("making splats of \"" + mesh.name + "\"");
   rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned>(mesh.vertices.size()));
-  rtcSetGeometryUserData(geometry.get(), const_cast<Mesh*>(&mesh));
+  rtcSetGeometryUserData(geometry.get(), const_cast<Gaussian*>(mesh.splats->gaussians.data()));
   rtcSetGeometryBoundsFunction(geometry.get(), bounds_of, nullptr);
   rtcSetGeometryIntersectFunction(geometry.get(), intersect);
   rtcSetGeometryOccludedFunction(geometry.get(), occlude);

@@ -3,30 +3,16 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/morton.h"
+
 namespace cistern {
 namespace {
 
-constexpr int kMortonBits = 10;
 constexpr uint32_t kLastMorton = ~0u;
-
-uint32_t spread_bits(uint32_t v) {
-  v = (v | (v << 16)) & 0x030000ffu;
-  v = (v | (v << 8)) & 0x0300f00fu;
-  v = (v | (v << 4)) & 0x030c30c3u;
-  return (v | (v << 2)) & 0x09249249u;
-}
 
 /// Position along the Z curve through the box; distant emitters come last.
 uint32_t morton(const EmitterPlace& place, const Bounds3& box) {
-  if (place.is_distant) return kLastMorton;
-  uint32_t code = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float extent = box.upper[axis] - box.lower[axis];
-    const float along = extent > 0.0f ? clamp01((place.center[axis] - box.lower[axis]) / extent) : 0.0f;
-    const float cell = std::min(along * (1 << kMortonBits), static_cast<float>((1 << kMortonBits) - 1));
-    code |= spread_bits(static_cast<uint32_t>(cell)) << axis;
-  }
-  return code;
+  return place.is_distant ? kLastMorton : morton_code(place.center, box);
 }
 
 /// What emitters are sorted by: objects side by side, each in one piece.

@@ -63,6 +63,7 @@ std::shared_ptr<const Mesh> between(const Mesh& middle, const Mesh& from, const 
       if (is_finite(mesh->positions[i])) bounds[block].extend(mesh->positions[i]);
     }
   });
+  if (mesh->splats) mesh->splats = moved(*mesh->splats, mesh->positions);
   mesh->bounds = {};
   for (const Bounds3& of_block : bounds) mesh->bounds.extend(of_block);
   parallel_blocks(mesh->normals.size(), kBlockSize, [&](size_t, size_t first, size_t last) {

@@ -1,7 +1,9 @@
 #include "scene/splat_builder.h"
 
+#include <tbb/parallel_sort.h>
+
 #include "base/check.h"
-#include "base/frame.h"
+#include "base/morton.h"
 
 namespace cistern {
 namespace {
@@ -40,24 +42,43 @@ int flattest_of(Vec3 deviations) {
   return deviations.y <= deviations.z ? 1 : 2;
 }
 
-/// Opacity 0 for what has no shape: deviations or a rotation of nothing, or no numbers.
-Gaussian make_gaussian(Vec3 scale, const std::array<float, 4>& rotation, float opacity) {
-  const std::array<Vec3, 3> axes = axes_of(rotation);
-  const Vec3 deviations = magnitude(scale);
+/// Where the opacity of a Gaussian without direction has fallen to the least that is shown.
+float radius_of(float opacity, Vec3 deviations) {
+  return std::sqrt(2.0f * std::log(opacity / kLeastSplatOpacity)) *
+         std::max(std::max(deviations.x, deviations.y), deviations.z);
+}
+
+/// None for what has no shape: deviations or a rotation of nothing, or no numbers.
+std::optional<Gaussian> make_gaussian(const SplatInput& input, uint32_t splat) {
+  const float opacity = input.radiance[splat][3];
+  const std::array<Vec3, 3> axes = axes_of(input.rotations[splat]);
+  const Vec3 deviations = magnitude(input.scales[splat]);
   const auto is_usable = [](float d) { return d >= kSmallest && d <= kLargest; };
   const bool has_shape = is_usable(deviations.x) && is_usable(deviations.y) && is_usable(deviations.z) &&
                          is_finite(axes[0]) && is_finite(axes[1]) && is_finite(axes[2]) && std::isfinite(opacity);
-  if (!has_shape) return {};
-  return {axes[0] * (1.0f / deviations.x), axes[1] * (1.0f / deviations.y), axes[2] * (1.0f / deviations.z), opacity,
-          flattest_of(deviations)};
+  if (!has_shape || !is_finite(input.positions[splat])) return std::nullopt;
+  Gaussian gaussian;
+  gaussian.middle = input.positions[splat];
+  gaussian.row_x = axes[0] * (1.0f / deviations.x);
+  gaussian.row_y = axes[1] * (1.0f / deviations.y);
+  gaussian.row_z = axes[2] * (1.0f / deviations.z);
+  gaussian.opacity = opacity;
+  gaussian.radius = radius_of(opacity, deviations);
+  gaussian.splat = splat;
+  gaussian.flattest = flattest_of(deviations);
+  return gaussian;
 }
 
-/// Where the opacity of a Gaussian without direction has fallen to the least that is shown; 0: nowhere above it.
-float radius_of(float opacity, Vec3 scale) {
-  if (!(opacity > kLeastSplatOpacity)) return 0.0f;
-  const Vec3 deviations = magnitude(scale);
-  return std::sqrt(2.0f * std::log(opacity / kLeastSplatOpacity)) *
-         std::max(std::max(deviations.x, deviations.y), deviations.z);
+/// Along Morton's curve, so that splats that a ray looks at are near each other in memory.
+void sort_by_place(std::vector<Gaussian>& gaussians) {
+  Bounds3 bounds;
+  for (const Gaussian& gaussian : gaussians) bounds.extend(gaussian.middle);
+  std::vector<std::pair<uint32_t, uint32_t>> order(gaussians.size());
+  for (uint32_t i = 0; i < order.size(); ++i) order[i] = {morton_code(gaussians[i].middle, bounds), i};
+  tbb::parallel_sort(order);
+  std::vector<Gaussian> sorted(gaussians.size());
+  for (size_t i = 0; i < order.size(); ++i) sorted[i] = gaussians[order[i].second];
+  gaussians = std::move(sorted);
 }
 
 }  // namespace
@@ -74,21 +95,26 @@ Mesh build_splats(const SplatInput& input) {
   mesh.corner_count = static_cast<uint32_t>(count);
   mesh.vertices.reserve(count);
   mesh.polygons.reserve(count);
-  cloud->gaussians.resize(count);
-  cloud->base.resize(count);
+  cloud->gaussians.reserve(count);
+  cloud->base.reserve(count);
   for (uint32_t i = 0; i < count; ++i) {
     const std::array<float, 4>& radiance = input.radiance[i];
-    cloud->base[i] = {radiance[0], radiance[1], radiance[2]};
+    cloud->base.push_back({radiance[0], radiance[1], radiance[2]});
     if (std::isfinite(radiance[3]) && !(radiance[3] > kLeastSplatOpacity)) continue;  // nothing to be seen
-    cloud->gaussians[i] = make_gaussian(input.scales[i], input.rotations[i], radiance[3]);
-    if (cloud->gaussians[i].opacity == 0.0f || !is_finite(input.positions[i])) {
+    const std::optional<Gaussian> gaussian = make_gaussian(input, i);
+    if (!gaussian) {
       ++mesh.dropped_triangles;
       continue;
     }
-    mesh.radii[i] = radius_of(radiance[3], input.scales[i]);
+    cloud->gaussians.push_back(*gaussian);
+  }
+  sort_by_place(cloud->gaussians);
+  for (const Gaussian& gaussian : cloud->gaussians) {
+    const uint32_t i = gaussian.splat;
+    mesh.radii[i] = gaussian.radius;
     mesh.vertices.push_back({i, i, i});
     mesh.polygons.push_back(i);
-    mesh.bounds.extend(input.positions[i]);
+    mesh.bounds.extend(gaussian.middle);
   }
   mesh.vertices.shrink_to_fit();
   mesh.polygons.shrink_to_fit();

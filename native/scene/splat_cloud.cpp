@@ -58,6 +58,12 @@ size_t SplatCloud::memory_bytes() const {
          harmonics.capacity() * sizeof(harmonics[0]);
 }
 
+std::shared_ptr<const SplatCloud> moved(const SplatCloud& cloud, const std::vector<Vec3>& positions) {
+  auto result = std::make_shared<SplatCloud>(cloud);
+  for (Gaussian& gaussian : result->gaussians) gaussian.middle = positions[gaussian.splat];
+  return result;
+}
+
 bool is_same_cloud(const SplatCloud* a, const SplatCloud* b) {
   if (a == b || !a || !b) return a == b;
   return has_same_bits(a->gaussians, b->gaussians) && has_same_bits(a->base, b->base) && a->harmonics == b->harmonics &&

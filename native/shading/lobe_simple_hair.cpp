@@ -13,7 +13,7 @@ float inclination(const Vec3& tangent, const Vec3& w) { return std::asin(std::cl
 struct AlongStrand {
   float o, width, shift, first, range;  // of the angles whose tangents are offsets over the width
 
-  AlongStrand(const SimpleHairLobe& lobe, float o) : o(o), width(lobe.along), shift(lobe.shift) {
+  AlongStrand(const SimpleHairLobe& lobe, float seen_from) : o(seen_from), width(lobe.along), shift(lobe.shift) {
     const auto angle_of = [&](float i) { return std::atan((0.5f * (i + o) - shift) / width); };
     first = angle_of(-kRightAngle);
     range = angle_of(kRightAngle) - first;

@@ -16,7 +16,7 @@ SurfacePoint make_splat_point(const Scene& scene, const Ray& ray, const Hit& hit
   if (point.is_backface) point.ng = -point.ng;
   point.ns = point.ng;
   point.is_splat = true;
-  const Vec3 middle = mesh.positions[mesh.vertices[hit.triangle][0]];
+  const Vec3 middle = mesh.splats->gaussians[hit.triangle].middle;
   point.clearance = surface_clearance(coordinate_reach(instance.object_to_world, {middle, middle, middle}), point.ng);
   return point;
 }
@@ -30,7 +30,8 @@ bool reads_splat_radiance(const NodeContext& context, int name_index) {
 Vec3 splat_radiance(const NodeContext& context) {
   const Mesh& mesh = context.mesh();
   const Vec3 direction = inverse(context.instance().object_to_world).vector(-context.point.wo);
-  return to_vec(mesh.splats->radiance(mesh.vertices[context.point.triangle][0], normalize_or(direction, {})));
+  return to_vec(
+      mesh.splats->radiance(mesh.splats->gaussians[context.point.triangle].splat, normalize_or(direction, {})));
 }
 
 }  // namespace cistern

@@ -66,7 +66,7 @@ def garden(brightness: float = 1.0) -> core.Scene:
     rotations = rng.normal(size=(SPHERE, 4))
     colors, opacities = rng.uniform(0.3, 0.9, (SPHERE, 3)), rng.uniform(0.2, 1.0, SPHERE)
     scales = np.exp(rng.uniform(np.log(0.02), np.log(0.2), (SPHERE, 3)))
-    centers = directions + (0.0, 0.0, 0.9)
+    centers = directions + np.array((0.0, 0.0, 0.9))
     half = SPHERE // 2
     paint = principled((0.8, 0.6, 0.4))
     for part, material in ((slice(0, half), None), (slice(half, None), paint)):

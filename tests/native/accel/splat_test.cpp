@@ -42,6 +42,9 @@ std::shared_ptr<const Mesh> make_splats(const std::vector<Splat>& splats) {
 struct Traced {
   std::shared_ptr<Scene> scene;
   std::shared_ptr<const Accel> accel;
+
+  /// Its number among those that were given.
+  uint32_t splat(uint32_t triangle) const { return scene->meshes[0]->vertices[triangle][0]; }
 };
 
 Traced trace(std::shared_ptr<const Mesh> mesh, const Transform& object_to_world = {}) {
@@ -82,7 +85,7 @@ Counts count(const Traced& t, const Ray& along) {
   Beam beam(along);
   for (int i = 0; i < kRays; ++i) {
     const Ray ray = beam.next();
-    if (const auto hit = t.accel->intersect(ray, kVisibleToCamera)) ++counts.hits[hit->triangle];
+    if (const auto hit = t.accel->intersect(ray, kVisibleToCamera)) ++counts.hits[t.splat(hit->triangle)];
     counts.occluded += t.accel->occluded(ray) ? 1 : 0;
   }
   for (int i = 0; i < kRays; i += static_cast<int>(kLanes)) {
@@ -160,6 +163,7 @@ TEST(Splats, LieWithinTheirBoxes) {
 
 TEST(Splats, AreNotMetByRaysThatLeaveThem) {
   const Traced t = trace(make_splats({{{0, 0, 0}, {1, 1, 1}}, {{0, 0, 5}, {1, 1, 1}}}));
+  ASSERT_EQ(t.splat(0), 0u);
   Ray ray{{0.0f, 0.0f, -0.5f}, {0.0f, 0.0f, 1.0f}};
   EXPECT_EQ(count(t, ray).hits[0], kRays) << "of opacity 1";
   ray.leaves = {0, 0};
