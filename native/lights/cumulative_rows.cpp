@@ -40,12 +40,13 @@ double CumulativeRows::set_row(int row, const float* values) {
     sums[i + 1] = static_cast<float>(sum > 0.0 ? running / sum : static_cast<double>(i + 1) / intervals_);
   }
   sums[intervals_] = 1.0f;
-  for (int i = 0; i < coarse_count_; ++i) coarse_[static_cast<size_t>(row * coarse_count_ + i)] = sums[i * kStride];
+  float* coarse = &coarse_[coarse_start(row)];
+  for (size_t i = 0; i < static_cast<size_t>(coarse_count_); ++i) coarse[i] = sums[i * kStride];
   return sum;
 }
 
 int CumulativeRows::find(int row, float u) const {
-  const float* coarse = &coarse_[static_cast<size_t>(row * coarse_count_)];
+  const float* coarse = &coarse_[coarse_start(row)];
   const int first = std::max(count_at_most(coarse, coarse_count_, u) - 1, 0) * kStride;
   const int others = std::min(kStride, intervals_ - first) - 1;
   return first + count_at_most(&sums_[start(row) + static_cast<size_t>(first) + 1], others, u);

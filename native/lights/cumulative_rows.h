@@ -29,6 +29,7 @@ class CumulativeRows {
   static constexpr int kStride = 64;
 
   size_t start(int row) const { return static_cast<size_t>(row) * static_cast<size_t>(intervals_ + 1); }
+  size_t coarse_start(int row) const { return static_cast<size_t>(row) * static_cast<size_t>(coarse_count_); }
 
   int intervals_ = 0, coarse_count_ = 0;
   std::vector<float> sums_;    // intervals + 1 for each row

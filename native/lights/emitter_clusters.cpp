@@ -18,7 +18,7 @@ uint32_t morton(const EmitterPlace& place, const Bounds3& box) {
 /// What emitters are sorted by: objects side by side, each in one piece.
 struct Position {
   uint32_t object_morton, object, morton, emitter;
-  friend auto operator<=>(const Position&, const Position&) = default;
+  friend auto operator<=>(const Position&, const Position&) = default;  // NOLINT(modernize-use-nullptr)
 };
 
 std::vector<Position> along_curve(std::span<const EmitterPlace> places) {

@@ -18,7 +18,8 @@ struct ClusterStatistics {
   double squares = 0.0, squares_without = 0.0;
   bool has_part_of(const ClusterStatistics& other) const { return cluster == other.cluster; }
   ClusterStatistics& operator+=(const ClusterStatistics& other);
-  friend auto operator<=>(const ClusterStatistics&, const ClusterStatistics&) = default;
+  friend auto operator<=>(const ClusterStatistics&,
+                          const ClusterStatistics&) = default;  // NOLINT(modernize-use-nullptr)
 };
 
 /// For each cell of the world that has seen enough light, a probability of each light cluster. Immutable.

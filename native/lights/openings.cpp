@@ -318,6 +318,7 @@ std::vector<AreaLight> fit_openings(std::span<const EscapedRay> rays, float yaw)
   }
   std::ranges::sort(openings, std::greater<>(), &Opening::rays);
   std::vector<AreaLight> portals;
+  portals.reserve(openings.size());
   for (const Opening& opening : openings) portals.push_back(opening.portal);
   return portals;
 }

@@ -18,7 +18,7 @@ class FrameSequences {
   struct Kind {
     uint32_t lights_learned_at = 0, guides_learned_at = 0;
     bool is_decided = false;
-    auto operator<=>(const Kind&) const = default;
+    auto operator<=>(const Kind&) const = default;  // NOLINT(modernize-use-nullptr)
   };
 
   /// Frames from `frame` on are of this kind, of which there will be about `length`.

@@ -15,10 +15,9 @@ bool is_similar(Vec3 n, float distance, const VisiblePoint& other, const Similar
 /// Of the full frame, in [0, 1]^2: the middle of a pixel.
 Vec2 film_position(const ImageRegion& region, uint32_t pixel) {
   const auto width = static_cast<uint32_t>(region.width);
-  return {
-      (static_cast<float>(region.x) + static_cast<float>(pixel % width) + 0.5f) / static_cast<float>(region.full_width),
-      (static_cast<float>(region.y) + static_cast<float>(pixel / width) + 0.5f) /
-          static_cast<float>(region.full_height)};
+  const uint32_t column = pixel % width, row = pixel / width;
+  return {(static_cast<float>(region.x) + static_cast<float>(column) + 0.5f) / static_cast<float>(region.full_width),
+          (static_cast<float>(region.y) + static_cast<float>(row) + 0.5f) / static_cast<float>(region.full_height)};
 }
 
 std::optional<uint32_t> pixel_at(const ImageRegion& region, Vec2 film) {

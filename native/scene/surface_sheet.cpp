@@ -31,9 +31,9 @@ std::pair<size_t, size_t> triangles_of(const Mesh& mesh, int32_t polygon) {
     const size_t first = std::min<size_t>(wanted, mesh.triangle_count());
     return {first, std::min(first + 1, mesh.triangle_count())};
   }
-  const auto found = std::ranges::equal_range(mesh.polygons, wanted);
-  const auto first = static_cast<size_t>(found.begin() - mesh.polygons.begin());
-  return {first, first + found.size()};
+  const auto begin = mesh.polygons.begin();
+  const auto [first, end] = std::equal_range(begin, mesh.polygons.end(), wanted);
+  return {static_cast<size_t>(first - begin), static_cast<size_t>(end - begin)};
 }
 
 SheetPixel make_pixel(const Mesh& mesh, int32_t polygon, Vec3 point, Vec3 step_x, Vec3 step_y) {

@@ -29,12 +29,14 @@ struct Cell {
 float lookup(const float* table, Cell x) { return lerp(table[x.low], table[x.high], x.t); }
 
 float lookup(const float* table, int width, Cell x, Cell y) {
-  return lerp(lookup(table + y.low * width, x), lookup(table + y.high * width, x), y.t);
+  const int low = y.low * width, high = y.high * width;
+  return lerp(lookup(table + low, x), lookup(table + high, x), y.t);
 }
 
 float lookup(const float* table, Cell x, Cell y, Cell z) {
   constexpr int kSlice = kCoarse * kCoarse;
-  return lerp(lookup(table + z.low * kSlice, kCoarse, x, y), lookup(table + z.high * kSlice, kCoarse, x, y), z.t);
+  const int low = z.low * kSlice, high = z.high * kSlice;
+  return lerp(lookup(table + low, kCoarse, x, y), lookup(table + high, kCoarse, x, y), z.t);
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ class NearCells {
       for (int32_t i = -kReach; i <= kReach; ++i) {
         const float corner = static_cast<float>(i);
         const float gap = std::clamp(at.local[axis], corner, corner + s.randomness) - at.local[axis];
-        least_[axis][static_cast<size_t>(i + kReach)] = N == 1 ? std::abs(gap) : key_part(gap, s);
+        least_[axis][place_of(i)] = N == 1 ? std::abs(gap) : key_part(gap, s);
       }
     }
   }
@@ -89,12 +89,16 @@ class NearCells {
   }
 
  private:
+  static size_t place_of(int32_t i) {
+    const int32_t place = i + kReach;
+    return static_cast<size_t>(place);
+  }
   static constexpr float kRounding = 1.0f - 1e-5f;  // keys of points add up in another order
 
   template <size_t kAxis, typename Visit>
   void descend(Cell<N>& offset, float key, const float& most_key, Visit& visit) const {
     for (int32_t i = -kReach; i <= kReach; ++i) {
-      const float part = least_[kAxis][static_cast<size_t>(i + kReach)];
+      const float part = least_[kAxis][place_of(i)];
       const float least = settings_.metric == VoronoiMetric::CHEBYCHEV ? std::max(key, part) : key + part;
       if (least * kRounding > most_key) continue;
       offset[kAxis] = i;

@@ -11,8 +11,7 @@ namespace {
 
 using namespace cistern;
 
-constexpr int kFine = 32;
-constexpr int kCoarse = 16;
+constexpr size_t kFine = 32, kCoarse = 16;
 constexpr int kSamples = 10000;         // per node of a directional albedo
 constexpr int kAverageSamples = 32768;  // per node of an average over mu
 constexpr int kSchlickExponent = 5;
@@ -21,8 +20,10 @@ constexpr float kNearlyZero = 1e-4f;
 constexpr float kLargestIorCoordinate = 0.99f;
 constexpr float kIndexMatched = 1e-4f;  // closer indices do not deflect at all
 
-float node(int i, int size) { return std::max(static_cast<float>(i) / static_cast<float>(size - 1), kNearlyZero); }
-float ior_of_node(int i) { return ior_from_f0(sqr(sqr(std::min(node(i, kCoarse), kLargestIorCoordinate)))); }
+float node(size_t i, size_t size) {
+  return std::max(static_cast<float>(i) / static_cast<float>(size - 1), kNearlyZero);
+}
+float ior_of_node(size_t i) { return ior_from_f0(sqr(sqr(std::min(node(i, kCoarse), kLargestIorCoordinate)))); }
 
 /// Point i of the Kronecker sequences in two and in three dimensions. [Roberts 2018, The Unreasonable Effectiveness of
 /// Quasirandom Sequences]
@@ -89,17 +90,17 @@ void write_table(std::FILE* file, const char* name, const std::vector<double>& v
 
 void write_reflection_tables(std::FILE* file) {
   std::vector<double> albedo(kFine * kFine), average(kFine);
-  for (int x = 0; x < kFine; ++x) {
+  for (size_t x = 0; x < kFine; ++x) {
     const float roughness = node(x, kFine);
-    for (int y = 0; y < kFine; ++y)
+    for (size_t y = 0; y < kFine; ++y)
       for (int i = 0; i < kSamples; ++i) {
         const auto u = quasi_random(kSteps2, i);
-        albedo[static_cast<size_t>(y * kFine + x)] += VisibleNormal(roughness, node(y, kFine), u[0], u[1]).shadowing;
+        albedo[y * kFine + x] += VisibleNormal(roughness, node(y, kFine), u[0], u[1]).shadowing;
       }
     for (int i = 0; i < kAverageSamples; ++i) {
       const auto u = quasi_random(kSteps3, i);
       const float mu = std::sqrt(u[2]);  // density 2 mu
-      average[static_cast<size_t>(x)] += VisibleNormal(roughness, mu, u[0], u[1]).shadowing;
+      average[x] += VisibleNormal(roughness, mu, u[0], u[1]).shadowing;
     }
   }
   write_table(file, "kGgxAlbedo", albedo, kSamples);
@@ -109,15 +110,15 @@ void write_reflection_tables(std::FILE* file) {
 void write_dielectric_tables(std::FILE* file) {
   constexpr size_t kCells = kCoarse * kCoarse * kCoarse;
   std::vector<double> enter(kCells), leave(kCells), fraction(kCells), schlick(kCoarse * kCoarse);
-  for (int x = 0; x < kCoarse; ++x)
-    for (int y = 0; y < kCoarse; ++y)
+  for (size_t x = 0; x < kCoarse; ++x)
+    for (size_t y = 0; y < kCoarse; ++y)
       for (int i = 0; i < kSamples; ++i) {
         const auto u = quasi_random(kSteps2, i);
         const VisibleNormal normal(node(x, kCoarse), node(y, kCoarse), u[0], u[1]);
-        schlick[static_cast<size_t>(y * kCoarse + x)] += normal.schlick_fraction();
-        for (int z = 0; z < kCoarse; ++z) {
+        schlick[y * kCoarse + x] += normal.schlick_fraction();
+        for (size_t z = 0; z < kCoarse; ++z) {
           const float ior = ior_of_node(z);
-          const size_t cell = static_cast<size_t>((z * kCoarse + y) * kCoarse + x);
+          const size_t cell = (z * kCoarse + y) * kCoarse + x;
           enter[cell] += normal.glass(ior);
           leave[cell] += normal.glass(1.0f / ior);
           fraction[cell] += normal.dielectric_fraction(ior);
@@ -132,12 +133,12 @@ void write_dielectric_tables(std::FILE* file) {
 void write_dielectric_averages(std::FILE* file) {
   constexpr size_t kCells = kCoarse * kCoarse;
   std::vector<double> enter(kCells), leave(kCells);
-  for (int x = 0; x < kCoarse; ++x)
+  for (size_t x = 0; x < kCoarse; ++x)
     for (int i = 0; i < kAverageSamples; ++i) {
       const auto u = quasi_random(kSteps3, i);
       const VisibleNormal normal(node(x, kCoarse), std::sqrt(u[2]), u[0], u[1]);
-      for (int z = 0; z < kCoarse; ++z) {
-        const size_t cell = static_cast<size_t>(z * kCoarse + x);
+      for (size_t z = 0; z < kCoarse; ++z) {
+        const size_t cell = z * kCoarse + x;
         enter[cell] += normal.glass(ior_of_node(z));
         leave[cell] += normal.glass(1.0f / ior_of_node(z));
       }

@@ -29,7 +29,7 @@ struct GuideStatistics {
     squares += other.squares;
     return *this;
   }
-  friend auto operator<=>(const GuideStatistics&, const GuideStatistics&) = default;
+  friend auto operator<=>(const GuideStatistics&, const GuideStatistics&) = default;  // NOLINT(modernize-use-nullptr)
 };
 
 /// For each cell of the world that has seen enough light, a density of directions in proportion to what they brought.
