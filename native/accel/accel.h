@@ -26,7 +26,9 @@ struct Ray {
   Vec3 direction;  // unit
   float t_min = 0.0f;
   float t_max = INFINITY;
-  TriangleId leaves = kNoTriangle;  // a splat that it does not meet; other surfaces do not look at it
+  // Splats that it does not meet; other surfaces do not look at these. Along a straight line:
+  TriangleId leaves = kNoTriangle;  // of the vertex where that begins
+  TriangleId passes = kNoTriangle;  // the last that it went through
 };
 
 /// Several rays, from t = 0.
@@ -34,12 +36,12 @@ struct RayLanes {
   Vec3Lanes origin, direction;  // unit
   Lanes t_max = 0.0f;
   LaneMask exists{false};
-  std::array<TriangleId, kLanes> leaves = none();
+  std::array<TriangleId, kLanes> leaves = no_triangles();  // Ray::leaves
 
-  static constexpr std::array<TriangleId, kLanes> none() {
-    std::array<TriangleId, kLanes> all;
-    all.fill(kNoTriangle);
-    return all;
+  static constexpr std::array<TriangleId, kLanes> no_triangles() {
+    std::array<TriangleId, kLanes> none;
+    none.fill(kNoTriangle);
+    return none;
   }
   void set(size_t lane, const Ray& ray) {
     origin.set(lane, ray.origin);
@@ -78,6 +80,9 @@ struct HitList {
 /// instanced more than once keep an Embree scene of their own, shared with the accel of earlier snapshots;
 /// meshes used once are put into the top level in world space, which traces faster.
 /// All queries are const, thread-safe and set no state except flush-to-zero via `FlushDenormals` (see below).
+///
+/// Rays meet splats by chance (splat_geometry.h): the same query has the same answer, but another query of the same
+/// segment, whose rays differ by a rounding, has another one. Estimates ask once for each segment.
 class Accel {
  public:
   /// `previous` may be null; parts of it that still apply are reused. `keep_instances` true never flattens (viewport
@@ -107,10 +112,13 @@ class Accel {
   /// Closest surface whose materials may let light through (MaterialProgram::may_be_transparent).
   virtual std::optional<Hit> intersect_transparent(const Ray& ray, uint8_t visibility = kVisibleToShadow,
                                                    uint64_t blockers = kAllSets) const = 0;
+  /// Whether a ray may meet a splat between its ends, by whatever chance, but for the one it leaves.
+  virtual bool may_meet_splats(const Ray& ray) const = 0;
+  virtual LaneMask may_meet_splats(const RayLanes& rays) const = 0;
   /// Whether an instance has a material that may refract clearly (MaterialProgram::may_be_pane), and has_pane_shape.
   virtual bool may_be_pane(uint32_t instance) const = 0;
   /// As occluded and intersect_transparent, for shadow rays that refraction may let through: instances that may be
-  /// panes are no longer opaque.
+  /// panes are no longer opaque. Splats are not there for the first: rays that go on behind panes meet them then.
   virtual bool occluded_but_for_panes(const Ray& ray) const = 0;
   virtual std::optional<Hit> intersect_transparent_or_pane(const Ray& ray) const = 0;
   /// As intersect and intersect_transparent, but surfaces that have a medium inside are there for all rays, and none
@@ -129,6 +137,7 @@ class Accel {
   virtual bool has_media() const = 0;
   /// Whether an instance may_be_pane.
   virtual bool has_panes() const = 0;
+  virtual bool has_splats() const = 0;
   virtual Bounds3 bounds() const = 0;
   /// Bytes held by Embree for this accel, scenes shared with others included.
   virtual size_t memory_bytes() const = 0;

@@ -153,6 +153,23 @@ inline void embree_intersect_all(RTCScene scene, RTCRayHit& ray_hit, const HitCo
 #endif
 }
 
+/// Asks the filters, if there are any, about a hit of a user geometry.
+#if RTC_VERSION_MAJOR >= 4
+inline void embree_filter(const RTCIntersectFunctionNArguments* asking, const RTCFilterFunctionNArguments* hit) {
+  rtcInvokeIntersectFilterFromGeometry(asking, hit);
+}
+inline void embree_filter(const RTCOccludedFunctionNArguments* asking, const RTCFilterFunctionNArguments* hit) {
+  rtcInvokeOccludedFilterFromGeometry(asking, hit);
+}
+#else
+inline void embree_filter(const RTCIntersectFunctionNArguments* asking, const RTCFilterFunctionNArguments* hit) {
+  rtcFilterIntersection(asking, hit);
+}
+inline void embree_filter(const RTCOccludedFunctionNArguments* asking, const RTCFilterFunctionNArguments* hit) {
+  rtcFilterOcclusion(asking, hit);
+}
+#endif
+
 /// Of a scene that a HitFilter can work in.
 #if RTC_VERSION_MAJOR >= 4
 inline constexpr RTCSceneFlags kFilteredScene = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;

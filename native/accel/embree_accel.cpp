@@ -4,12 +4,13 @@
 #include <array>
 
 #include "accel/accel.h"
+#include "accel/splat_geometry.h"
 #include "accel/top_level.h"
 
 namespace cistern {
 namespace {
 
-void set_ray(RTCRay& out, const Ray& ray, uint32_t mask) {
+void set_ray(RTCRay& out, const Ray& ray, uint32_t mask, float time = splat_time::kByChance) {
   out.org_x = ray.origin.x;
   out.org_y = ray.origin.y;
   out.org_z = ray.origin.z;
@@ -17,14 +18,14 @@ void set_ray(RTCRay& out, const Ray& ray, uint32_t mask) {
   out.dir_x = ray.direction.x;
   out.dir_y = ray.direction.y;
   out.dir_z = ray.direction.z;
-  out.time = 0.0f;
+  out.time = time;
   out.tfar = ray.t_max;
   out.mask = mask;
-  out.id = ray.leaves.triangle;
-  out.flags = ray.leaves.instance;
+  out.id = splat_key(ray.leaves);
+  out.flags = splat_key(ray.passes);
 }
 
-void set_rays(RTCRay8& out, const RayLanes& rays, uint32_t mask) {
+void set_rays(RTCRay8& out, const RayLanes& rays, uint32_t mask, float time) {
   static_assert(kLanes == std::size(RTCRay8{}.org_x));
   constexpr auto kAligned = std::experimental::vector_aligned;
   rays.origin.x.copy_to(out.org_x, kAligned);
@@ -35,12 +36,10 @@ void set_rays(RTCRay8& out, const RayLanes& rays, uint32_t mask) {
   rays.direction.z.copy_to(out.dir_z, kAligned);
   rays.t_max.copy_to(out.tfar, kAligned);
   std::ranges::fill(out.tnear, 0.0f);
-  std::ranges::fill(out.time, 0.0f);
+  std::ranges::fill(out.time, time);
   std::ranges::fill(out.mask, mask);
-  for (size_t i = 0; i < kLanes; ++i) {
-    out.id[i] = rays.leaves[i].triangle;
-    out.flags[i] = rays.leaves[i].instance;
-  }
+  std::ranges::transform(rays.leaves, out.id, splat_key);
+  std::ranges::fill(out.flags, splat_key(kNoTriangle));
 }
 
 /// Of what is opaque to rays.
@@ -100,9 +99,9 @@ class EmbreeAccel final : public Accel {
   }
   bool occluded(const Ray& ray, uint8_t visibility, uint64_t sets) const override {
     const uint32_t mask = opaque_ray_mask(visibility);
-    if (sets == kAllSets || !top_->is_filtered) return any_hit(ray, mask);
+    if (sets == kAllSets || !top_->is_filtered) return any_hit(ray, mask, splat_time::kByChance);
     const Blockers blockers{top_->placements, sets};
-    return any_hit(ray, mask, HitFilter{Blockers::counts, &blockers});
+    return any_hit(ray, mask, splat_time::kByChance, HitFilter{Blockers::counts, &blockers});
   }
   LaneMask occluded(const RayLanes& rays, uint8_t visibility) const override {
     return in_packet(rays, opaque_ray_mask(visibility));
@@ -117,7 +116,15 @@ class EmbreeAccel final : public Accel {
     return closest_hit(ray, transparent_mask(visibility), sets);
   }
   bool may_be_pane(uint32_t instance) const override { return top_->placements[instance].is_pane; }
-  bool occluded_but_for_panes(const Ray& ray) const override { return any_hit(ray, opaque_mask(kVisibleToShadow)); }
+  bool occluded_but_for_panes(const Ray& ray) const override {
+    return any_hit(ray, opaque_mask(kVisibleToShadow), splat_time::kAbsent);
+  }
+  bool may_meet_splats(const Ray& ray) const override {
+    return top_->has_splats && any_hit(ray, kSplatMask, splat_time::kSolid);
+  }
+  LaneMask may_meet_splats(const RayLanes& rays) const override {
+    return top_->has_splats ? in_packet(rays, kSplatMask, splat_time::kSolid) : LaneMask(false);
+  }
   std::optional<Hit> intersect_transparent_or_pane(const Ray& ray) const override {
     return closest_hit(ray, transparent_mask(kVisibleToShadow) | kPaneMask);
   }
@@ -147,6 +154,7 @@ class EmbreeAccel final : public Accel {
   bool has_transparent_surfaces() const override { return top_->has_transparent_surfaces; }
   bool has_media() const override { return top_->has_media; }
   bool has_panes() const override { return top_->has_panes; }
+  bool has_splats() const override { return top_->has_splats; }
   Bounds3 bounds() const override { return top_->bounds; }
   size_t memory_bytes() const override {
     size_t bytes = top_->memory_bytes;
@@ -182,23 +190,27 @@ class EmbreeAccel final : public Accel {
   /// Not normalised: distances stay those of the world.
   Ray to_object(const Ray& ray, uint32_t instance) const {
     const Transform& map = top_->normal_maps[instance];
-    return {map.point(ray.origin), map.vector(ray.direction), ray.t_min, ray.t_max, ray.leaves};
+    const auto in_own_scene = [&](TriangleId id) {
+      return id.instance == instance ? TriangleId{RTC_INVALID_GEOMETRY_ID, id.triangle} : id;
+    };
+    return {map.point(ray.origin),    map.vector(ray.direction), ray.t_min, ray.t_max,
+            in_own_scene(ray.leaves), in_own_scene(ray.passes)};
   }
-  LaneMask in_packet(const RayLanes& rays, uint32_t mask) const {
+  LaneMask in_packet(const RayLanes& rays, uint32_t mask, float time = splat_time::kByChance) const {
     const LaneMask is_traced = rays.exists && is_number(rays);
     alignas(32) std::array<int, kLanes> valid;
     for (size_t i = 0; i < kLanes; ++i) valid[i] = is_traced[i] ? -1 : 0;
     RTCRay8 packet;
-    set_rays(packet, rays, mask);
+    set_rays(packet, rays, mask, time);
     embree_occluded(valid.data(), top_->scene.get(), packet);
     return is_traced && Lanes(packet.tfar, std::experimental::vector_aligned) < 0.0f;
   }
   /// Of those that the filter, if there is one, counts.
   template <class... Filter>
-  bool any_hit(const Ray& ray, uint32_t mask, const Filter&... filter) const {
+  bool any_hit(const Ray& ray, uint32_t mask, float time, const Filter&... filter) const {
     if (!is_number(ray)) return false;
     RTCRay query;
-    set_ray(query, ray, mask);
+    set_ray(query, ray, mask, time);
     embree_occluded(top_->scene.get(), query, filter...);
     return query.tfar < 0.0f;
   }

@@ -3,7 +3,6 @@
 #include <bit>
 #include <cmath>
 
-#include "accel/accel.h"
 #include "base/hash.h"
 
 namespace cistern {
@@ -23,35 +22,40 @@ float hash_of(Vec3 place, uint32_t splat) {
   return to_unit_float(static_cast<uint32_t>(hash >> 32));
 }
 
-/// Distance along the ray of a splat that it meets; NaN where it does not. Distances are in lengths of the direction.
-float distance_to(const Gaussian& gaussian, const Ray& ray) {
+/// As Embree has it, in object space.
+struct SplatRay {
+  Vec3 origin, direction;
+  float t_min, t_max;
+  uint32_t leaves, passes;  // splat_key
+  float time;
+
+  SplatRay(RTCRayN* rays, unsigned n, unsigned i)
+      : origin{RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i), RTCRayN_org_z(rays, n, i)},
+        direction{RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i), RTCRayN_dir_z(rays, n, i)},
+        t_min(RTCRayN_tnear(rays, n, i)),
+        t_max(RTCRayN_tfar(rays, n, i)),
+        leaves(RTCRayN_id(rays, n, i)),
+        passes(RTCRayN_flags(rays, n, i)),
+        time(RTCRayN_time(rays, n, i)) {}
+};
+
+/// Distance along the ray of a splat that it meets, in lengths of the direction; NaN where it does not. `id`: of the
+/// splat.
+float distance_to(const Gaussian& gaussian, TriangleId id, const SplatRay& ray) {
   const Vec3 from_middle = ray.origin - gaussian.middle;
   const Vec3 origin = gaussian.in_deviations(from_middle), direction = gaussian.in_deviations(ray.direction);
   const float t = -dot(origin, direction) / dot(direction, direction);
   if (!(t >= ray.t_min && t <= ray.t_max)) return NAN;
   const Vec3 closest = origin + t * direction;
-  const float hash = hash_of(ray.origin + t * ray.direction, gaussian.splat);
   const float chance = gaussian.opacity * std::exp(-0.5f * dot(closest, closest));
+  const float hash = ray.time == splat_time::kSolid ? 0.0f : hash_of(ray.origin + t * ray.direction, gaussian.splat);
   if (!(chance > kLeastChance && hash < chance)) return NAN;
+  const uint32_t key = splat_key(id);
+  if (key == ray.leaves || key == ray.passes || ray.time == splat_time::kAbsent) return NAN;
   const float length2 = dot(ray.direction, ray.direction), along = dot(from_middle, ray.direction);
   const bool is_within =
       dot(from_middle, from_middle) * length2 - along * along <= gaussian.radius * gaussian.radius * length2;
   return is_within ? t : NAN;
-}
-
-Ray ray_of(RTCRayN* rays, unsigned n, unsigned i) {
-  return {{RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i), RTCRayN_org_z(rays, n, i)},
-          {RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i), RTCRayN_dir_z(rays, n, i)},
-          RTCRayN_tnear(rays, n, i),
-          RTCRayN_tfar(rays, n, i),
-          {RTCRayN_flags(rays, n, i), RTCRayN_id(rays, n, i)}};
-}
-
-/// As above, for ray `i`; NaN also for the splat that it leaves.
-float distance_to(const Gaussian* gaussians, uint32_t segment, unsigned instance, RTCRayN* rays, unsigned n,
-                  unsigned i) {
-  const Ray ray = ray_of(rays, n, i);
-  return ray.leaves == TriangleId{instance, segment} ? NAN : distance_to(gaussians[segment], ray);
 }
 
 RTCHit make_hit(const Gaussian* gaussians, uint32_t segment, unsigned geometry, unsigned instance) {
@@ -69,8 +73,7 @@ RTCHit make_hit(const Gaussian* gaussians, uint32_t segment, unsigned geometry, 
 
 /// Whether filters count a hit that is the ray's end now.
 template <class Arguments>
-bool counts(void (*filter)(const Arguments*, const RTCFilterFunctionNArguments*), const Arguments* arguments,
-            RTCRay& ray, RTCHit& hit) {
+bool counts(const Arguments* arguments, RTCRay ray, RTCHit& hit) {
   int valid = -1;
   const RTCFilterFunctionNArguments filtered{&valid,
                                              arguments->geometryUserPtr,
@@ -78,7 +81,7 @@ bool counts(void (*filter)(const Arguments*, const RTCFilterFunctionNArguments*)
                                              reinterpret_cast<RTCRayN*>(&ray),
                                              reinterpret_cast<RTCHitN*>(&hit),
                                              1};
-  filter(arguments, &filtered);
+  embree_filter(arguments, &filtered);
   return valid == -1;
 }
 
@@ -111,12 +114,12 @@ void intersect(const RTCIntersectFunctionNArguments* arguments) {
   RTCRayN* const rays = RTCRayHitN_RayN(arguments->rayhit, n);
   for (unsigned i = 0; i < n; ++i) {
     if (arguments->valid[i] != -1) continue;
-    const float t = distance_to(gaussians, arguments->primID, instance, rays, n, i);
+    const float t = distance_to(gaussians[arguments->primID], {instance, arguments->primID}, SplatRay(rays, n, i));
     if (std::isnan(t)) continue;
     RTCHit hit = make_hit(gaussians, arguments->primID, arguments->geomID, instance);
     RTCRay ray = rtcGetRayFromRayN(rays, n, i);
     ray.tfar = t;
-    if (!counts(rtcFilterIntersection, arguments, ray, hit)) continue;
+    if (!counts(arguments, ray, hit)) continue;
     RTCRayN_tfar(rays, n, i) = t;
     rtcCopyHitToHitN(RTCRayHitN_HitN(arguments->rayhit, n), &hit, n, i);
   }
@@ -127,12 +130,13 @@ void occlude(const RTCOccludedFunctionNArguments* arguments) {
   const unsigned n = arguments->N, instance = arguments->context->instID[0];
   for (unsigned i = 0; i < n; ++i) {
     if (arguments->valid[i] != -1) continue;
-    const float t = distance_to(gaussians, arguments->primID, instance, arguments->ray, n, i);
+    const float t =
+        distance_to(gaussians[arguments->primID], {instance, arguments->primID}, SplatRay(arguments->ray, n, i));
     if (std::isnan(t)) continue;
     RTCHit hit = make_hit(gaussians, arguments->primID, arguments->geomID, instance);
     RTCRay ray = rtcGetRayFromRayN(arguments->ray, n, i);
     ray.tfar = t;
-    if (counts(rtcFilterOcclusion, arguments, ray, hit)) RTCRayN_tfar(arguments->ray, n, i) = -INFINITY;
+    if (counts(arguments, ray, hit)) RTCRayN_tfar(arguments->ray, n, i) = -INFINITY;
   }
 }
 

@@ -50,6 +50,7 @@ uint32_t mask_of(const SetTraits& traits, const Instance& instance, const Mesh& 
   mask |= traits.may_be_transparent ? transparent_mask(visibility) : opaque_instance_mask(is_pane, visibility);
   if (!traits.is_boundary) mask |= surface_mask(visibility);
   if (visibility != 0 && !mesh.is_strands() && traits.has_volume) mask |= kMediumMask;
+  if (visibility != 0 && mesh.splats) mask |= kSplatMask;
   return mask;
 }
 
@@ -161,6 +162,7 @@ std::shared_ptr<const TopLevel> build_top_level(std::shared_ptr<const EmbreeDevi
     attach(*top, i, mesh_scenes);
     top->has_shadow_linked_surfaces |= top->placements[i].is_shadow_linked;
     top->has_panes |= top->placements[i].is_pane;
+    top->has_splats |= (top->placements[i].mask & kSplatMask) != 0;
     top->has_media |= top->placements[i].has_medium();
     top->has_transparent_surfaces |= (top->placements[i].mask & transparent_mask(kVisibleToAll)) != 0;
   }

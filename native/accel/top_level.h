@@ -11,12 +11,13 @@ namespace cistern {
 
 // Ray masks: the RayVisibility bits four times over, of all surfaces, of opaque ones, of those that may let light
 // through, and of instances that are not only where media begin and end; and a bit for those with a medium inside. Of
-// opaque instances that may be panes a bit of their own stands in for kVisibleToShadow.
+// opaque instances that may be panes a bit of their own stands in for kVisibleToShadow; and one for all splats.
 inline constexpr uint32_t any_surface_mask(uint8_t visibility) { return visibility; }
 inline constexpr uint32_t opaque_mask(uint8_t visibility) { return uint32_t{visibility} << 8; }
 inline constexpr uint32_t transparent_mask(uint8_t visibility) { return uint32_t{visibility} << 16; }
 inline constexpr uint32_t surface_mask(uint8_t visibility) { return uint32_t{visibility} << 24; }
-inline constexpr uint32_t kMediumMask = 1u << 30, kPaneMask = 1u << 31;
+inline constexpr uint32_t kMediumMask = 1u << 30, kPaneMask = 1u << 31, kSplatMask = 1u << 22;
+static_assert((transparent_mask(kVisibleToAll) & kSplatMask) == 0);
 
 using MeshScenes = std::unordered_map<const Mesh*, std::shared_ptr<const MeshScene>>;
 
@@ -48,6 +49,7 @@ struct TopLevel {
   bool has_shadow_linked_surfaces = false;
   bool has_media = false;
   bool has_panes = false;
+  bool has_splats = false;
   bool is_filtered = false;  // see new_scene
   size_t memory_bytes = 0;
 };

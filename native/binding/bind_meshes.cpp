@@ -134,7 +134,7 @@ int add_splats(SceneBuilder& builder, const std::string& name, const Array<float
   input.radiance = row_span<std::array<float, 4>>(radiance, name, "radiance");
   if (harmonics)
     input.harmonics =
-        row_span<std::array<std::array<uint8_t, 3>, SplatCloud::kHarmonics>>(*harmonics, name, "harmonics");
+        row_span<std::array<std::array<uint8_t, 3>, SplatColors::kHarmonics>>(*harmonics, name, "harmonics");
   input.to_working_space = to_working_space;
   MeshInput sizes;
   sizes.name = name;

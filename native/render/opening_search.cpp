@@ -112,7 +112,7 @@ double open_share(const SkyWalks& walks, const AreaLight& opening, std::span<con
     if (!(cosine > 0.0f)) continue;
     const double weight = portal.seen_share(v.position) * cosine;
     all += weight;
-    if (!is_black(walks.sky_share(v.origin, *direction))) open += weight;
+    if (!is_black(walks.sky_share(v, *direction))) open += weight;
   }
   return all > 0.0 ? open / all : 0.0;
 }

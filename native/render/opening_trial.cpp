@@ -26,12 +26,12 @@ double find_light(const SkyWalks& walks, const LightSet& lights, const WalkVerte
   const auto weight = [&](std::optional<uint32_t> emitter, float pdf) {
     return emitter ? power_heuristic(bsdf_pdf, lights.pmf(*emitter, v.position, v.normal) * pdf) : 1.0f;
   };
-  if (const Rgb share = walks.sky_share(v.origin, wi); !is_black(share)) {
+  if (const Rgb share = walks.sky_share(v, wi); !is_black(share)) {
     const auto sky = lights.environment_emitter();
     const Rgb arriving = evaluate_environment(scene, wi, path) * share;
     return luminance(arriving) * weight(sky, lights.environment_pdf(wi, v.position));
   }
-  const Ray ray{v.origin, wi};
+  const Ray ray{v.origin, wi, 0.0f, INFINITY, v.leaves};
   const std::optional<Hit> hit = walks.context().accel.intersect(ray, path.ray_kind);
   if (!hit) return 0.0;
   const SurfacePoint point = make_surface_point(scene, ray, *hit);
@@ -56,7 +56,7 @@ double sample_light(const SkyWalks& walks, const LightSet& lights, const WalkVer
   const float pdf = choice->pmf * light->pdf, bsdf = cosine / kPi;
   const float weight = lights.lamp_of(choice->sample.emitter) ? 1.0f : power_heuristic(pdf, bsdf);
   Rgb arriving = light->radiance;
-  if (light->casts_shadow) arriving *= transmittance(walks.context(), v.origin, 0.0f, *light, path);
+  if (light->casts_shadow) arriving *= transmittance(walks.context(), v.origin, v.leaves, 0.0f, *light, path);
   return sum + luminance(arriving) * bsdf * weight / pdf;
 }
 

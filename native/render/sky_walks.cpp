@@ -70,20 +70,21 @@ void SkyWalks::add_walk(Rng& rng, std::vector<WalkVertex>& vertices) const {
     if (!is_finite(point.position)) return;
     const Vec3 direction = Frame(point.ng).to_world(square_to_cosine_hemisphere(rng.next_vec2()));
     const Vec3 origin = offset_origin(point.position, point.clearance, point.ng, direction);
-    const bool is_open = !is_black(sky_share(origin, direction));
-    vertices.push_back({point.position, point.ng, origin, direction, is_open});
-    if (is_open || i + 1 == kMostVertices) return;
-    ray = {origin, direction, 0.0f, INFINITY, point.triangle_id()};
+    WalkVertex& vertex =
+        vertices.emplace_back(WalkVertex{point.position, point.ng, origin, direction, false, point.triangle_id()});
+    vertex.sees_sky = !is_black(sky_share(vertex, direction));
+    if (vertex.sees_sky || i + 1 == kMostVertices) return;
+    ray = {origin, direction, 0.0f, INFINITY, vertex.leaves};
     hit = context_.accel.intersect(ray, kVisibleToDiffuse);
   }
 }
 
-Rgb SkyWalks::sky_share(Vec3 origin, Vec3 direction) const {
+Rgb SkyWalks::sky_share(const WalkVertex& from, Vec3 direction) const {
   IncidentLight light;
   light.wi = direction;
   light.distance = INFINITY;
   light.is_environment = true;
-  return transmittance(context_, origin, 0.0f, light, {});
+  return transmittance(context_, from.origin, from.leaves, 0.0f, light, {});
 }
 
 }  // namespace cistern

@@ -16,6 +16,7 @@ struct WalkVertex {
   Vec3 origin;            // where rays to that side start
   Vec3 direction;         // unit, distributed by the cosine
   bool sees_sky = false;  // along it
+  TriangleId leaves;      // of rays from there
 };
 
 /// Random walks from the camera over the surfaces of a scene, as if all were white and diffuse; each ends where it sees
@@ -33,7 +34,7 @@ class SkyWalks {
   Walks walk(uint32_t first, uint32_t last, uint32_t stream, const std::function<bool()>& is_stopped) const;
 
   /// What of the sky arrives: less than all through transparent surfaces that are tinted.
-  Rgb sky_share(Vec3 origin, Vec3 direction) const;
+  Rgb sky_share(const WalkVertex& from, Vec3 direction) const;
   const PathContext& context() const { return context_; }
 
  private:

@@ -63,8 +63,8 @@ struct SplatInput {
   std::span<const Vec3> positions;
   std::span<const Vec3> scales;                     // standard deviations along their axes; signs do not matter
   std::span<const std::array<float, 4>> rotations;  // quaternions w, x, y, z of any length
-  std::span<const std::array<float, 4>> radiance;   // SplatCloud::base and opacity
-  std::span<const std::array<std::array<uint8_t, 3>, SplatCloud::kHarmonics>> harmonics;  // empty: none
+  std::span<const std::array<float, 4>> radiance;   // SplatColors::base and opacity
+  std::span<const std::array<std::array<uint8_t, 3>, SplatColors::kHarmonics>> harmonics;  // empty: none
   std::optional<std::array<float, 9>> to_working_space;  // from linear Rec. 709, row by row
   std::vector<MeshAttribute> attributes;                 // POINT
 };

@@ -9,6 +9,8 @@ namespace cistern {
 namespace {
 
 constexpr float kSmallest = 1e-15f, kLargest = 1e15f;  // deviations, whose squares are numbers
+constexpr float kFarthest = 1e18f;                     // as far as Embree goes
+constexpr float kBrightest = 1e4f;                     // coefficients
 
 void check_length(const SplatInput& input, const char* what, size_t length) {
   if (length == input.positions.size()) return;
@@ -56,9 +58,12 @@ std::optional<Gaussian> make_gaussian(const SplatInput& input, uint32_t splat) {
   const auto is_usable = [](float d) { return d >= kSmallest && d <= kLargest; };
   const bool has_shape = is_usable(deviations.x) && is_usable(deviations.y) && is_usable(deviations.z) &&
                          is_finite(axes[0]) && is_finite(axes[1]) && is_finite(axes[2]) && std::isfinite(opacity);
-  if (!has_shape || !is_finite(input.positions[splat])) return std::nullopt;
   Gaussian gaussian;
   gaussian.middle = input.positions[splat];
+  const Vec3 from_origin = magnitude(gaussian.middle);
+  const bool is_in_reach = std::max(std::max(from_origin.x, from_origin.y), from_origin.z) <= kFarthest &&
+                           is_finite(from_origin) && opacity <= kLargest;
+  if (!has_shape || !is_in_reach) return std::nullopt;
   gaussian.row_x = axes[0] * (1.0f / deviations.x);
   gaussian.row_y = axes[1] * (1.0f / deviations.y);
   gaussian.row_z = axes[2] * (1.0f / deviations.z);
@@ -87,6 +92,7 @@ Mesh build_splats(const SplatInput& input) {
   check_input(input);
   const size_t count = input.positions.size();
   auto cloud = std::make_shared<SplatCloud>();
+  auto colors = std::make_shared<SplatColors>();
   Mesh mesh;
   mesh.name = input.name;
   mesh.strand_shape = StrandShape::SPLATS;
@@ -96,10 +102,11 @@ Mesh build_splats(const SplatInput& input) {
   mesh.vertices.reserve(count);
   mesh.polygons.reserve(count);
   cloud->gaussians.reserve(count);
-  cloud->base.reserve(count);
+  colors->base.reserve(count);
   for (uint32_t i = 0; i < count; ++i) {
     const std::array<float, 4>& radiance = input.radiance[i];
-    cloud->base.push_back({radiance[0], radiance[1], radiance[2]});
+    const Vec3 brightest{kBrightest, kBrightest, kBrightest};
+    colors->base.push_back(max(-brightest, min(brightest, Vec3{radiance[0], radiance[1], radiance[2]})));
     if (std::isfinite(radiance[3]) && !(radiance[3] > kLeastSplatOpacity)) continue;  // nothing to be seen
     const std::optional<Gaussian> gaussian = make_gaussian(input, i);
     if (!gaussian) {
@@ -118,9 +125,10 @@ Mesh build_splats(const SplatInput& input) {
   }
   mesh.vertices.shrink_to_fit();
   mesh.polygons.shrink_to_fit();
-  cloud->harmonics.assign(input.harmonics.begin(), input.harmonics.end());
-  cloud->has_colour_matrix = input.to_working_space.has_value();
-  if (input.to_working_space) cloud->to_working_space = *input.to_working_space;
+  colors->harmonics.assign(input.harmonics.begin(), input.harmonics.end());
+  colors->has_colour_matrix = input.to_working_space.has_value();
+  if (input.to_working_space) colors->to_working_space = *input.to_working_space;
+  cloud->colors = std::move(colors);
   mesh.splats = std::move(cloud);
   mesh.attributes = input.attributes;
   for (MeshAttribute& attribute : mesh.attributes) attribute.name_hash = attribute_name_hash(attribute.name);

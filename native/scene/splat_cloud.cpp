@@ -9,7 +9,7 @@ namespace {
 
 /// Real spherical harmonics of bands 1 to 3, with the signs that splats are trained with. [Sloan 2010, Stupid Spherical
 /// Harmonics Tricks, app. A2]
-std::array<float, SplatCloud::kHarmonics> harmonics_at(Vec3 d) {
+std::array<float, SplatColors::kHarmonics> harmonics_at(Vec3 d) {
   const float x = d.x, y = d.y, z = d.z, x2 = x * x, y2 = y * y, z2 = z * z;
   constexpr float k1 = 0.48860251f;                                                         // sqrt(3 / 4 pi)
   constexpr float k2 = 1.0925484f, k20 = 0.31539157f, k22 = 0.5462742f;                     // sqrt(15 / 4 pi), ...
@@ -38,7 +38,7 @@ bool has_same_bits(const std::vector<T>& a, const std::vector<T>& b) {
 
 }  // namespace
 
-Rgb SplatCloud::radiance(size_t splat, Vec3 direction) const {
+Rgb SplatColors::radiance(size_t splat, Vec3 direction) const {
   constexpr float k0 = 0.2820948f;  // sqrt(1 / 4 pi)
   Vec3 sum = k0 * base[splat] + Vec3{0.5f, 0.5f, 0.5f};
   if (!harmonics.empty()) {
@@ -53,9 +53,8 @@ Rgb SplatCloud::radiance(size_t splat, Vec3 direction) const {
   return has_colour_matrix ? max(multiply(to_working_space, linear), Rgb(0.0f)) : linear;
 }
 
-size_t SplatCloud::memory_bytes() const {
-  return gaussians.capacity() * sizeof(Gaussian) + base.capacity() * sizeof(Vec3) +
-         harmonics.capacity() * sizeof(harmonics[0]);
+size_t SplatColors::memory_bytes() const {
+  return base.capacity() * sizeof(Vec3) + harmonics.capacity() * sizeof(harmonics[0]);
 }
 
 std::shared_ptr<const SplatCloud> moved(const SplatCloud& cloud, const std::vector<Vec3>& positions) {
@@ -66,8 +65,9 @@ std::shared_ptr<const SplatCloud> moved(const SplatCloud& cloud, const std::vect
 
 bool is_same_cloud(const SplatCloud* a, const SplatCloud* b) {
   if (a == b || !a || !b) return a == b;
-  return has_same_bits(a->gaussians, b->gaussians) && has_same_bits(a->base, b->base) && a->harmonics == b->harmonics &&
-         a->has_colour_matrix == b->has_colour_matrix && a->to_working_space == b->to_working_space;
+  const SplatColors &x = *a->colors, &y = *b->colors;
+  return has_same_bits(a->gaussians, b->gaussians) && has_same_bits(x.base, y.base) && x.harmonics == y.harmonics &&
+         x.has_colour_matrix == y.has_colour_matrix && x.to_working_space == y.to_working_space;
 }
 
 }  // namespace cistern

@@ -28,13 +28,11 @@ struct alignas(64) Gaussian {
 /// Splats are left out where their opacity is below this, as in Cycles.
 inline constexpr float kLeastSplatOpacity = 0.01f;
 
-/// What is about the keys of a mesh of splats: opaqueness and radiance, the latter by spherical harmonics of the
-/// direction in which it is looked at.
-struct SplatCloud {
+/// What splats send, by spherical harmonics of the direction in which they are looked at.
+struct SplatColors {
   static constexpr size_t kHarmonics = 15;  // of bands 1 to 3
 
-  std::vector<Gaussian> gaussians;  // by segment, a cache line for each: rays look at many
-  std::vector<Vec3> base;           // by key, coefficients of band 0, sRGB - 0.5
+  std::vector<Vec3> base;  // by key, coefficients of band 0, sRGB - 0.5
   /// By key, 15 colours each, [-1, 1] in 8 bits, band after band and from -l to l in each; empty: none has any.
   std::vector<std::array<std::array<uint8_t, 3>, kHarmonics>> harmonics;
   bool has_colour_matrix = false;
@@ -43,6 +41,14 @@ struct SplatCloud {
   /// In the working space, at least 0; `direction`: unit, that of the ray that looks, in object space.
   Rgb radiance(size_t splat, Vec3 direction) const;
   size_t memory_bytes() const;
+};
+
+/// What is about the keys of a mesh of splats.
+struct SplatCloud {
+  std::vector<Gaussian> gaussians;  // by segment, a cache line for each: rays look at many
+  std::shared_ptr<const SplatColors> colors;
+
+  size_t memory_bytes() const { return gaussians.capacity() * sizeof(Gaussian) + colors->memory_bytes(); }
 };
 
 /// The same splats about other keys.

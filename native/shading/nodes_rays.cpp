@@ -126,7 +126,7 @@ std::optional<NodeHit> cast(const NodeContext& c, const NodeRay& asked) {
     ray.t_min = kBeyondStep * length(footprint_step(point, asked.shift));
   else if (asked.origin == point.position)
     ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
-  ray.leaves = point.triangle_id();
+  if (asked.origin == point.position) ray.leaves = point.triangle_id();
   const std::optional<Hit> hit =
       asked.is_local ? c.accel->intersect_instance(ray, point.instance) : c.accel->intersect(ray, kVisibleToAll);
   if (!hit) return {};
@@ -150,7 +150,9 @@ float ambient_occlusion(const Accel& accel, const SurfacePoint& point, const Occ
       const Vec3 direction = normalize(frame.to_world(square_to_cosine_hemisphere(u)));
       const Vec3 origin = offset_origin(point.position, point.clearance, point.ng, direction);
       if (settings.is_local)
-        blocked += accel.obstructed_by_instance({origin, direction, 0.0f, distance}, point.instance) ? 1 : 0;
+        blocked +=
+            accel.obstructed_by_instance({origin, direction, 0.0f, distance, point.triangle_id()}, point.instance) ? 1
+                                                                                                                   : 0;
       else
         rays.set(static_cast<size_t>(i), {origin, direction, 0.0f, distance, point.triangle_id()});
     }

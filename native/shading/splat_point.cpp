@@ -31,7 +31,7 @@ Vec3 splat_radiance(const NodeContext& context) {
   const Mesh& mesh = context.mesh();
   const Vec3 direction = inverse(context.instance().object_to_world).vector(-context.point.wo);
   return to_vec(
-      mesh.splats->radiance(mesh.splats->gaussians[context.point.triangle].splat, normalize_or(direction, {})));
+      mesh.splats->colors->radiance(mesh.splats->gaussians[context.point.triangle].splat, normalize_or(direction, {})));
 }
 
 }  // namespace cistern

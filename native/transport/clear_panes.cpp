@@ -72,8 +72,8 @@ PaneRay::PaneRay(const PathContext& context, float footprint, const Ray& ray, co
 }
 
 std::optional<Hit> PaneRay::meet() const {
-  return faces_ == 0 ? context_.accel.intersect_transparent_or_pane(ray_)
-                     : context_.accel.intersect(ray_, kVisibleToShadow);
+  return faces_ == 0 && !context_.accel.has_splats() ? context_.accel.intersect_transparent_or_pane(ray_)
+                                                     : context_.accel.intersect(ray_, kVisibleToShadow);
 }
 
 Ray PaneRay::segment(const std::optional<Hit>& next) const {
@@ -114,6 +114,7 @@ bool PaneRay::pass_transparent(const SurfacePoint& point) {
   share_ *= evaluate_transparency(context_.scene, point, shadow_, &context_.accel);
   ++shadow_.transparent_depth;
   ray_.origin = offset_origin(point.position, point.clearance, point.ng, ray_.direction);
+  ray_.passes = point.triangle_id();
   return !is_black(share_);
 }
 

@@ -41,7 +41,11 @@ Ray Media::cross(MediaStack& stack, BoundaryTrail& trail, const Ray& ray, float 
   trail.pass({point.instance, point.triangle}, is_same_place);
   const float back = trail.is_full() ? -near : kMargin * near;
   trail.go_on_from(std::max(back, 0.0f));
-  return {point.position - back * ray.direction, ray.direction, 0.0f, ray.t_max - distance + back};
+  Ray behind = ray;
+  behind.origin = point.position - back * ray.direction;
+  behind.t_min = 0.0f;
+  behind.t_max = ray.t_max - distance + back;
+  return behind;
 }
 
 void Media::leave(MediaStack& stack, const Accel& accel, const SurfacePoint& point, Vec3 direction,

@@ -223,6 +223,8 @@ class Walk {
   VisiblePoint captured_point(const SurfacePoint& point, const Bsdf& bsdf) const;
   bool can_be_visible_point(const Bsdf& bsdf) const;
   void capture_vertex(const SurfacePoint& point, const Bsdf& bsdf);
+  /// Whether the way of an open link to here may meet some.
+  bool may_meet_splats(int link, const SurfacePoint& point) const;
   void start_link(int link, const VisiblePoint& from);
   void capture_sample_point(int index, const VisiblePoint& captured);
   FoundKind found_kind(uint8_t kind) const;

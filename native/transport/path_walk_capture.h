@@ -33,12 +33,25 @@ inline bool Walk<Kind>::can_be_visible_point(const Bsdf& bsdf) const {
 }
 
 template <class Kind>
+inline bool Walk<Kind>::may_meet_splats(int link, const SurfacePoint& point) const {
+  if (!context_.accel.has_splats()) return false;
+  const SurfacePoint from = surface_point(capture_.out->links[static_cast<size_t>(link)].from);
+  IncidentLight way;
+  way.distance = length(point.position - from.position);
+  way.wi = (point.position - from.position) / way.distance;
+  way.normal = point.ng;
+  way.clearance = point.clearance;
+  return cistern::may_meet_splats(context_, from, way);
+}
+
+template <class Kind>
 inline void Walk<Kind>::capture_vertex(const SurfacePoint& point, const Bsdf& bsdf) {
   std::optional<int> link = std::exchange(capture_.open_link, std::nullopt);
   if (!has_rough_lobe(bsdf)) return;
   // Others would not find here what this path does: its light stays with it.
-  // Nor do rays to a place on a splat meet it there.
-  if (context_.scene.materials[static_cast<size_t>(point.material)]->lobes_depend_on_view || point.is_splat)
+  // Nor do rays to a place on a splat meet it there, or what passes by splats always arrive.
+  if (context_.scene.materials[static_cast<size_t>(point.material)]->lobes_depend_on_view || point.is_splat ||
+      (link && may_meet_splats(*link, point)))
     link.reset();
   const bool is_visible_point = can_be_visible_point(bsdf);
   const bool gives_light = capture_.out->visible.exists && capture_.out->secondary_candidates > 0.0f;

@@ -46,7 +46,7 @@ inline bool Walk<Kind>::go_straight(const SurfacePoint& point, Rgb weight, float
   ray_.t_min = 0.0f;
   travelled_ = state_.ray_length;
   ray_.origin = offset_origin(point.position, point.clearance, point.ng, ray_.direction);
-  ray_.leaves = point.triangle_id();
+  ray_.passes = point.triangle_id();
   return true;
 }
 
@@ -137,6 +137,7 @@ inline bool Walk<Kind>::scatter(const SurfacePoint& point, const Bsdf& bsdf, flo
   ray_.t_min = 0.0f;
   ray_.t_max = INFINITY;
   ray_.leaves = point.triangle_id();
+  ray_.passes = kNoTriangle;
   travelled_ = 0.0f;
   if (context_.passes_panes && !sample->is_delta) panes_.begin = ray_;
   return true;

@@ -148,7 +148,7 @@ inline void Walk<Kind>::add_lamps_past_blockers(PathState receiver) {
 
 template <class Kind>
 inline void Walk<Kind>::add_surfaces_past_blockers(PathState receiver) {
-  Ray ray{vertex_origin_, ray_.direction};
+  Ray ray{vertex_origin_, ray_.direction, 0.0f, INFINITY, ray_.leaves};
   PathState arriving = state_;
   for (int i = 0; i < kMostEmittersAhead; ++i) {
     const std::optional<Hit> hit = context_.accel.intersect_shadow_linked(ray, state_.ray_kind);
@@ -178,9 +178,9 @@ template <class Kind>
 inline Rgb Walk<Kind>::transmittance_ahead(const IncidentLight& light, const PathState& receiver) const {
   const float footprint = context_.pixel.size + context_.pixel.angle * path_length_;
   if constexpr (Kind::has_media) {
-    return transmittance(context_, vertex_origin_, footprint, light, receiver, media_.stack, sampler_);
+    return transmittance(context_, vertex_origin_, ray_.leaves, footprint, light, receiver, media_.stack, sampler_);
   } else {
-    return transmittance(context_, vertex_origin_, footprint, light, receiver);
+    return transmittance(context_, vertex_origin_, ray_.leaves, footprint, light, receiver);
   }
 }
 

@@ -160,7 +160,7 @@ inline void Walk<Kind>::add_light_in_medium(const Sample& sample_inside, const P
   const float weight = has_rival ? power_heuristic(pmf * light->pdf, phase) : 1.0f;
   Rgb radiance = light->radiance * (weight / (density * light->pdf));
   if (light->casts_shadow)
-    radiance *= transmittance(context_, position, footprint, *light, state_, media_.stack, sampler_);
+    radiance *= transmittance(context_, position, kNoTriangle, footprint, *light, state_, media_.stack, sampler_);
   if (is_black(radiance)) return;
   const Rgb passed =
       varies ? estimate_transmittance(uneven_ray(), distance, sampler_) : medium_transmittance(medium, distance);

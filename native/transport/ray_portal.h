@@ -78,7 +78,7 @@ inline Ray ray_behind(Ray ray, float t, const SurfacePoint& point, const Bsdf& b
   ray.t_max -= t;
   ray.t_min = 0.0f;
   ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
-  ray.leaves = point.triangle_id();
+  ray.passes = point.triangle_id();
   return ray;
 }
 

@@ -22,10 +22,11 @@ Vec3 ray_end(const Vec3& position, float clearance, float distance, const Vec3& 
   return offset_origin(position, clearance + kEndRounding * distance, normal, -wi);
 }
 
-Ray ray_between(Vec3 origin, Vec3 target, TriangleId leaves) {
+/// `leaves`, `passes`: as of rays.
+Ray ray_between(Vec3 origin, Vec3 target, TriangleId leaves, TriangleId passes = kNoTriangle) {
   const Vec3 segment = target - origin;
   const float distance = length(segment);
-  return {origin, segment / distance, 0.0f, distance * (1.0f - kShadowEpsilon), leaves};
+  return {origin, segment / distance, 0.0f, distance * (1.0f - kShadowEpsilon), leaves, passes};
 }
 
 /// Both ends are moved off their surfaces, and the ray joins the moved ends: one end alone would let light at grazing
@@ -62,20 +63,20 @@ Passage transparency_along(const PathContext& context, float footprint, Ray ray,
     // Towards the same end, which steps off surfaces would otherwise push on.
     const Vec3 beyond = offset_origin(point.position, point.clearance, point.ng, ray.direction);
     if (std::isfinite(ray.t_max)) {
-      ray = ray_between(beyond, end, point.triangle_id());
+      ray = ray_between(beyond, end, ray.leaves, point.triangle_id());
     } else {
       ray.origin = beyond;
-      ray.leaves = point.triangle_id();
+      ray.passes = point.triangle_id();
     }
   }
   return passage;
 }
 
-Ray ray_towards(Vec3 position, const IncidentLight& light) {
-  if (!std::isfinite(light.distance)) return {position, light.wi};
+Ray ray_towards(Vec3 position, TriangleId leaves, const IncidentLight& light) {
+  if (!std::isfinite(light.distance)) return {position, light.wi, 0.0f, INFINITY, leaves};
   Vec3 target = position + light.wi * light.distance;
   if (light.normal != Vec3{}) target = ray_end(target, light.clearance, light.distance, light.normal, light.wi);
-  return ray_between(position, target, kNoTriangle);
+  return ray_between(position, target, leaves);
 }
 
 /// Of a ray from `receiver` to the light, or to a vertex; `grazing_cosine`: see shadow_origin.
@@ -121,9 +122,9 @@ Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone
       context.media->leave(media, context.accel, point, ray.direction, blockers);
       trail.clear();
       ray.origin = offset_origin(point.position, point.clearance, point.ng, ray.direction);
-      ray.leaves = point.triangle_id();
+      ray.passes = point.triangle_id();
     }
-    if (std::isfinite(ray.t_max)) ray = ray_between(ray.origin, end, ray.leaves);
+    if (std::isfinite(ray.t_max)) ray = ray_between(ray.origin, end, ray.leaves, ray.passes);
   }
   return Rgb(0.0f);
 }
@@ -174,7 +175,8 @@ PassedLight near_light(const PathContext& context, float footprint, const Ray& r
     return {light.radiance * transparency_along(context, footprint, ray, shadow, most_surfaces).transmittance};
   }
   if (context.accel.occluded_but_for_panes(ray)) return {};
-  const Ray endless{ray.origin, ray.direction};
+  Ray endless = ray;
+  endless.t_max = INFINITY;
   const auto find = context.lights.lamp_of(*light.emitter) ? find_lamp_past_panes : find_triangle_past_panes;
   return find(context, {context, footprint, endless, path, shadow}, *light.emitter);
 }
@@ -199,7 +201,7 @@ PassedLight passed_light(const PathContext& context, const SurfacePoint& receive
 }
 
 bool is_behind_panes(const PathContext& context, Vec3 origin, const IncidentLight& light) {
-  const Ray ray = ray_towards(origin, light);
+  const Ray ray = ray_towards(origin, kNoTriangle, light);
   return context.accel.occluded(ray) && !context.accel.occluded_but_for_panes(ray);
 }
 
@@ -218,18 +220,18 @@ Rgb transmittance(const PathContext& context, const SurfacePoint& receiver, cons
   return transmittance_along(context, ray, cone, shadow_state(path), most_surfaces, light.blockers, media, sampler);
 }
 
-Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
-                  const PathState& path, MediaStack media, PathSampler& sampler) {
+Rgb transmittance(const PathContext& context, Vec3 position, TriangleId leaves, float footprint,
+                  const IncidentLight& light, const PathState& path, MediaStack media, PathSampler& sampler) {
   const int most_surfaces = context.limits.max_transparent_bounces - path.transparent_depth;
   const RayCone cone{footprint, context.pixel.angle};
-  return transmittance_along(context, ray_towards(position, light), cone, shadow_state(path), most_surfaces,
+  return transmittance_along(context, ray_towards(position, leaves, light), cone, shadow_state(path), most_surfaces,
                              light.blockers, media, sampler);
 }
 
-Rgb transmittance(const PathContext& context, Vec3 position, float footprint, const IncidentLight& light,
-                  const PathState& path) {
+Rgb transmittance(const PathContext& context, Vec3 position, TriangleId leaves, float footprint,
+                  const IncidentLight& light, const PathState& path) {
   const PathState state = shadow_state(path);
-  const Ray ray = ray_towards(position, light);
+  const Ray ray = ray_towards(position, leaves, light);
   if (context.passes_panes && is_sought_through_panes(light) && std::isinf(light.distance))
     return past_panes(context, footprint, ray, light.is_environment, path).share;
   if (context.accel.occluded(ray, state.ray_kind, light.blockers)) return Rgb(0.0f);
@@ -237,8 +239,13 @@ Rgb transmittance(const PathContext& context, Vec3 position, float footprint, co
   return transparency_along(context, footprint, ray, state, most_surfaces, light.blockers).transmittance;
 }
 
+bool may_meet_splats(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex) {
+  return context.accel.has_splats() && context.accel.may_meet_splats(shadow_ray(context.scene, receiver, vertex, 0.0f));
+}
+
 Rgb transmittance_to_vertex(const PathContext& context, const SurfacePoint& receiver, const IncidentLight& vertex,
                             const PathState& scattered) {
+  if (may_meet_splats(context, receiver, vertex)) return Rgb(0.0f);
   return transmittance_of(context, receiver, vertex, scattered,
                           most_surfaces_to_vertex(context, scattered.transparent_depth), 0.0f);
 }
@@ -256,7 +263,8 @@ void SurfaceLanes::set(size_t lane, const SurfacePoint& point, int depth) {
 RgbLanes transmittance_as_found(const PathContext& context, const SurfaceLanes& points, const Vec3Lanes& wi,
                                 const LaneMask& is_asked, const SeenVertex& vertex, const PathState& scattered) {
   const RayLanes rays = rays_between(context.scene, points, wi, is_asked, vertex);
-  const LaneMask is_clear = is_asked && !context.accel.occluded(rays, scattered.ray_kind);
+  LaneMask is_clear = is_asked && !context.accel.occluded(rays, scattered.ray_kind);
+  if (context.accel.has_splats()) is_clear &= !context.accel.may_meet_splats(rays);
   RgbLanes result(where_or_zero(is_clear, 1.0f));
   if (!context.accel.has_transparent_surfaces()) return result;
   for (size_t i = 0; i < kLanes; ++i) {

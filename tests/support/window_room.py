@@ -21,10 +21,12 @@ def room(
     glass: tuple[float, ...] = (),
     lamps: bool = False,
     sheet: core.MaterialProgram | None = None,
+    haze: core.MaterialProgram | None = None,
+    card: core.MaterialProgram | None = None,
 ) -> core.Scene:
     """`pane`: kinds of rays that see a board in the window, which else is open; `glass`: how far faces of glass are
     beyond it, m, every other one the outside of a pane; `lamps`: one inside, and one outside that shines in; `sheet`:
-    one of that material closes the window."""
+    one of that material closes the window; `haze`: wide splats of it, inside and outside; `card`: one hangs there."""
     scene = SceneDescription()
     plaster = principled((0.7, 0.65, 0.6))
     w = 2.0 * HALF
@@ -47,6 +49,13 @@ def room(
         up, across = (0, 0, TOP - BOTTOM + 2.0 * margin), (0, 2.0 * (SIDE + margin), 0)
         corner = (HALF + depth, -SIDE - margin, BOTTOM - margin)
         scene.add_quad(corner, *((across, up) if i % 2 else (up, across)), clear, "glass")
+    if haze:
+        rng = np.random.default_rng(8)
+        places = rng.uniform((-1.5, -1.5, 0.3), (HALF + 1.0, 1.5, 2.2), (24, 3))
+        black = np.full((24, 3), -1.0)
+        scene.add_splats(places, rng.uniform(0.15, 0.4, (24, 3)), black, rng.uniform(0.2, 0.6, 24), material=haze)
+    if card:
+        scene.add_quad((-0.5, 0.2, 0.6), (1.0, 0.0, 0.0), (0.0, 0.3, 0.8), card, "card")
     if lamps:
         scene.builder.add_point_light("inside", (-1.0, 1.0, 2.0), 0.2, (1.0 * brightness,) * 3, soft=True)
         scene.builder.add_point_light("outside", (HALF + 1.0, 0.2, 2.0), 0.5, (20.0 * brightness,) * 3, soft=False)

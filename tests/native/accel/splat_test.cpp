@@ -12,7 +12,7 @@ namespace {
 using test::place;
 
 constexpr std::array<float, 4> kAsItIs{1.0f, 0.0f, 0.0f, 0.0f};
-/// Tests of chances compare means of this many rays, and fail by chance once in 1e8 each.
+/// Tests of chances compare means of this many rays, and fail by chance at most once in 1e7 each.
 constexpr int kRays = 40000;
 constexpr double kDeviations = 5.7;
 
@@ -153,12 +153,44 @@ TEST(Splats, EndWhereTheirOpacityWouldBeAHundredth) {
 }
 
 TEST(Splats, LieWithinTheirBoxes) {
-  // Long and thin, along a diagonal: boxes are as wide as a hash can tell, which is farther than rays meet them here.
-  const float half = 0.125f * static_cast<float>(M_PI);
-  const Traced t = trace(make_splats({{{0, 0, 0}, {1.0f, 0.01f, 0.01f}, {std::cos(half), 0, 0, std::sin(half)}}}));
-  const float across = 0.03f / std::sqrt(2.0f), along = 2.0f / std::sqrt(2.0f);
-  const Counts counts = count(t, {{along - across, along + across, 10.0f}, {0.0f, 0.0f, -1.0f}});
-  expect_chance(counts.hits[0], std::exp(-0.5 * (4.0 + 9.0)), "at two deviations along and three across");
+  // Long and thin, tilted about x by 20 and then about z by 30 degrees, seen across at two and a half deviations of its
+  // short axes: boxes reach 5.8, and cut what is beyond by no more than a hash can tell.
+  const float a = 0.5f * 0.349f, b = 0.5f * 0.524f;
+  const std::array<float, 4> turn{std::cos(a) * std::cos(b), std::sin(a) * std::cos(b), std::sin(a) * std::sin(b),
+                                  std::cos(a) * std::sin(b)};
+  const Traced t = trace(make_splats({{{0, 0, 0}, {0.01f, 0.02f, 1.0f}, turn}}));
+  const Gaussian& gaussian = t.scene->meshes[0]->splats->gaussians[0];
+  const Vec3 x = normalize(gaussian.row_x), y = normalize(gaussian.row_y), z = normalize(gaussian.row_z);
+  EXPECT_NEAR(z.x, std::sin(0.349f) * std::sin(0.524f), 1e-3f);
+  EXPECT_NEAR(z.y, -std::sin(0.349f) * std::cos(0.524f), 1e-3f);
+  EXPECT_NEAR(z.z, std::cos(0.349f), 1e-3f);
+  for (const auto& [along, off, off_deviations] : {std::tuple{x, y, 0.02f}, std::tuple{y, x, 0.01f}}) {
+    const Vec3 place = 0.7f * z + 2.5f * off_deviations * off;
+    // Beams are as wide as 0.0001, over which the chance changes by at most 1.3 %.
+    const double expected = std::exp(-0.5 * (0.7 * 0.7 + 2.5 * 2.5));
+    const double found = count(t, {place - along, along}).hits[0] / static_cast<double>(kRays);
+    EXPECT_NEAR(found, expected, kDeviations * std::sqrt(expected / kRays) + 0.013 * expected);
+  }
+}
+
+TEST(Splats, MayBeMetWhereTheirChanceIsNotZero) {
+  const Traced t = trace(make_splats({{{0, 0, 0}, {1, 1, 1}, kAsItIs, 0.02f}}));
+  Ray through{{0.0f, 0.0f, 10.0f}, {0.0f, 0.0f, -1.0f}};
+  const Ray past{{1.3f, 0.0f, 10.0f}, {0.0f, 0.0f, -1.0f}};
+  EXPECT_TRUE(t.accel->has_splats());
+  EXPECT_TRUE(t.accel->may_meet_splats(through));
+  EXPECT_FALSE(t.accel->may_meet_splats(past)) << "the radius is 1.18";
+  RayLanes rays;
+  rays.set(0, through);
+  rays.set(1, past);
+  EXPECT_TRUE(t.accel->may_meet_splats(rays)[0]);
+  EXPECT_FALSE(t.accel->may_meet_splats(rays)[1]);
+  through.t_max = 9.0f;
+  EXPECT_FALSE(t.accel->may_meet_splats(through)) << "it is densest beyond";
+  through.t_max = INFINITY;
+  through.leaves = {0, 0};
+  EXPECT_FALSE(t.accel->may_meet_splats(through));
+  EXPECT_FALSE(t.accel->occluded_but_for_panes(Ray{{0.0f, 0.0f, 10.0f}, {0.0f, 0.0f, -1.0f}}));
 }
 
 TEST(Splats, AreNotMetByRaysThatLeaveThem) {
@@ -177,6 +209,8 @@ TEST(Splats, AreNotMetByRaysThatLeaveThem) {
   EXPECT_EQ(count(t, ray).in_packets, 0);
   ray.leaves = {1, 0};
   EXPECT_EQ(count(t, ray).occluded, kRays) << "of another instance";
+  ray.passes = {0, 0};
+  EXPECT_EQ(count(t, ray).occluded, 0);
 }
 
 TEST(Splats, TheSameRayMeetsTheSame) {
