@@ -23,8 +23,7 @@ WorldTriangle world_triangle(const Mesh& mesh, const Instance& instance, uint32_
 SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& hit) {
   const Instance& instance = scene.instances[hit.instance];
   const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
-  if (mesh.splats) return make_splat_point(scene, ray, hit);
-  if (mesh.is_strands()) return make_strand_point(scene, ray, hit);
+  if (mesh.is_strands()) return mesh.splats ? make_splat_point(scene, ray, hit) : make_strand_point(scene, ray, hit);
 
   SurfacePoint point;
   // Interpolating vertices is accurate to the size of the triangle; origin + t * direction only to the ray's length.
