@@ -30,6 +30,7 @@ Animations = frozenset[tuple[int, ImageSource | None]]
 SHADED = bpy.types.Material | bpy.types.World | bpy.types.Light
 _EMPTY_SLOT = 0
 _EMPTY_SLOT_OF_SPLATS = 1 << 62  # no session id of Blender's is as large
+_EMPTY_SLOTS = {_EMPTY_SLOT, _EMPTY_SLOT_OF_SPLATS}
 # Textures that read something else where no vector is linked.
 _WITHOUT_GENERATED = frozenset(
     f"ShaderNodeTex{kind}" for kind in ("Image", "Environment", "Sky", "IES", "PointDensity")
@@ -143,10 +144,7 @@ class MaterialTable:
     def refresh(self) -> None:
         """Compile anew what was touched, whoever asks: geometry nodes give materials to objects that are not listed."""
         compiled = {} if self._changes.is_everything else self._kept.compiled
-        touched = {uid for uid, before in compiled.items() if self._is_touched(uid, before)} - {
-            _EMPTY_SLOT,
-            _EMPTY_SLOT_OF_SPLATS,
-        }
+        touched = {uid for uid, before in compiled.items() if self._is_touched(uid, before)} - _EMPTY_SLOTS
         found = shaded_data_blocks(self._context.depsgraph, {data_block_uid(key) for key in touched})
         for key in touched & (found.keys() | {volume_key(uid) for uid in found}):
             data_block = found[data_block_uid(key)]

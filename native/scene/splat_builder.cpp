@@ -10,7 +10,7 @@ namespace {
 
 constexpr float kSmallest = 1e-15f, kLargest = 1e15f;  // deviations, whose squares are numbers
 constexpr float kFarthest = 1e18f;                     // as far as Embree goes
-constexpr float kBrightest = 1e4f;                     // coefficients
+constexpr Vec3 kBrightest{1e4f, 1e4f, 1e4f};           // coefficients
 
 void check_length(const SplatInput& input, const char* what, size_t length) {
   if (length == input.positions.size()) return;
@@ -105,8 +105,7 @@ Mesh build_splats(const SplatInput& input) {
   colors->base.reserve(count);
   for (uint32_t i = 0; i < count; ++i) {
     const std::array<float, 4>& radiance = input.radiance[i];
-    const Vec3 brightest{kBrightest, kBrightest, kBrightest};
-    colors->base.push_back(max(-brightest, min(brightest, Vec3{radiance[0], radiance[1], radiance[2]})));
+    colors->base.push_back(max(-kBrightest, min(kBrightest, Vec3{radiance[0], radiance[1], radiance[2]})));
     if (std::isfinite(radiance[3]) && !(radiance[3] > kLeastSplatOpacity)) continue;  // nothing to be seen
     const std::optional<Gaussian> gaussian = make_gaussian(input, i);
     if (!gaussian) {
