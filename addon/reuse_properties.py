@@ -15,7 +15,7 @@ MAX_CANDIDATES = 1024
 MAX_LIGHT_SAMPLES = 64
 MAX_NEIGHBOURS = 32
 MAX_ROUNDS = 16
-MAX_GROUP = 64
+MAX_GROUP = 256
 MAX_CACHED = 32
 MAX_CACHE_CANDIDATES = 2**16
 MAX_REFRESH = 2**16
@@ -163,7 +163,7 @@ class ReuseSettings:
         name="Group at Visible Points",
         description=(
             "Visible points that hand each other the light paths they found. 1 shares nothing there: noise is larger, "
-            "but a denoiser can tell it from the picture. 0 means 16"
+            "but a denoiser can tell it from the picture. 0 means 64"
         ),
         default=0,
         min=0,
@@ -173,7 +173,7 @@ class ReuseSettings:
         name="Group at Next Points",
         description=(
             "Points one bounce farther that hand each other the light paths they found. 1 shares nothing there. "
-            "0 means 16"
+            "0 means 64"
         ),
         default=0,
         min=0,

@@ -6,6 +6,12 @@ namespace cistern {
 namespace {
 
 constexpr size_t kGroupBlock = 16, kPixelBlock = 1024;
+constexpr uint32_t kChoiceStreams = 0x63686f69;
+
+/// CellSharedPaths::Group::chance_below. By groups of 64 at 2.0, in the time of groups of 16 that hand on all.
+constexpr float kChanceBelow = 2.0f;
+/// Samples from the history of their pixels, of which roulette could leave out none, have as much light as each other.
+constexpr int kMostResampled = 16;
 
 template <class T>
 void prefetch(const T& object) {
@@ -194,9 +200,15 @@ bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopConditio
     CellSharedPaths::Scratch scratch;
     for (size_t g = begin; g < end; ++g) {
       if (g + 1 < end) prefetch_group(vertex, groups_.members(g + 1));
+      group.u_choice = choice(vertex, static_cast<uint32_t>(g), frame);
       share_group(vertex, groups_.members(g), group, scratch);
     }
   });
+}
+
+float CellSharedStage::choice(Vertex vertex, uint32_t group, uint32_t frame) const {
+  const uint64_t seed = hash_combine(mix_bits(context_.settings.seed), static_cast<uint64_t>(region_.y));
+  return Rng(seed, group, frame, kChoiceStreams + static_cast<uint32_t>(vertex)).next_float();
 }
 
 bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop) {
@@ -215,7 +227,9 @@ bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondi
       classes_[pixel] = point.exists ? CellSharedPaths::group_class(point) : 0;
     }
   });
-  if (done) groups_.build(keys_, classes_, cells.groups);
+  GroupRules rules = cells.groups;
+  if (is_resampled(vertex)) rules.size = std::min(rules.size, kMostResampled);
+  if (done) groups_.build(keys_, classes_, rules);
   return done;
 }
 
@@ -232,6 +246,7 @@ CellSharedPaths::Group CellSharedStage::empty_group(Vertex vertex) const {
   group.weights = context_.settings.path_sharing.weights;
   group.is_fresh = !is_resampled(vertex);
   if (!group.is_fresh && group.weights == PairWeights::BALANCE) group.weights = PairWeights::TARGETS;
+  group.chance_below = kChanceBelow;
   return group;
 }
 

@@ -97,7 +97,7 @@ void check_world_paths(const WorldPathReuse& reuse) {
 }
 
 void check_path_sharing(PathSharing& sharing) {
-  constexpr int kMost = 64;
+  constexpr int kMost = 256;
   const PathSharing ours;
   int &visible = sharing.visible.groups.size, &deep = sharing.deep.groups.size;
   if (visible == 0) visible = ours.visible.groups.size;

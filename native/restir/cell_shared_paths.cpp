@@ -109,15 +109,57 @@ void CellSharedPaths::divide_groups(const PathLink& link, std::span<Rgb> continu
 }
 
 void CellSharedPaths::share(Group& group, Scratch& scratch) const {
-  if (std::ranges::none_of(group.links, [](const PathLink* link) { return sends_light(*link); })) return;
+  choose_samples(group, scratch);
+  const auto is_chosen = [](float factor) { return factor > 0.0f; };
+  if (std::ranges::none_of(scratch.factors, is_chosen)) return;
   prepare_vertices(group, scratch);
   for (size_t i = 0; i < group.size(); ++i)
-    if (sends_light(*group.links[i])) share_sample(group, i, scratch);
+    if (is_chosen(scratch.factors[i])) share_sample(group, i, scratch);
   for (size_t i = 0; i < group.size(); ++i) {
     const Scratch::Vertices& vertices = scratch.vertices[block_of(i)];
     group.reflected[i]->sum += vertices.sum.at(lane_of(i));
     group.reflected[i]->even += vertices.even.at(lane_of(i));
   }
+}
+
+/// A sample's light is what its own finder makes of it. Half of that is what it would be in the mean of all finders:
+/// the others may make something of a sample that its finder makes nothing of.
+void CellSharedPaths::choose_samples(const Group& group, Scratch& scratch) {
+  std::vector<float>& factors = scratch.factors;
+  factors.assign(group.size(), 0.0f);
+  float responses = 0.0f, count = 0.0f, sum = 0.0f;
+  for (const PathLink* link : group.links) {
+    if (!sends_light(*link)) continue;
+    responses += magnitude(link->response);
+    count += 1.0f;
+  }
+  for (size_t i = 0; i < group.size(); ++i) {
+    const PathLink& link = *group.links[i];
+    if (!sends_light(link)) continue;
+    factors[i] = (magnitude(link.response) + responses / count) * magnitude(link.to.continuation.radiance);
+    sum += factors[i];
+  }
+  const float threshold = group.is_fresh ? group.chance_below * sum / count : 0.0f;
+  const bool is_played = threshold > 0.0f && std::isfinite(sum);
+  float u = group.u_choice;
+  for (size_t i = 0; i < group.size(); ++i) {
+    if (!sends_light(*group.links[i])) continue;
+    const float probability = is_played ? std::min(factors[i] / threshold, 1.0f) : 1.0f;
+    u += probability;
+    const bool is_chosen = u >= 1.0f;
+    if (is_chosen)
+      u -= 1.0f;
+    else
+      keep_from_others(*group.links[i], *group.reflected[i]);
+    factors[i] = is_chosen ? 1.0f / probability : 0.0f;
+  }
+}
+
+/// What its finder alone makes of a divided sample.
+void CellSharedPaths::keep_from_others(const PathLink& link, ReflectedPaths& reflected) {
+  const VisiblePoint& point = link.to.point;
+  const float transmittance = even_transmittance(point.even_shade, dot(point.even_normal, point.receiver.wo));
+  reflected.own += link.response * link.to.continuation.radiance * transmittance;
 }
 
 void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) const {
@@ -224,7 +266,7 @@ void CellSharedPaths::share_sample(Group& group, size_t finder, Scratch& scratch
   trace_pairs(group, finder, scratch);
   // A fresh sample never; one from the history may be hidden: then it is for others.
   if (is_black(own.transmittance.at(lane_of(finder)))) return;
-  const float weight = group.links[finder]->W * finder_weight(group.weights, finder, scratch);
+  const float weight = scratch.factors[finder] * group.links[finder]->W * finder_weight(group.weights, finder, scratch);
   hand_out(group, finder, weight, scratch);
   if (!group.reflected_by_kind.empty() || !group.continuations.empty())
     hand_out_divided(group, finder, weight, scratch);

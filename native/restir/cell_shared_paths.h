@@ -15,7 +15,7 @@ enum class PairWeights : uint8_t { BALANCE, TARGETS, UNSHADOWED, EQUAL };
 
 /// Which vertices share with each other.
 struct SharingCells {
-  GroupRules groups{.size = 16};  // a size of 1: none share
+  GroupRules groups{.size = 64};  // a size of 1: none share
   float pixels;                   // edge of the cells that bound groups, in pixels; at least:
   float smallest;                 // of the scene's diagonal
   friend bool operator==(const SharingCells&, const SharingCells&) = default;
@@ -66,6 +66,10 @@ struct ReflectedGroups {
 /// share a sample only if their paths would have passed as many transparent surfaces on reaching it, since what may
 /// still be passed beyond is part of what it received.
 ///
+/// What a sample costs is a ray to each vertex, and most samples carry little of a group's light. Russian roulette
+/// among them changes no expectation, since its probabilities know nothing of the number that decides. By systematic
+/// sampling [Madow 1949] as many go on as are expected, but for one.
+///
 /// For Lambertian vertices of equal albedo the sum over a group is what it would be without sharing: sharing moves
 /// light between pixels. So it pays at the visible point for a picture that nobody denoises, and at the next vertex
 /// always, as that vertex belongs to another part of the picture for each of a group.
@@ -77,6 +81,10 @@ class CellSharedPaths {
   struct Group {
     PairWeights weights = PairWeights::BALANCE;
     bool is_fresh = true;  // each link is as its path left it, and no history is in it
+    /// Roulette among fresh samples: those with less light than so many times the mean of those that have any are
+    /// handed on by chance, in proportion to it, and then with as much more. 0: all are.
+    float chance_below = 0.0f;
+    float u_choice = 0.0f;  // for that
     std::vector<const PathLink*> links;
     std::vector<float> confidences;
     std::vector<ReflectedPaths*> reflected;
@@ -105,6 +113,7 @@ class CellSharedPaths {
       Lanes density = 0.0f;      // of finding the sample point from there, per area; or what stands for it. 0: never
       RgbLanes transmittance;
     };
+    std::vector<float> factors;  // by sample of the group, for its light; 0: it is handed to nobody
     std::vector<Vertices> vertices;
     std::vector<Pairs> pairs;          // beside them, of one sample
     std::vector<SurfacePoint> points;  // by vertex of the group
@@ -134,6 +143,8 @@ class CellSharedPaths {
   static uint32_t group_class(const VisiblePoint& vertex);
 
  private:
+  static void choose_samples(const Group& group, Scratch& scratch);
+  static void keep_from_others(const PathLink& link, ReflectedPaths& reflected);
   void prepare_vertices(const Group& group, Scratch& scratch) const;
   void share_sample(Group& group, size_t finder, Scratch& scratch) const;
   void connect_pairs(const Group& group, size_t finder, Scratch& scratch) const;

@@ -46,7 +46,13 @@ struct SharedMeans {
   }
 };
 
-SharedMeans share_paths(PairWeights weights) {
+/// Numbers for roulette among the samples of a group; none is played by default.
+struct Roulette {
+  float chance_below = 0.0f;
+  bool has_fresh_numbers = true;
+};
+
+SharedMeans share_paths(PairWeights weights, Roulette roulette = {}) {
   const Tracer tracer(divided_box());
   const CellSharedPaths paths(tracer.context());
   const std::array<Ray, 3> rays{kLit, kShaded, kCorner};
@@ -58,6 +64,8 @@ SharedMeans share_paths(PairWeights weights) {
     std::array<ReflectedPaths, 3> reflected;
     CellSharedPaths::Group group;
     group.weights = weights;
+    group.chance_below = roulette.chance_below;
+    if (roulette.has_fresh_numbers) group.u_choice = Rng(11, 0, path, 0).next_float();
     for (uint32_t k = 0; k < 3; ++k) {
       captures[k].link_count = 1;
       PathSampler sampler(7, k, path, SampleSequence::RANDOM);
@@ -90,6 +98,23 @@ TEST(CellSharedPaths, TargetsInPlaceOfDensitiesAreLawfulWeights) {
 TEST(CellSharedPaths, OtherWeightsAreSeenToBeBiased) {
   EXPECT_LT(share_paths(PairWeights::UNSHADOWED).p_value(), kFalseAlarmRate);
   EXPECT_LT(share_paths(PairWeights::EQUAL).p_value(), kFalseAlarmRate);
+}
+
+/// What the points' own paths bring is no matter of chance, but for rounding.
+TEST(CellSharedPaths, RouletteAmongSamplesChangesNoExpectation) {
+  const SharedMeans means = share_paths(PairWeights::BALANCE, {.chance_below = 2.0f});
+  EXPECT_GT(means.p_value(), shared_rate(3));
+  const SharedMeans all = share_paths(PairWeights::BALANCE);
+  for (size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(means.own[k].mean(), all.own[k].mean(), 1e-5 * all.own[k].mean());
+    EXPECT_NE(means.change[k].mean(), all.change[k].mean());
+  }
+}
+
+/// Planted bug: the same number for all groups.
+TEST(CellSharedPaths, RouletteWithoutFreshNumbersIsSeenToBeBiased) {
+  EXPECT_LT(share_paths(PairWeights::BALANCE, {.chance_below = 2.0f, .has_fresh_numbers = false}).p_value(),
+            kFalseAlarmRate);
 }
 
 /// How many of a hundred pairs of paths, changed by `alter`, leave either point something else than its own.
@@ -148,7 +173,7 @@ TEST(CellSharedPaths, AloneAPointKeepsItsOwn) {
     trace_path(tracer.context(), kLit, sampler, path_scratch, &capture);
     ReflectedPaths reflected;
     CellSharedPaths::divide(capture.links[0], {}, reflected);
-    CellSharedPaths::Group group{PairWeights::BALANCE, true, {&capture.links[0]}, {1.0f}, {&reflected}};
+    CellSharedPaths::Group group{.links = {&capture.links[0]}, .confidences = {1.0f}, .reflected = {&reflected}};
     paths.share(group, scratch);
     EXPECT_FLOAT_EQ(reflected.sum.g, reflected.own.g);
     found += reflected.own.g > 0.0f;
