@@ -173,7 +173,7 @@ class ReuseSettings:
         name="Group at Next Points",
         description=(
             "Points one bounce farther that hand each other the light paths they found. 1 shares nothing there. "
-            "0 means 64"
+            "0 means 256"
         ),
         default=0,
         min=0,

@@ -162,7 +162,7 @@ PARAMETERS = (
     Parameter("path_validation", {}, SCREEN_REUSE),
     Parameter("use_first_frame_history", {}, CELL_SHARED),
     Parameter("share_visible", {}, CELL_SHARED, 64),
-    Parameter("share_deep", {}, CELL_SHARED, 64),
+    Parameter("share_deep", {}, CELL_SHARED, 256),
     Parameter("use_share_trial", {}, CELL_SHARED, True),
     Parameter("cache_reservoirs", {"RESTIR_CACHE": 4}),
     Parameter("cache_candidates", {"RESTIR_CACHE": 1024}),

@@ -19,10 +19,10 @@ constexpr uint64_t kTrialSeed = 0x747269616c;
 /// light from the same group as in a block: boxes of two pixels show here what boxes of four do there.
 constexpr int kBox = 2;
 
-/// Samples that are shared take so many times as long as plain ones where sharing does not pay (outdoors and in a
-/// glossy hall 1.9; with next vertices alone 1.4). Where it does it is less, and that takes nothing from it: 1.4
-/// to 1.7, and 1.2 to 1.4 (eight scenes of the scoreboard; in the Cornell box 2.2 and 1.7).
-constexpr double kCost = 1.9, kCostOfNextVertices = 1.4;
+/// Samples that are shared take so many times as long as plain ones where sharing does not pay (outdoors, in a glossy
+/// hall and a bedroom 1.7 to 2.0; with next vertices alone 1.3 to 1.5). Where it does it is 1.4 to 1.9, and 1.3 to 1.6
+/// (eight scenes of the scoreboard).
+constexpr double kCost = 1.85, kCostOfNextVertices = 1.45;
 
 /// Standard errors by which a way must be better to count as such. Ways that do less have to prove that it is enough:
 /// rare light is what few frames do not show, and then neither way is surely better.

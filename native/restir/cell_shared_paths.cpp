@@ -122,12 +122,32 @@ void CellSharedPaths::share(Group& group, Scratch& scratch) const {
   }
 }
 
+/// The light below which samples are handed on by chance, in proportion to it, so that `expected` are; 0 if no more
+/// than that have any. Those above are certain, and leave fewer to the others.
+float chance_below(std::span<const float> light, size_t expected) {
+  const auto has_any = [](float l) { return l > 0.0f; };
+  if (static_cast<size_t>(std::ranges::count_if(light, has_any)) <= expected) return 0.0f;
+  float threshold = 0.0f;
+  for (size_t certain = 0, before = expected; certain != before && certain < expected;) {
+    before = certain;
+    float rest = 0.0f;
+    certain = 0;
+    for (const float l : light) {
+      const bool is_certain = threshold > 0.0f && l >= threshold;
+      certain += is_certain;
+      rest += is_certain ? 0.0f : l;
+    }
+    if (certain < expected) threshold = rest / static_cast<float>(expected - certain);
+  }
+  return threshold;
+}
+
 /// A sample's light is what its own finder makes of it. Half of that is what it would be in the mean of all finders:
 /// the others may make something of a sample that its finder makes nothing of.
 void CellSharedPaths::choose_samples(const Group& group, Scratch& scratch) {
   std::vector<float>& factors = scratch.factors;
   factors.assign(group.size(), 0.0f);
-  float responses = 0.0f, count = 0.0f, sum = 0.0f;
+  float responses = 0.0f, count = 0.0f;
   for (const PathLink* link : group.links) {
     if (!sends_light(*link)) continue;
     responses += magnitude(link->response);
@@ -135,12 +155,11 @@ void CellSharedPaths::choose_samples(const Group& group, Scratch& scratch) {
   }
   for (size_t i = 0; i < group.size(); ++i) {
     const PathLink& link = *group.links[i];
-    if (!sends_light(link)) continue;
-    factors[i] = (magnitude(link.response) + responses / count) * magnitude(link.to.continuation.radiance);
-    sum += factors[i];
+    if (sends_light(link))
+      factors[i] = (magnitude(link.response) + responses / count) * magnitude(link.to.continuation.radiance);
   }
-  const float threshold = group.is_fresh ? group.chance_below * sum / count : 0.0f;
-  const bool is_played = threshold > 0.0f && std::isfinite(sum);
+  const float threshold = group.is_fresh ? chance_below(factors, group.handed_on) : 0.0f;
+  const bool is_played = threshold > 0.0f && std::isfinite(threshold);
   float u = group.u_choice;
   for (size_t i = 0; i < group.size(); ++i) {
     if (!sends_light(*group.links[i])) continue;

@@ -15,9 +15,9 @@ enum class PairWeights : uint8_t { BALANCE, TARGETS, UNSHADOWED, EQUAL };
 
 /// Which vertices share with each other.
 struct SharingCells {
-  GroupRules groups{.size = 64};  // a size of 1: none share
-  float pixels;                   // edge of the cells that bound groups, in pixels; at least:
-  float smallest;                 // of the scene's diagonal
+  GroupRules groups;  // a size of 1: none share
+  float pixels;       // edge of the cells that bound groups, in pixels; at least:
+  float smallest;     // of the scene's diagonal
   friend bool operator==(const SharingCells&, const SharingCells&) = default;
 };
 
@@ -30,8 +30,8 @@ struct PathSharing {
   /// Whether only the first frame of a render does so and is remembered: those after it are independent, cost less, and
   /// their mean has no error in common. Not where light is resampled by reservoirs, which need frame after frame.
   bool first_frame_history = false;
-  SharingCells visible{.pixels = 32.0f, .smallest = 1e-3f};      // visible points
-  SharingCells deep{.pixels = 96.0f, .smallest = 1.0f / 64.0f};  // next vertices
+  SharingCells visible{.groups = {.size = 64}, .pixels = 32.0f, .smallest = 1e-3f};       // visible points
+  SharingCells deep{.groups = {.size = 256}, .pixels = 96.0f, .smallest = 1.0f / 64.0f};  // next vertices
   /// Whether a trial may find that sharing is not worth its time here: before the first frame, or of frames without
   /// history that follow one with it, soon after that.
   bool on_trial = false;
@@ -81,9 +81,9 @@ class CellSharedPaths {
   struct Group {
     PairWeights weights = PairWeights::BALANCE;
     bool is_fresh = true;  // each link is as its path left it, and no history is in it
-    /// Roulette among fresh samples: those with less light than so many times the mean of those that have any are
-    /// handed on by chance, in proportion to it, and then with as much more. 0: all are.
-    float chance_below = 0.0f;
+    /// Fresh samples of more than so many vertices are handed on by chance, so that so many of them are expected to be:
+    /// those with most light certainly, the others in proportion to it, and then with as much more.
+    size_t handed_on = std::numeric_limits<size_t>::max();
     float u_choice = 0.0f;  // for that
     std::vector<const PathLink*> links;
     std::vector<float> confidences;

@@ -222,7 +222,7 @@ def test_sharing_on_trial_is_sharing_or_path_tracing(name: str, share_visible: i
 
 @pytest.mark.parametrize("name", [pytest.param("indirect_room", marks=pytest.mark.slow), "open_scene"])
 def test_a_trial_may_follow_the_first_frame_with_history(name: str) -> None:
-    """Frames share until a trial is a small part of the time they took, for 104 x 104 pixels 31; then it decides, as
+    """Frames share until a trial is a small part of the time they took, for 104 x 104 pixels 29; then it decides, as
     one before all frames does. Planted bug: any other way. Random numbers, since Sobol points depend on how many
     frames there will be."""
     shared = members_of(("NEE", "NEE", "CELL_SHARED")) | dict(temporal_reuse=False)
@@ -238,7 +238,7 @@ def test_a_trial_may_follow_the_first_frame_with_history(name: str) -> None:
     found = sum_of(64, 0, **history) - sum_of(1, 0, **history)
     tried = sum_of(64, 0, share_trial=True)
     for way in range(len(ways)):
-        expected = sum_of(31, 0) - sum_of(1, 0) + sum_of(64, way) - sum_of(31, way)
+        expected = sum_of(29, 0) - sum_of(1, 0) + sum_of(64, way) - sum_of(29, way)
         is_chosen = np.array_equal(tried, sum_of(64, way))
         assert np.allclose(found, expected, rtol=1e-3, atol=1e-3) == is_chosen
 
@@ -277,6 +277,7 @@ def test_sharing_between_like_surfaces_moves_light_and_makes_none() -> None:
     the picture's sum is the same to rounding, while its pixels differ. Planted bug: equal weights."""
     members = members_of(("NEE", "NEE", "CELL_SHARED"))
     members |= dict(samples=4, max_bounces=3, seed=1, passes=["Noisy"], temporal_reuse=False)
+    members |= dict(share_visible=8, share_deep=8)  # of so few, none is left out by chance
     sums = {}
     for bias in ("UNBIASED", "FAST"):
         passes = render(gray_room(), SIZE, bias=bias, **members)

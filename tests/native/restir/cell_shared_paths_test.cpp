@@ -46,9 +46,9 @@ struct SharedMeans {
   }
 };
 
-/// Numbers for roulette among the samples of a group; none is played by default.
+/// Roulette among the three samples of a group; none is played by default.
 struct Roulette {
-  float chance_below = 0.0f;
+  size_t handed_on = 3;
   bool has_fresh_numbers = true;
 };
 
@@ -64,7 +64,7 @@ SharedMeans share_paths(PairWeights weights, Roulette roulette = {}) {
     std::array<ReflectedPaths, 3> reflected;
     CellSharedPaths::Group group;
     group.weights = weights;
-    group.chance_below = roulette.chance_below;
+    group.handed_on = roulette.handed_on;
     if (roulette.has_fresh_numbers) group.u_choice = Rng(11, 0, path, 0).next_float();
     for (uint32_t k = 0; k < 3; ++k) {
       captures[k].link_count = 1;
@@ -102,7 +102,7 @@ TEST(CellSharedPaths, OtherWeightsAreSeenToBeBiased) {
 
 /// What the points' own paths bring is no matter of chance, but for rounding.
 TEST(CellSharedPaths, RouletteAmongSamplesChangesNoExpectation) {
-  const SharedMeans means = share_paths(PairWeights::BALANCE, {.chance_below = 2.0f});
+  const SharedMeans means = share_paths(PairWeights::BALANCE, {.handed_on = 1});
   EXPECT_GT(means.p_value(), shared_rate(3));
   const SharedMeans all = share_paths(PairWeights::BALANCE);
   for (size_t k = 0; k < 3; ++k) {
@@ -113,8 +113,7 @@ TEST(CellSharedPaths, RouletteAmongSamplesChangesNoExpectation) {
 
 /// Planted bug: the same number for all groups.
 TEST(CellSharedPaths, RouletteWithoutFreshNumbersIsSeenToBeBiased) {
-  EXPECT_LT(share_paths(PairWeights::BALANCE, {.chance_below = 2.0f, .has_fresh_numbers = false}).p_value(),
-            kFalseAlarmRate);
+  EXPECT_LT(share_paths(PairWeights::BALANCE, {.handed_on = 1, .has_fresh_numbers = false}).p_value(), kFalseAlarmRate);
 }
 
 /// How many of a hundred pairs of paths, changed by `alter`, leave either point something else than its own.
