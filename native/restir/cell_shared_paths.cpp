@@ -54,6 +54,26 @@ void send_evenly(PathSample& sample, Rgb radiance) {
   sample.continuation = {point.ns, radiance, Rgb(1.0f), Rgb(1.0f)};  // it matters to nobody where it came from
 }
 
+/// The light below which samples are handed on by chance, in proportion to it, so that `expected` are; 0 if no more
+/// than that have any. Those above are certain, and leave fewer to the others.
+float chance_below(std::span<const float> light, size_t expected) {
+  const auto has_any = [](float l) { return l > 0.0f; };
+  if (static_cast<size_t>(std::ranges::count_if(light, has_any)) <= expected) return 0.0f;
+  float threshold = 0.0f;
+  for (size_t certain = 0, before = expected; certain != before && certain < expected;) {
+    before = certain;
+    float rest = 0.0f;
+    certain = 0;
+    for (const float l : light) {
+      const bool is_certain = threshold > 0.0f && l >= threshold;
+      certain += is_certain;
+      rest += is_certain ? 0.0f : l;
+    }
+    if (certain < expected) threshold = rest / static_cast<float>(expected - certain);
+  }
+  return threshold;
+}
+
 }  // namespace
 
 uint32_t CellSharedPaths::group_class(const VisiblePoint& vertex) {
@@ -120,26 +140,6 @@ void CellSharedPaths::share(Group& group, Scratch& scratch) const {
     group.reflected[i]->sum += vertices.sum.at(lane_of(i));
     group.reflected[i]->even += vertices.even.at(lane_of(i));
   }
-}
-
-/// The light below which samples are handed on by chance, in proportion to it, so that `expected` are; 0 if no more
-/// than that have any. Those above are certain, and leave fewer to the others.
-float chance_below(std::span<const float> light, size_t expected) {
-  const auto has_any = [](float l) { return l > 0.0f; };
-  if (static_cast<size_t>(std::ranges::count_if(light, has_any)) <= expected) return 0.0f;
-  float threshold = 0.0f;
-  for (size_t certain = 0, before = expected; certain != before && certain < expected;) {
-    before = certain;
-    float rest = 0.0f;
-    certain = 0;
-    for (const float l : light) {
-      const bool is_certain = threshold > 0.0f && l >= threshold;
-      certain += is_certain;
-      rest += is_certain ? 0.0f : l;
-    }
-    if (certain < expected) threshold = rest / static_cast<float>(expected - certain);
-  }
-  return threshold;
 }
 
 /// A sample's light is what its own finder makes of it. Half of that is what it would be in the mean of all finders:
