@@ -163,7 +163,7 @@ class ReuseSettings:
         name="Group at Visible Points",
         description=(
             "Visible points that hand each other the light paths they found. 1 shares nothing there: noise is larger, "
-            "but a denoiser can tell it from the picture. 0 means 64"
+            "but a denoiser can tell it from the picture. 16 at most where pixels have history. 0 means 64"
         ),
         default=0,
         min=0,

@@ -5,13 +5,13 @@
 namespace cistern {
 namespace {
 
-constexpr size_t kGroupBlock = 16, kPixelBlock = 1024;
+constexpr size_t kPixelBlock = 1024;
 constexpr uint32_t kChoiceStreams = 0x63686f69;
 
 /// CellSharedPaths::Group::handed_on: groups of hundreds then take about as long as groups of 16 that hand on all.
 /// Fewer leave noise that pixels have in common, where all samples have much the same light.
-constexpr size_t kHandedOn = 12;
-/// Samples from the history of their pixels, of which roulette could leave out none, have as much light as each other.
+constexpr size_t kHandedOn = 8;
+/// Samples from the history of their pixels have much the same light, so that roulette could not choose among them.
 constexpr int kMostResampled = 16;
 
 template <class T>
@@ -196,7 +196,8 @@ void CellSharedStage::divide_groups(Vertex vertex, uint32_t pixel, bool is_share
 bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopCondition& stop) {
   if (!shares_at(vertex)) return true;
   if (!make_groups(vertex, frame, stop)) return false;
-  return for_each_block(groups_.count(), kGroupBlock, stop, [&](size_t begin, size_t end) {
+  const size_t block = std::max<size_t>(kPixelBlock / static_cast<size_t>(cells(vertex).groups.size), 1);
+  return for_each_block(groups_.count(), block, stop, [&](size_t begin, size_t end) {
     CellSharedPaths::Group group = empty_group(vertex);
     CellSharedPaths::Scratch scratch;
     for (size_t g = begin; g < end; ++g) {
@@ -207,9 +208,10 @@ bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopConditio
   });
 }
 
-float CellSharedStage::choice(Vertex vertex, uint32_t group, uint32_t frame) const {
-  const uint64_t seed = hash_combine(mix_bits(context_.settings.seed), static_cast<uint64_t>(region_.y));
-  return Rng(seed, group, frame, kChoiceStreams + static_cast<uint32_t>(vertex)).next_float();
+double CellSharedStage::choice(Vertex vertex, uint32_t group, uint32_t frame) const {
+  const uint64_t place = (static_cast<uint64_t>(region_.x) << 32) + static_cast<uint64_t>(region_.y);
+  const uint64_t seed = hash_combine(mix_bits(context_.settings.seed), place);
+  return Rng(seed, group, frame, kChoiceStreams + static_cast<uint32_t>(vertex)).next_double();
 }
 
 bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop) {
@@ -268,9 +270,12 @@ void CellSharedStage::share_group(Vertex vertex, std::span<const uint32_t> pixel
       group.continuations.emplace_back(continuations_[vertex].of(pixel));
       group.reflected_groups.push_back(reflected_groups(pixel));
     }
-    reuse_counts_[pixel] += static_cast<uint32_t>(pixels.size()) - 1;
   }
-  paths_.share(group, scratch);
+  const auto handed_on = static_cast<uint32_t>(paths_.share(group, scratch));
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    const bool is_own = scratch.factors[i] > 0.0f;
+    reuse_counts_[pixels[i]] += handed_on - static_cast<uint32_t>(is_own);
+  }
 }
 
 Rgb CellSharedStage::shade(const VisiblePoint& visible, uint32_t pixel) const {

@@ -53,7 +53,7 @@ class CellSharedStage final : public PathStage {
   bool divide_samples(Vertex vertex, const StopCondition& stop);
   bool share_at(Vertex vertex, uint32_t frame, const StopCondition& stop);
   /// Of a group of a frame, for roulette among its samples.
-  float choice(Vertex vertex, uint32_t group, uint32_t frame) const;
+  double choice(Vertex vertex, uint32_t group, uint32_t frame) const;
   bool make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop);
   void prefetch_group(Vertex vertex, std::span<const uint32_t> pixels) const;
   CellSharedPaths::Group empty_group(Vertex vertex) const;

@@ -55,23 +55,19 @@ void send_evenly(PathSample& sample, Rgb radiance) {
 }
 
 /// The light below which samples are handed on by chance, in proportion to it, so that `expected` are; 0 if no more
-/// than that have any. Those above are certain, and leave fewer to the others.
+/// than that have any. Those above are certain, and leave fewer to the others. Light that is no finite number counts
+/// for nothing here. [Fearnhead and Clifford 2003]
 float chance_below(std::span<const float> light, size_t expected) {
   const auto has_any = [](float l) { return l > 0.0f; };
   if (static_cast<size_t>(std::ranges::count_if(light, has_any)) <= expected) return 0.0f;
-  float threshold = 0.0f;
-  for (size_t certain = 0, before = expected; certain != before && certain < expected;) {
-    before = certain;
+  float threshold = std::numeric_limits<float>::max();
+  for (size_t certain = 0, before = 0;; before = certain) {
     float rest = 0.0f;
-    certain = 0;
-    for (const float l : light) {
-      const bool is_certain = threshold > 0.0f && l >= threshold;
-      certain += is_certain;
-      rest += is_certain ? 0.0f : l;
-    }
-    if (certain < expected) threshold = rest / static_cast<float>(expected - certain);
+    for (const float l : light) rest += l < threshold ? l : 0.0f;
+    threshold = rest / static_cast<float>(expected - before);
+    certain = static_cast<size_t>(std::ranges::count_if(light, [=](float l) { return l >= threshold; }));
+    if (certain <= before || certain >= expected) return threshold;
   }
-  return threshold;
 }
 
 }  // namespace
@@ -128,18 +124,18 @@ void CellSharedPaths::divide_groups(const PathLink& link, std::span<Rgb> continu
   }
 }
 
-void CellSharedPaths::share(Group& group, Scratch& scratch) const {
+size_t CellSharedPaths::share(Group& group, Scratch& scratch) const {
   choose_samples(group, scratch);
-  const auto is_chosen = [](float factor) { return factor > 0.0f; };
-  if (std::ranges::none_of(scratch.factors, is_chosen)) return;
+  if (scratch.handed_on == 0) return 0;
   prepare_vertices(group, scratch);
   for (size_t i = 0; i < group.size(); ++i)
-    if (is_chosen(scratch.factors[i])) share_sample(group, i, scratch);
+    if (scratch.factors[i] > 0.0f) share_sample(group, i, scratch);
   for (size_t i = 0; i < group.size(); ++i) {
     const Scratch::Vertices& vertices = scratch.vertices[block_of(i)];
     group.reflected[i]->sum += vertices.sum.at(lane_of(i));
     group.reflected[i]->even += vertices.even.at(lane_of(i));
   }
+  return scratch.handed_on;
 }
 
 /// A sample's light is what its own finder makes of it. Half of that is what it would be in the mean of all finders:
@@ -147,6 +143,7 @@ void CellSharedPaths::share(Group& group, Scratch& scratch) const {
 void CellSharedPaths::choose_samples(const Group& group, Scratch& scratch) {
   std::vector<float>& factors = scratch.factors;
   factors.assign(group.size(), 0.0f);
+  scratch.handed_on = 0;
   float responses = 0.0f, count = 0.0f;
   for (const PathLink* link : group.links) {
     if (!sends_light(*link)) continue;
@@ -159,23 +156,22 @@ void CellSharedPaths::choose_samples(const Group& group, Scratch& scratch) {
       factors[i] = (magnitude(link.response) + responses / count) * magnitude(link.to.continuation.radiance);
   }
   const float threshold = group.is_fresh ? chance_below(factors, group.handed_on) : 0.0f;
-  const bool is_played = threshold > 0.0f && std::isfinite(threshold);
-  float u = group.u_choice;
+  double u = group.u_choice;
   for (size_t i = 0; i < group.size(); ++i) {
     if (!sends_light(*group.links[i])) continue;
-    const float probability = is_played ? std::min(factors[i] / threshold, 1.0f) : 1.0f;
+    const bool is_certain = !(factors[i] < threshold);
+    const double probability = is_certain ? 1.0 : double{factors[i]} / double{threshold};
     u += probability;
-    const bool is_chosen = u >= 1.0f;
-    if (is_chosen)
-      u -= 1.0f;
-    else
-      keep_from_others(*group.links[i], *group.reflected[i]);
-    factors[i] = is_chosen ? 1.0f / probability : 0.0f;
+    const bool is_chosen = is_certain || (u >= 1.0 && probability > 0.0);
+    if (u >= 1.0) u -= 1.0;
+    factors[i] = is_chosen ? static_cast<float>(1.0 / probability) : 0.0f;
+    scratch.handed_on += is_chosen;
+    if (group.is_fresh) add_own(*group.links[i], *group.reflected[i]);
   }
 }
 
-/// What its finder alone makes of a divided sample.
-void CellSharedPaths::keep_from_others(const PathLink& link, ReflectedPaths& reflected) {
+/// What the finder alone makes of a divided sample that is as it found it.
+void CellSharedPaths::add_own(const PathLink& link, ReflectedPaths& reflected) {
   const VisiblePoint& point = link.to.point;
   const float transmittance = even_transmittance(point.even_shade, dot(point.even_normal, point.receiver.wo));
   reflected.own += link.response * link.to.continuation.radiance * transmittance;
@@ -189,6 +185,7 @@ void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) con
   scratch.pairs.resize(scratch.vertices.size());
   scratch.points.resize(group.size());
   scratch.bsdfs.clear();
+  scratch.bsdfs.reserve(group.size());
   scratch.not_plain.clear();
   for (size_t k = 0; k < group.size(); ++k) {
     const VisiblePoint& from = group.links[k]->from;
@@ -303,7 +300,7 @@ void CellSharedPaths::hand_out(Group& group, size_t finder, float weight, Scratc
         where_or_zero(is_reached, pairs.transmittance * (found.to.continuation.radiance * arriving));
     vertices.sum += pairs.f_cos * radiance * weight;
     vertices.even += pairs.even_cos * radiance * weight;
-    if (b == block_of(finder)) {
+    if (!group.is_fresh && b == block_of(finder)) {
       const Rgb own = (pairs.f_cos * radiance).at(lane_of(finder));
       group.reflected[finder]->own += own * found.W;
     }

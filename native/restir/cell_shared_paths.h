@@ -53,8 +53,8 @@ struct ReflectedGroups {
 /// All-pairs sharing of path samples in the groups of cells: our own estimator.
 ///
 /// Each vertex of a group found one sample point y by BSDF sampling (or none), with density p_i(y) per area. All of
-/// them are handed to all: receiver j takes the sum over i of m_i(y_i) F_j(y_i) W_i, by the balance heuristic m_i(y) =
-/// p_i(y) V_i(y) / sum_k p_k(y) V_k(y) [Veach 1997, Eq. 9.8]. Shading needs the visibility of every pair anyway, so
+/// them may be handed to all: receiver j takes the sum over i of m_i(y_i) F_j(y_i) W_i, by the balance heuristic m_i(y)
+/// = p_i(y) V_i(y) / sum_k p_k(y) V_k(y) [Veach 1997, Eq. 9.8]. Shading needs the visibility of every pair anyway, so
 /// exact weights cost nothing more. Groups are made without looking at the samples, and nothing carries over from frame
 /// to frame: every frame is unbiased and independent of all others.
 ///
@@ -67,12 +67,12 @@ struct ReflectedGroups {
 /// still be passed beyond is part of what it received.
 ///
 /// What a sample costs is a ray to each vertex, and most samples carry little of a group's light. Russian roulette
-/// among them changes no expectation, since its probabilities know nothing of the number that decides. By systematic
-/// sampling [Madow 1949] as many go on as are expected, but for one.
+/// among them (Group::handed_on) changes no expectation, since its probabilities know nothing of the number that
+/// decides. By systematic sampling [Madow 1949] as many go on as are expected, but for one.
 ///
-/// For Lambertian vertices of equal albedo the sum over a group is what it would be without sharing: sharing moves
-/// light between pixels. So it pays at the visible point for a picture that nobody denoises, and at the next vertex
-/// always, as that vertex belongs to another part of the picture for each of a group.
+/// For Lambertian vertices of equal albedo the sum over a group is what it would be without sharing, but for roulette:
+/// sharing moves light between pixels. So it pays at the visible point for a picture that nobody denoises, and at the
+/// next vertex always, as that vertex belongs to another part of the picture for each of a group.
 class CellSharedPaths {
  public:
   explicit CellSharedPaths(const PathContext& context) : context_(context) {}
@@ -81,10 +81,10 @@ class CellSharedPaths {
   struct Group {
     PairWeights weights = PairWeights::BALANCE;
     bool is_fresh = true;  // each link is as its path left it, and no history is in it
-    /// Fresh samples of more than so many vertices are handed on by chance, so that so many of them are expected to be:
-    /// those with most light certainly, the others in proportion to it, and then with as much more.
+    /// If more fresh samples than so many send light, so many of them are expected to be handed on: those with most
+    /// light certainly, the others by chance in proportion to it, and then with as much more.
     size_t handed_on = std::numeric_limits<size_t>::max();
-    float u_choice = 0.0f;  // for that
+    double u_choice = 0.0;  // for that
     std::vector<const PathLink*> links;
     std::vector<float> confidences;
     std::vector<ReflectedPaths*> reflected;
@@ -114,6 +114,7 @@ class CellSharedPaths {
       RgbLanes transmittance;
     };
     std::vector<float> factors;  // by sample of the group, for its light; 0: it is handed to nobody
+    size_t handed_on = 0;        // how many are not 0
     std::vector<Vertices> vertices;
     std::vector<Pairs> pairs;          // beside them, of one sample
     std::vector<SurfacePoint> points;  // by vertex of the group
@@ -136,15 +137,15 @@ class CellSharedPaths {
   static void divide_groups(const PathLink& link, std::span<Rgb> continuation, const ReflectedGroups& deep,
                             const ReflectedGroups& reflected);
 
-  /// Adds what each vertex of a group reflects of divided samples.
-  void share(Group& group, Scratch& scratch) const;
+  /// Adds what each vertex of a group reflects of divided samples. Returns how many of them were handed to all.
+  size_t share(Group& group, Scratch& scratch) const;
 
   /// What keeps vertices of paths apart that have not as many bounces left; for CellGroups.
   static uint32_t group_class(const VisiblePoint& vertex);
 
  private:
   static void choose_samples(const Group& group, Scratch& scratch);
-  static void keep_from_others(const PathLink& link, ReflectedPaths& reflected);
+  static void add_own(const PathLink& link, ReflectedPaths& reflected);
   void prepare_vertices(const Group& group, Scratch& scratch) const;
   void share_sample(Group& group, size_t finder, Scratch& scratch) const;
   void connect_pairs(const Group& group, size_t finder, Scratch& scratch) const;

@@ -140,8 +140,8 @@ REUSE_COUNTS = {
     "screen alone": ({"indirect": "SCREEN_REUSE", "temporal_reuse": False}, 1, 9),
     "world at first": ({"indirect": "WORLD_REUSE"}, 1, 0),
     "world": ({"indirect": "WORLD_REUSE", "temporal_reuse": False}, 2, 3),
-    "shared": ({"indirect": "CELL_SHARED", "temporal_reuse": False}, 2, 30),
-    "shared with history": ({"indirect": "CELL_SHARED"}, 2, 31),
+    "shared": ({"indirect": "CELL_SHARED", "temporal_reuse": False}, 2, 16),
+    "shared with history": ({"indirect": "CELL_SHARED"}, 2, 24),
     "shared with nobody": (
         {"indirect": "CELL_SHARED", "share_visible": 1, "share_deep": 1, "temporal_reuse": False},
         2,

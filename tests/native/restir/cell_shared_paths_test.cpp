@@ -65,7 +65,7 @@ SharedMeans share_paths(PairWeights weights, Roulette roulette = {}) {
     CellSharedPaths::Group group;
     group.weights = weights;
     group.handed_on = roulette.handed_on;
-    if (roulette.has_fresh_numbers) group.u_choice = Rng(11, 0, path, 0).next_float();
+    if (roulette.has_fresh_numbers) group.u_choice = Rng(11, 0, path, 0).next_double();
     for (uint32_t k = 0; k < 3; ++k) {
       captures[k].link_count = 1;
       PathSampler sampler(7, k, path, SampleSequence::RANDOM);
@@ -114,6 +114,40 @@ TEST(CellSharedPaths, RouletteAmongSamplesChangesNoExpectation) {
 /// Planted bug: the same number for all groups.
 TEST(CellSharedPaths, RouletteWithoutFreshNumbersIsSeenToBeBiased) {
   EXPECT_LT(share_paths(PairWeights::BALANCE, {.handed_on = 1, .has_fresh_numbers = false}).p_value(), kFalseAlarmRate);
+}
+
+/// Also where nearly all light is that of one sample, which is handed on certainly.
+TEST(CellSharedPaths, AsManySamplesAreHandedOnAsAreAskedFor) {
+  constexpr size_t kVertices = 64, kAsked = 8;
+  const Tracer tracer(divided_box());
+  const CellSharedPaths paths(tracer.context());
+  PathScratch path_scratch;
+  CellSharedPaths::Scratch scratch;
+  for (const float brightest : {1.0f, 1e4f}) {
+    for (uint32_t path = 0; path < 20; ++path) {
+      std::vector<PathCapture> captures(kVertices);
+      std::vector<ReflectedPaths> reflected(kVertices);
+      CellSharedPaths::Group group;
+      group.handed_on = kAsked;
+      group.u_choice = Rng(11, 0, path, 0).next_double();
+      for (uint32_t k = 0; k < kVertices; ++k) {
+        captures[k].link_count = 1;
+        PathSampler sampler(7, k, path, SampleSequence::RANDOM);
+        trace_path(tracer.context(), kLit, sampler, path_scratch, &captures[k]);
+        CellSharedPaths::divide(captures[k].links[0], {}, reflected[k]);
+        group.links.push_back(&captures[k].links[0]);
+        group.reflected.push_back(&reflected[k]);
+      }
+      const auto light = [](const PathCapture& c) { return magnitude(c.links[0].to.continuation.radiance); };
+      PathLink& first = std::ranges::max_element(captures, {}, light)->links[0];
+      first.to.continuation.radiance *= brightest;
+      EXPECT_NEAR(static_cast<double>(paths.share(group, scratch)), kAsked, 1.0);
+      if (brightest > 1.0f) {
+        const auto it = std::ranges::find(group.links, &first);
+        EXPECT_EQ(scratch.factors[static_cast<size_t>(it - group.links.begin())], 1.0f);
+      }
+    }
+  }
 }
 
 /// How many of a hundred pairs of paths, changed by `alter`, leave either point something else than its own.
@@ -174,7 +208,7 @@ TEST(CellSharedPaths, AloneAPointKeepsItsOwn) {
     CellSharedPaths::divide(capture.links[0], {}, reflected);
     CellSharedPaths::Group group{.links = {&capture.links[0]}, .confidences = {1.0f}, .reflected = {&reflected}};
     paths.share(group, scratch);
-    EXPECT_FLOAT_EQ(reflected.sum.g, reflected.own.g);
+    EXPECT_NEAR(reflected.sum.g, reflected.own.g, 1e-5f * reflected.own.g);
     found += reflected.own.g > 0.0f;
   }
   EXPECT_GT(found, 20);
