@@ -70,6 +70,11 @@ float chance_below(std::span<const float> light, size_t expected) {
   }
 }
 
+/// What is left of an even sample's light on the way to its finder.
+float own_share(const VisiblePoint& point) {
+  return even_transmittance(point.even_shade, dot(point.even_normal, point.receiver.wo));
+}
+
 }  // namespace
 
 uint32_t CellSharedPaths::group_class(const VisiblePoint& vertex) {
@@ -88,9 +93,8 @@ void CellSharedPaths::keep(const PathLink& link, const ReflectedPaths& deep, Ref
 }
 
 void CellSharedPaths::divide(PathLink& link, const ReflectedPaths& deep, ReflectedPaths& reflected) {
-  const VisiblePoint& point = link.to.point;
   const Rgb found = link.to.radiance_as_found() + deep.sum, even = link.to.even_radiance() + deep.even;
-  const Rgb rest = found - even * even_transmittance(point.even_shade, dot(point.even_normal, point.receiver.wo));
+  const Rgb rest = found - even * own_share(link.to.point);
   reflected.sum += link.response * rest;
   reflected.even += link.even_response * rest;
   reflected.own += link.response * rest;
@@ -109,8 +113,7 @@ void CellSharedPaths::keep_groups(const PathLink& link, std::span<const Rgb> con
 void CellSharedPaths::divide_groups(const PathLink& link, std::span<Rgb> continuation, const ReflectedGroups& deep,
                                     const ReflectedGroups& reflected) {
   const PathSample& sample = link.to;
-  const VisiblePoint& point = sample.point;
-  const float transmittance = even_transmittance(point.even_shade, dot(point.even_normal, point.receiver.wo));
+  const float transmittance = own_share(sample.point);
   for (size_t group = 0; group < continuation.size(); ++group) {
     const bool is_lights = static_cast<size_t>(sample.light_group) == group;
     const Rgb light = is_lights ? sample.light.radiance : Rgb();
@@ -172,9 +175,7 @@ void CellSharedPaths::choose_samples(const Group& group, Scratch& scratch) {
 
 /// What the finder alone makes of a divided sample that is as it found it.
 void CellSharedPaths::add_own(const PathLink& link, ReflectedPaths& reflected) {
-  const VisiblePoint& point = link.to.point;
-  const float transmittance = even_transmittance(point.even_shade, dot(point.even_normal, point.receiver.wo));
-  reflected.own += link.response * link.to.continuation.radiance * transmittance;
+  reflected.own += link.response * link.to.continuation.radiance * own_share(link.to.point);
 }
 
 void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) const {
