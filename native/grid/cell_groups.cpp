@@ -1,6 +1,7 @@
 #include "grid/cell_groups.h"
 
 #include <immintrin.h>
+#include <tbb/parallel_for.h>
 
 #include "base/hash.h"
 #include "base/parallel.h"
@@ -33,12 +34,14 @@ uint64_t morton_key(CellKey key, uint32_t entry_class) {
   return ((kind << kMortonBits) | curve) & ~kTopBit;
 }
 
-void CellGroups::build(std::span<const CellKey> keys, std::span<const uint32_t> classes, const GroupRules& rules) {
+void CellGroups::build(std::span<const CellKey> keys, std::span<const uint32_t> classes, const GroupRules& rules,
+                       uint64_t seed) {
   curve_.resize(keys.size());
   parallel_blocks(keys.size(), kBlockSize, [&](size_t, size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) curve_[i] = morton_key(keys[i], classes[i]);
   });
   grid_.build(curve_);
+  cuts_.clear();
   ends_.clear();
   const std::span<const CellSegment> cells = grid_.segments();
   const int fine_bits = 3 * rules.fine_levels;
@@ -48,17 +51,35 @@ void CellGroups::build(std::span<const CellKey> keys, std::span<const uint32_t> 
     cut(cells.subspan(begin, end - begin), rules);
     begin = end;
   }
+  members_.assign(grid_.entries().begin(), grid_.entries().end());
+  if (!rules.interleaved) return;
+  tbb::parallel_for(size_t{0}, cuts_.size(), [&](size_t i) { interleave(cuts_[i], seed); });
 }
 
-/// The small cells of one large one: as few groups as possible, and their sizes differ by one at most.
 void CellGroups::cut(std::span<const CellSegment> cells, const GroupRules& rules) {
   const uint32_t first = cells.front().begin, count = cells.back().end - first;
-  const uint32_t groups = static_cast<uint32_t>(block_count(count, static_cast<size_t>(rules.size)));
-  for (uint32_t g = 1; g <= groups; ++g) ends_.push_back(first + static_cast<uint32_t>(uint64_t{count} * g / groups));
+  const Cut cell{first, count, static_cast<uint32_t>(block_count(count, static_cast<size_t>(rules.size)))};
+  for (uint32_t g = 1; g <= cell.groups; ++g) ends_.push_back(cell.begin(g));
+  cuts_.push_back(cell);
+}
+
+void CellGroups::interleave(const Cut& cell, uint64_t seed) {
+  const std::span<const uint32_t> entries = grid_.entries().subspan(cell.first, cell.count);
+  for (uint32_t row = 0; row * cell.groups < cell.count; ++row) {
+    const uint32_t begin = row * cell.groups, entries_left = cell.count - begin;
+    // The first groups have what the last row has.
+    const bool is_full = entries_left >= cell.groups;
+    const uint64_t turn = is_full ? hash_combine(seed, cell.first + begin) % cell.groups : 0;
+    for (uint32_t k = 0; k < std::min(cell.groups, entries_left); ++k) {
+      const auto group = static_cast<uint32_t>((k + turn) % cell.groups);
+      members_[cell.begin(group) + row] = entries[begin + k];
+    }
+  }
 }
 
 size_t CellGroups::memory_bytes() const {
-  return grid_.memory_bytes() + curve_.capacity() * sizeof(CellKey) + ends_.capacity() * sizeof(uint32_t);
+  return grid_.memory_bytes() + curve_.capacity() * sizeof(CellKey) + cuts_.capacity() * sizeof(Cut) +
+         (ends_.capacity() + members_.capacity()) * sizeof(uint32_t);
 }
 
 }  // namespace cistern

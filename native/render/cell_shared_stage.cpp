@@ -208,10 +208,13 @@ bool CellSharedStage::share_at(Vertex vertex, uint32_t frame, const StopConditio
   });
 }
 
-double CellSharedStage::choice(Vertex vertex, uint32_t group, uint32_t frame) const {
+uint64_t CellSharedStage::seed_of_region() const {
   const uint64_t place = (static_cast<uint64_t>(region_.x) << 32) + static_cast<uint64_t>(region_.y);
-  const uint64_t seed = hash_combine(mix_bits(context_.settings.seed), place);
-  return Rng(seed, group, frame, kChoiceStreams + static_cast<uint32_t>(vertex)).next_double();
+  return hash_combine(mix_bits(context_.settings.seed), place);
+}
+
+double CellSharedStage::choice(Vertex vertex, uint32_t group, uint32_t frame) const {
+  return Rng(seed_of_region(), group, frame, kChoiceStreams + static_cast<uint32_t>(vertex)).next_double();
 }
 
 bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop) {
@@ -232,7 +235,7 @@ bool CellSharedStage::make_groups(Vertex vertex, uint32_t frame, const StopCondi
   });
   GroupRules rules = cells.groups;
   if (is_resampled(vertex)) rules.size = std::min(rules.size, kMostResampled);
-  if (done) groups_.build(keys_, classes_, rules);
+  if (done) groups_.build(keys_, classes_, rules, hash_combine(seed_of_region(), frame));
   return done;
 }
 

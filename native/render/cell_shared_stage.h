@@ -54,6 +54,7 @@ class CellSharedStage final : public PathStage {
   bool share_at(Vertex vertex, uint32_t frame, const StopCondition& stop);
   /// Of a group of a frame, for roulette among its samples.
   double choice(Vertex vertex, uint32_t group, uint32_t frame) const;
+  uint64_t seed_of_region() const;
   bool make_groups(Vertex vertex, uint32_t frame, const StopCondition& stop);
   void prefetch_group(Vertex vertex, std::span<const uint32_t> pixels) const;
   CellSharedPaths::Group empty_group(Vertex vertex) const;

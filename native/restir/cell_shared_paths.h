@@ -30,7 +30,7 @@ struct PathSharing {
   /// Whether only the first frame of a render does so and is remembered: those after it are independent, cost less, and
   /// their mean has no error in common. Not where light is resampled by reservoirs, which need frame after frame.
   bool first_frame_history = false;
-  SharingCells visible{.groups = {.size = 64}, .pixels = 32.0f, .smallest = 1e-3f};       // visible points
+  SharingCells visible{.groups = {.size = 64, .interleaved = true}, .pixels = 96.0f, .smallest = 1e-3f};
   SharingCells deep{.groups = {.size = 256}, .pixels = 96.0f, .smallest = 1.0f / 64.0f};  // next vertices
   /// Whether a trial may find that sharing is not worth its time here: before the first frame, or of frames without
   /// history that follow one with it, soon after that.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "base/rng.h"
 
@@ -13,6 +14,8 @@ namespace {
 
 constexpr uint32_t kEntries = 20'000;
 constexpr GroupRules kRules{.size = 16, .fine_levels = 3};
+constexpr GroupRules kInterleaved{.size = 16, .fine_levels = 3, .interleaved = true};
+constexpr uint64_t kSeed = 7;
 
 struct Points {
   std::vector<Vec3> positions;
@@ -40,10 +43,15 @@ Points make_points() {
   return points;
 }
 
-TEST(CellGroups, EveryEntryWithACellIsInOneGroupOfItsCellAndClass) {
+class CellGroupsOfBothKinds : public testing::TestWithParam<GroupRules> {};
+INSTANTIATE_TEST_SUITE_P(Rules, CellGroupsOfBothKinds, testing::Values(kRules, kInterleaved), [](const auto& info) {
+  return std::string(info.param.interleaved ? "Interleaved" : "InARow");
+});
+
+TEST_P(CellGroupsOfBothKinds, EveryEntryWithACellIsInOneGroupOfItsCellAndClass) {
   const Points points = make_points();
   CellGroups groups;
-  groups.build(points.keys, points.classes, kRules);
+  groups.build(points.keys, points.classes, GetParam(), kSeed);
   std::vector<int> seen(kEntries, 0);
   for (size_t g = 0; g < groups.count(); ++g) {
     const auto members = groups.members(g);
@@ -58,10 +66,10 @@ TEST(CellGroups, EveryEntryWithACellIsInOneGroupOfItsCellAndClass) {
   for (uint32_t i = 0; i < kEntries; ++i) ASSERT_EQ(seen[i], i % 10 == 0 ? 0 : 1) << i;
 }
 
-TEST(CellGroups, GroupsOfACellDifferByOneAtMost) {
+TEST_P(CellGroupsOfBothKinds, GroupsOfACellDifferByOneAtMost) {
   const Points points = make_points();
   CellGroups groups;
-  groups.build(points.keys, points.classes, kRules);
+  groups.build(points.keys, points.classes, GetParam(), kSeed);
   std::map<std::pair<CellKey, uint32_t>, std::pair<size_t, size_t>> extremes;
   for (size_t g = 0; g < groups.count(); ++g) {
     const auto members = groups.members(g);
@@ -76,7 +84,7 @@ TEST(CellGroups, GroupsOfACellDifferByOneAtMost) {
 TEST(CellGroups, MembersLieNearEachOther) {
   const Points points = make_points();
   CellGroups groups;
-  groups.build(points.keys, points.classes, kRules);
+  groups.build(points.keys, points.classes, kRules, kSeed);
   double within = 0.0, across = 0.0;
   size_t pairs = 0;
   for (size_t g = 0; g + 1 < groups.count(); ++g) {
@@ -89,13 +97,42 @@ TEST(CellGroups, MembersLieNearEachOther) {
   EXPECT_LT(within, 0.1 * across);  // planted bug: sign-folded coordinates along the curve give 0.4
 }
 
-TEST(CellGroups, AreTheSameForAnyNumberOfThreads) {
+/// Entries in a row along the curve, of a square that one cell holds: any two of a row of as many as there are groups
+/// are in different groups, and which of them share a group is another matter in each row.
+TEST(CellGroups, InterleavedGroupsTakeOneOfEachRow) {
+  constexpr uint32_t kCount = 1024, kGroups = kCount / 16;
+  const GridLayout layout = make_grid_layout({.min_cell_size = 1.0f, .cell_pixels = 0.0f}, {}, 1, 0);
+  std::vector<CellKey> keys;
+  for (uint32_t i = 0; i < kCount; ++i)
+    keys.push_back(cell_key(layout, {}, {0.0f, 0.0f, 1.0f}));
+  const std::vector<uint32_t> classes(kCount, 0);
+  std::vector<std::vector<size_t>> by_seed;
+  for (const uint64_t seed : {1, 2}) {
+    CellGroups groups;
+    groups.build(keys, classes, kInterleaved, seed);
+    ASSERT_EQ(groups.count(), kGroups);
+    std::vector<size_t> group_of(kCount);
+    for (size_t g = 0; g < kGroups; ++g)
+      for (const uint32_t i : groups.members(g)) group_of[i] = g;
+    std::set<size_t> shifts;
+    for (uint32_t row = 0; row < kCount / kGroups; ++row) {
+      const auto begin = group_of.begin() + row * kGroups;
+      EXPECT_EQ(std::set<size_t>(begin, begin + kGroups).size(), kGroups);
+      shifts.insert(*begin);
+    }
+    EXPECT_GE(shifts.size(), 8u);  // of 16 of 64 by chance, 1.3e-7 have fewer; planted bug: without turns, 1
+    by_seed.push_back(std::move(group_of));
+  }
+  EXPECT_NE(by_seed[0], by_seed[1]);
+}
+
+TEST_P(CellGroupsOfBothKinds, AreTheSameForAnyNumberOfThreads) {
   const Points points = make_points();
   std::vector<std::vector<uint32_t>> all;
   for (const int threads : {1, 7}) {
     tbb::task_arena arena(threads);
     CellGroups groups;
-    arena.execute([&] { groups.build(points.keys, points.classes, kRules); });
+    arena.execute([&] { groups.build(points.keys, points.classes, GetParam(), kSeed); });
     std::vector<uint32_t> flat;
     for (size_t g = 0; g < groups.count(); ++g) {
       flat.insert(flat.end(), groups.members(g).begin(), groups.members(g).end());
@@ -108,7 +145,7 @@ TEST(CellGroups, AreTheSameForAnyNumberOfThreads) {
 
 TEST(CellGroups, NoEntriesMakeNoGroups) {
   CellGroups groups;
-  groups.build({}, {}, kRules);
+  groups.build({}, {}, kRules, kSeed);
   EXPECT_EQ(groups.count(), 0u);
 }
 
