@@ -38,23 +38,23 @@ __all__ = [
     "with_quick_passes",
 ]
 
-# The core's passes: what is denoised, and what guides it. Noisy is Combined without the light that neighbours share:
-# they share its noise too, and no denoiser could tell that from the picture.
-NOISY_PASS = "Noisy"
+# The core's passes: parts of Combined, which is what is denoised, and what guides that.
 LAYER_PASSES = ("Indirect", "Emission", "Emission Noise")
 GUIDE_PASSES = ("Denoising Albedo", "Denoising Normal")
 
 # What is read for a quick picture: filtering indirect light by itself would take as long again.
 EMISSION_PASSES = LAYER_PASSES[1:]
-QUICK_PASSES = (NOISY_PASS, *EMISSION_PASSES, *GUIDE_PASSES)
+QUICK_PASSES = (*EMISSION_PASSES, *GUIDE_PASSES)
+
+# Combined as it was before, by Cycles' name for it; of which the core knows nothing.
+NOISY_PASS = "Noisy"
 
 # From so many samples on guides have so little noise that quick filters take them for clean, which keeps patterns. With
 # fewer that leaves up to half more noise.
 CLEAN_GUIDE_SAMPLES = 8
 
-# Light that neighbours share would not be used. (3D viewports share all the same: their first pictures are shown before
-# they can be denoised, with half the noise, and afterwards as little is left.)
-TECHNIQUES = {"share_visible": 1}
+# Light paths that visible points share are chosen with denoisers in mind.
+TECHNIQUES = {"use_share_for_denoiser": True}
 
 # Denoisers expect that errors of neighbours are independent: where boxes of pixels are stratified together, up to 8 %
 # more was left of pictures of few samples (outdoor.py, 1 and 2), and from 16 on as much.
@@ -211,7 +211,7 @@ def viewport_sentence() -> str:
 
 def with_needed_passes(core_passes: list[str]) -> list[str]:
     """The core's passes to ask for besides Combined, and with them those that denoising reads."""
-    return list(dict.fromkeys([*core_passes, NOISY_PASS, *LAYER_PASSES, *GUIDE_PASSES]))
+    return list(dict.fromkeys([*core_passes, *LAYER_PASSES, *GUIDE_PASSES]))
 
 
 def with_quick_passes(core_passes: list[str]) -> list[str]:
@@ -249,6 +249,11 @@ def mean_of_neighbours(values: NDArray[np.float32]) -> NDArray[np.float32]:
     return values
 
 
+def with_noisy(read: Reader) -> Reader:
+    """Reads Noisy, too: what Combined is so far."""
+    return lambda name: read("Combined" if name == NOISY_PASS else name)
+
+
 def guides(read: Reader) -> tuple[Picture, Picture]:
     """Albedo and normal of a finished session."""
     albedo, normal = map(read, GUIDE_PASSES)
@@ -260,7 +265,7 @@ def denoised_combined(read: Reader, threads: int, is_wanted: Callable[[], bool])
 
     Colours are multiplied by alpha before and after. Alpha has no noise to speak of and stays as it is, and so does a
     pixel in which nothing was found: no glow may reach a transparent film. Raises DenoiserError."""
-    noisy = read(NOISY_PASS)
+    noisy = read("Combined")
     layers = layers_of(noisy[..., :3], *map(read, LAYER_PASSES))
     color = denoise_layers(layers, *guides(read), threads=threads, is_wanted=is_wanted)
     return None if color is None else with_alpha(color, noisy)
@@ -269,8 +274,8 @@ def denoised_combined(read: Reader, threads: int, is_wanted: Callable[[], bool])
 def quickly_denoised_combined(
     read: Reader, samples: int, threads: int, is_wanted: Callable[[], bool]
 ) -> Picture | None:
-    """The same of QUICK_PASSES of so many samples. What one filter gets is the whole picture, save sharp lamps."""
-    noisy = read(NOISY_PASS)
+    """The same of Combined and QUICK_PASSES of so many samples. One filter gets the whole picture, save sharp lamps."""
+    noisy = read("Combined")
     nothing = np.zeros_like(noisy[..., :3])
     layers = layers_of(noisy[..., :3], nothing, *map(read, EMISSION_PASSES))
     has_clean_guides = samples >= CLEAN_GUIDE_SAMPLES

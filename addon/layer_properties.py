@@ -37,10 +37,7 @@ class CisternViewLayerSettings(bpy.types.PropertyGroup):
     )
     use_pass_noisy: BoolProperty(
         name="Noisy",
-        description=(
-            "Combined without the light paths that visible points hand each other with Cell Sharing: noisier, but the "
-            "noise of neighbouring pixels is independent, as denoisers expect"
-        ),
+        description=("Combined as it was before it was denoised"),
         default=False,
     )
     use_pass_cells: BoolProperty(

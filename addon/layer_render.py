@@ -170,18 +170,19 @@ class LayerRender(SessionRender):
         if self.is_cancelled or samples == 0:
             return read
         alone = self.rendered(plan.alone_arguments(samples), moments.shadow_catchers_alone(), of_shadows)
-        shadow = self.denoised(shadow_catchers.shadow(read, alone), read)
-        matte = self.finished_reader(shadow_catchers.without_catchers(read))("Combined")
-        pictures = {shadow_catchers.SHADOW_PASS: shadow}
+        noisy_shadow, noisy_read = shadow_catchers.shadow(read, alone), shadow_catchers.without_catchers(read)
+        shadow, matte = self.denoised(noisy_shadow, read), self.finished_reader(noisy_read)("Combined")
+        pictures = {shadow_catchers.SHADOW_PASS: shadow, "Combined": matte, denoise.NOISY_PASS: noisy_read("Combined")}
         if not plan.is_apart:
             backdrop = None
             if plan.needs_backdrop:
                 arguments = plan.backdrop_arguments(samples)
                 backdrop = self.rendered(arguments, moments.backdrop(), of_shadows.split(1.0)[1])("Environment")
                 pictures["Environment"] = shadow_catchers.beside(matte, backdrop)
-            matte = shadow_catchers.over_shadow(matte, shadow, backdrop)
+            for name, share in (("Combined", shadow), (denoise.NOISY_PASS, noisy_shadow)):
+                pictures[name] = shadow_catchers.over_shadow(pictures[name], share, backdrop)
         self.figures.samples, self.figures.mean_samples = samples, mean_samples
-        return with_passes(read, pictures | {"Combined": matte})
+        return with_passes(read, pictures)
 
     def display(self, result: bpy.types.RenderResult, view: str) -> Look:
         """Shows unfinished pictures."""

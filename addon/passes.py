@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .denoise import NOISY_PASS
 from .shadow_catchers import SHADOW_PASS
 from .sync import MATTE_KINDS
 from .sync.light_groups import group_numbers
@@ -70,7 +71,7 @@ PASSES = (
         lambda layer: layer.use_pass_environment,
     ),
     RenderPass(SHADOW_PASS, SHADOW_PASS, "RGB", "COLOR", lambda layer: layer.cistern.use_pass_shadow_catcher),
-    RenderPass("Noisy", "Noisy", "RGBA", "COLOR", lambda layer: layer.cistern.use_pass_noisy),
+    RenderPass(NOISY_PASS, NOISY_PASS, "RGBA", "COLOR", lambda layer: layer.cistern.use_pass_noisy),
     RenderPass("Cells", "Cells", "RGB", "COLOR", lambda layer: layer.cistern.use_pass_cells),
     RenderPass("Cell Occupancy", "Cell Occupancy", "X", "VALUE", lambda layer: layer.cistern.use_pass_cell_occupancy),
     RenderPass("Cell Level", "Cell Level", "X", "VALUE", lambda layer: layer.cistern.use_pass_cell_level),

@@ -162,8 +162,8 @@ class ReuseSettings:
     share_visible: IntProperty(
         name="Group at Visible Points",
         description=(
-            "Visible points that hand each other the light paths they found. 1 shares nothing there: noise is larger, "
-            "but a denoiser can tell it from the picture. 16 at most where pixels have history. 0 means 64"
+            "Visible points that hand each other the light paths they found. 1 shares nothing there. 16 at most where "
+            "pixels have history, or a denoiser follows. 0 means 64"
         ),
         default=0,
         min=0,
@@ -185,6 +185,14 @@ class ReuseSettings:
             "Carry paths over from picture to picture alone: the first sample of each takes up and leaves history, "
             "later ones are independent, so that a view at rest clears faster. Not together with light reservoirs, "
             "which need each sample"
+        ),
+        default=False,
+    )
+    use_share_for_denoiser: BoolProperty(
+        name="For Denoisers",
+        description=(
+            "The picture is denoised later, as by a node of the compositor: visible points share in groups of 16 at "
+            "most, whose noise has less in common, and on trial only where light is rare. Always so with Denoise"
         ),
         default=False,
     )

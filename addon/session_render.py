@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from . import report, shadow_catchers, view_modes
+from . import denoise, report, shadow_catchers, view_modes
 from .progress import Span, stage_share, status_text
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ class SessionRender:
         except BaseException:
             session.cancel()
             raise
-        return shadow_catchers.unshadowed(session.read)
+        return denoise.with_noisy(shadow_catchers.unshadowed(session.read))
 
     def watch(self, session: Any, span: Span, look: Look | None) -> None:  # noqa: ANN401
         """Poll until the session stops. Raises RenderFailedError."""

@@ -136,7 +136,7 @@ def mist_settings(depsgraph: bpy.types.Depsgraph) -> dict[str, tuple[float, floa
 
 def pass_names(render_passes: list[RenderPass], view: str) -> list[str]:
     """The core's passes to ask for besides Combined: those of the layer, and what the view shows."""
-    ours = ("Combined", SHADOW_PASS)
+    ours = ("Combined", denoise.NOISY_PASS, SHADOW_PASS)
     names = [render_pass.core_name for render_pass in render_passes if render_pass.core_name not in ours]
     return list(dict.fromkeys(names + view_modes.core_passes(view)))
 
@@ -241,6 +241,8 @@ def viewport_settings(core: ModuleType, scene: bpy.types.Scene, has_catchers: bo
     in_force = viewport_settings_in_force(scene.cistern)
     if has_catchers:
         in_force |= NO_REUSE
+    if is_viewport_denoised(scene):
+        in_force |= denoise.TECHNIQUES
     technique = technique_arguments(in_force, core)
     kept: dict[str, Any] = {"keep_history": True, "keep_instances": True}
     # Before the first sample a trial would delay each picture; with history for that sample alone it comes later.

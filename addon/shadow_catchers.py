@@ -75,11 +75,10 @@ def unshadowed(read: Reader) -> Reader:
 
 
 def without_catchers(read: Reader) -> Reader:
-    """Combined without what is seen on catchers, and the same for denoisers, as one layer."""
+    """Combined without what is seen on catchers, for denoisers as one layer."""
     matte = read("Combined") - read(CAUGHT_PASS)
     nothing = np.zeros_like(matte[..., :3])
-    mattes = {"Combined": matte, denoise.NOISY_PASS: matte}
-    return with_passes(read, mattes | dict.fromkeys(denoise.LAYER_PASSES, nothing))
+    return with_passes(read, {"Combined": matte} | dict.fromkeys(denoise.LAYER_PASSES, nothing))
 
 
 def shadow(read: Reader, read_alone: Reader) -> Picture:

@@ -163,6 +163,7 @@ PARAMETERS = (
     Parameter("use_first_frame_history", {}, CELL_SHARED),
     Parameter("share_visible", {}, CELL_SHARED, 64),
     Parameter("share_deep", {}, CELL_SHARED, 256),
+    Parameter("use_share_for_denoiser", {}, CELL_SHARED, False),
     Parameter("use_share_trial", {}, CELL_SHARED, True),
     Parameter("cache_reservoirs", {"RESTIR_CACHE": 4}),
     Parameter("cache_candidates", {"RESTIR_CACHE": 1024}),

@@ -70,8 +70,7 @@ class ShadowedSession:
         self._backdrop = None
         if plan.needs_backdrop:
             self._backdrop = core.Session(core.Settings(**plan.backdrop_arguments(settings["samples"])))
-        replaced = (denoise.NOISY_PASS, *denoise.LAYER_PASSES)
-        self._names = ["Combined", *(name for name in of_scene["passes"] if name not in replaced)]
+        self._names = ["Combined", *(name for name in of_scene["passes"] if name not in denoise.LAYER_PASSES)]
         self._sessions = [session for session in (self._scene, self._alone, self._backdrop) if session is not None]
         self._pictures: dict[str, Picture] = {}
         self._alone_caught: Picture | None = None
@@ -130,7 +129,7 @@ class ShadowedSession:
         """Of the last step, zeros before the first one."""
         if not self._pictures:
             return self._scene.read(name)
-        if name in ("Combined", denoise.NOISY_PASS):
+        if name == "Combined":
             return self._shadowed(self._pictures["Combined"])
         if name in denoise.LAYER_PASSES:  # denoised as one layer
             return np.zeros_like(self._pictures["Combined"][..., :3])

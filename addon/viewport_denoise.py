@@ -158,7 +158,7 @@ class ViewportDenoiser:
         if has_ended or (self._published == samples and self._schedule.is_due(samples)):
             self._begin(progress)
         elif not self._is_asked and self._schedule.is_due(samples + 1):
-            self._stage.session.read(denoise.NOISY_PASS)  # the core keeps pixels of the next sample for who has read
+            self._stage.session.read("Combined")  # the core keeps pixels of the next sample for who has read
             self._is_asked = True
         return None
 
@@ -189,7 +189,7 @@ def passes_of_one_moment(session: Any) -> dict[str, Pixels]:  # noqa: ANN401
     passes: dict[str, Pixels] = {}
     for _ in range(READ_ATTEMPTS):
         version = session.wait(0.0).version
-        passes = {name: session.read(name) for name in denoise.QUICK_PASSES}
+        passes = {name: session.read(name) for name in ("Combined", *denoise.QUICK_PASSES)}
         if session.wait(0.0).version == version:
             break
     return passes

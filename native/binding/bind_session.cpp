@@ -182,6 +182,8 @@ std::map<std::string, Setter> make_reuse_setters() {
       {"share_visible",
        [](Settings& s, const py::handle& value) { s.path_sharing.visible.groups.size = value.cast<int>(); }},
       {"share_deep", [](Settings& s, const py::handle& value) { s.path_sharing.deep.groups.size = value.cast<int>(); }},
+      {"share_for_denoiser",
+       [](Settings& s, const py::handle& value) { s.path_sharing.for_denoiser = value.cast<bool>(); }},
       {"share_trial", [](Settings& s, const py::handle& value) { s.path_sharing.on_trial = value.cast<bool>(); }},
       {"share_visible_pixels",
        [](Settings& s, const py::handle& value) { s.path_sharing.visible.pixels = value.cast<float>(); }},

@@ -20,7 +20,6 @@ constexpr std::array<PassDescription, static_cast<size_t>(Pass::COUNT)> kPasses{
     {"Environment", 3},
     {"Emission Noise", 3},
     {"Combined Noise", 4},
-    {"Noisy", 4},
     {"Caught", 4},
     {"Diffuse Direct", 3},
     {"Diffuse Indirect", 3},
@@ -174,8 +173,6 @@ void Film::add(uint32_t pixel, const PathRecord& record, const LightByKind* by_k
   add_color(Pass::COMBINED_NOISE, sample, half_sign(number) * combined);
   add_number(Pass::COMBINED, 3, sample, record.alpha);
   if (has(Pass::COMBINED_NOISE)) add_number(Pass::COMBINED_NOISE, 3, sample, half_sign(number) * record.alpha);
-  add_color(Pass::NOISY, sample, combined - record.shared);
-  if (has(Pass::NOISY)) add_number(Pass::NOISY, 3, sample, record.alpha);
   add_color(Pass::DIRECT, sample, record.direct);
   add_color(Pass::INDIRECT, sample, record.indirect);
   add_color(Pass::EMISSION, sample, record.emission);

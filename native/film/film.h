@@ -21,7 +21,6 @@ enum class Pass : uint8_t {
   ENVIRONMENT,
   EMISSION_NOISE,  // how far Emission may be off
   COMBINED_NOISE,  // and Combined, its alpha too
-  NOISY,           // Combined without what pixels share, for denoisers: their noise is independent
   CAUGHT,          // what of Combined is seen on shadow catchers
   DIFFUSE_DIRECT,  // by the kind of the first scattering, see LightByKind
   DIFFUSE_INDIRECT,

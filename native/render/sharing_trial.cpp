@@ -15,9 +15,7 @@ namespace {
 /// lose.)
 constexpr uint32_t kFrames = 8;
 constexpr uint64_t kTrialSeed = 0x747269616c;
-/// Groups of a picture lie among each other in cells six times as wide as a block: here fewer pixels that are in
-/// different groups are close together, so boxes of two pixels show what boxes of four do there.
-constexpr int kBox = 2;
+constexpr int kBox = 4;
 
 /// Samples that are shared take so many times as long as plain ones where sharing does not pay (outdoors, in a glossy
 /// hall and a bedroom 1.7 to 2.0; with next vertices alone 1.3 to 1.5). Where it does it is 1.4 to 1.9, and 1.3 to 1.6
@@ -26,12 +24,14 @@ constexpr double kCost = 1.85, kCostOfNextVertices = 1.45;
 
 /// Standard errors by which a way must be better to count as such. Ways that do less have to prove that it is enough:
 /// rare light is what few frames do not show, and then neither way is surely better.
-constexpr double kSure = 0.7;
+constexpr double kSure = 1.0;
 
 /// A sure difference may be that of few places, so boxes of typical noise must show one as well: they must have so much
-/// less of it. (Three seeds at 14,400 pixels and 32 samples: noise of paths alone over that of sharing, costs counted,
-/// is 0.82 to 0.9 in City Grid, where sharing gains, and 0.51 to 0.74 outdoors, in a glossy hall and a bedroom.)
-constexpr double kTypically = 0.79, kTypicallyOfNextVertices = 0.9;
+/// less of it. (Three seeds each at 14,400 pixels with 32 samples, at 57,600 with 20 and with 64: noise of sharing over
+/// that of paths alone, costs counted, and standard errors by which paths are better. Where sharing loses: glossy hall
+/// 1.31 to 1.74 and 1.8 to 3.8, bedroom 1.22 to 1.58 and 0.3 to 4.2, outdoors 1.74 to 1.98 and 2.6 to 9.6. Where it
+/// gains: City Grid 1.01 to 1.43, and below 1.2 but for three, which have 1.21 and 2.21, 1.26 and -0.8, 1.43 and 0.95.)
+constexpr double kTypically = 0.775, kTypicallyOfNextVertices = 0.9;
 
 /// Of a plain sample that asks two lights, over one that asks one. (City Grid 1.19, bright interior 1.07, glossy hall
 /// and outdoors about 1.12; in the first two it lowers variance to 0.68 and 0.79, in the others not.)
@@ -41,6 +41,10 @@ constexpr double kCostOfMoreLights = 1.12;
 /// depend on one another less well, which weighs most where there is little noise. (Five scenes whose error x time
 /// guides lower by 1.1 to 2: 2.7 to 15; Cornell box 0.4, bright interior 0.5, where a trial loses a quarter.)
 constexpr double kRareLight = 2.0;
+
+/// And from which on nothing is decided: a trial sees too little of it, and sharing is at its best. (In boxes of
+/// denoisers 36 to 72 in both doors and with a far lamp, 5 to 13 in five others.)
+constexpr double kTooRare = 20.0;
 
 /// Of the time of the picture's samples, at most about; the second where so little time would not decide.
 constexpr double kTimeShare = 0.03, kMostTimeShare = 0.15;
@@ -74,6 +78,8 @@ PixelBlocks blocks_of(const Settings& s) {
 }
 
 bool shares_at_visible(const Settings& s) { return s.path_sharing.visible.groups.size > 1; }
+bool is_for_denoiser(const Settings& s) { return s.path_sharing.for_denoiser || !shares_at_visible(s); }
+int box_side(const Settings& s) { return is_for_denoiser(s) ? kBoxOfDenoisers : kBox; }
 bool shares_at_next(const Settings& s) { return s.path_sharing.deep.groups.size > 1; }
 
 Settings settings_of_trial(const Settings& s) {
@@ -94,7 +100,7 @@ float seen(const PathRecord& r) { return luminance(r.direct + r.indirect + r.emi
 
 /// Of one sample of a pixel, without fireflies.
 double SharingTrial::plain_variance(double sum_over_boxes) const {
-  const double side = shares_at_visible(settings_) ? kBox : kBoxOfDenoisers;
+  const double side = box_side(settings_);
   const double boxes = static_cast<double>(pixels_.size()) / (side * side);
   return sum_over_boxes / boxes * side * side;
 }
@@ -116,7 +122,7 @@ SharingTrial::SharingTrial(const Settings& settings, std::shared_ptr<const Scene
       noise_(comparison_of(COUNT)) {}
 
 NoiseComparison SharingTrial::comparison_of(size_t ways) const {
-  return {pixels_.width(), pixels_.height(), shares_at_visible(settings_) ? kBox : kBoxOfDenoisers, ways};
+  return {pixels_.width(), pixels_.height(), box_side(settings_), ways};
 }
 
 double SharingTrial::cost(Way way) {
@@ -176,12 +182,15 @@ Settings SharingTrial::decide(const StopCondition& stop) {
     return noise_.significance(way, cost(way), other, cost(other)) < -kSure &&
            cost(way) * typical[way] < enough * cost(other) * typical[other];
   };
+  const double variance = plain_variance(typical[PLAIN]);
+  if (variance > kTooRare) return settings_;
   const bool next_alone =
-      !shares_at_visible(settings_) || (shares_at_next(settings_) && surely_beats(NEXT_VERTICES, AS_ASKED));
+      !shares_at_visible(settings_) ||
+      (shares_at_next(settings_) &&
+       ((settings_.path_sharing.for_denoiser && variance < kRareLight) || surely_beats(NEXT_VERTICES, AS_ASKED)));
   Settings decided = settings_;
   const bool plain_wins = surely_beats(PLAIN, next_alone ? NEXT_VERTICES : AS_ASKED);
-  if (decided.guiding == Guiding::AUTO && (plain_wins || plain_variance(typical[PLAIN]) < kRareLight))
-    decided.guiding = Guiding::OFF;
+  if (decided.guiding == Guiding::AUTO && (plain_wins || variance < kRareLight)) decided.guiding = Guiding::OFF;
   if (plain_wins) {
     decided.indirect = IndirectAnswer::PATH;
     if (decided.light_samples > 1 && is_one_light_enough(typical[PLAIN], stop)) decided.light_samples = 1;

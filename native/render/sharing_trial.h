@@ -13,9 +13,9 @@ namespace cistern {
 /// nowhere else. So whatever is decided, no sample of the picture depends on another, and no clock is asked: with a
 /// given number of samples pictures are the same for each seed.
 ///
-/// Where visible points share, the noise of what are boxes of 4 x 4 pixels in the picture decides, between what single
-/// pixels show and what a glance does; where next vertices alone share, the picture goes to a denoiser, and its scale
-/// decides. Lights are chosen as if nothing had been learned.
+/// The noise of boxes of 4 x 4 pixels decides, between what single pixels show and what a glance does; of pictures that
+/// go to a denoiser its scale decides, as where next vertices alone share. Lights are chosen as if nothing had been
+/// learned.
 class SharingTrial {
  public:
   /// Whether these settings want a trial, and the picture is so large that it hardly adds to the time.

@@ -43,7 +43,6 @@ CONSTANTS = {
     "Vector": (1.0, -2.0, 3.0, -4.0),
     "Object Index": (3.0,),
     "Material Index": (5.0,),
-    "Noisy": (0.75, 1.5, 2.5, 0.875),
     "Cells": (0.125, 0.75, 0.5),
     "Cell Occupancy": (64.0,),
     "Cell Level": (4.0,),

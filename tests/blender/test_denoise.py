@@ -64,7 +64,8 @@ def test_the_picture_is_denoised_with_its_guides_and_nothing_else_is(core, stand
     scene.render.threads_mode, scene.render.threads = "FIXED", 3
     channels, [report] = render(scene, tmp_path)
     assert stand_in == [((6, 8, 3), (0.25, 0.5, 0.75), (0.0, 1.0, 0.0), 3)]
-    assert np.all(plane(channels, "Combined", "RGBA") == (9.25, 8.5, 7.5, 0.875)) and report.warnings == []
+    assert np.all(channels["ViewLayer.Combined.R"] == 10.0 - np.arange(8)) and report.warnings == []
+    assert np.all(channels["ViewLayer.Combined.A"] == 1.0)
     assert np.all(plane(channels, "Direct") == (0.5, 0.25, 0.125))
     assert {name.split(".")[1] for name in channels} == {"Combined", "Direct", "Indirect", "Denoising Albedo"}
 
@@ -73,16 +74,18 @@ def test_the_noisy_picture_is_there_for_who_asks(core, stand_in, tmp_path):
     scene = denoised_scene()
     scene.view_layers[0].cistern.use_pass_noisy = True
     channels, _ = render(scene, tmp_path)
-    assert np.all(plane(channels, "Noisy") == (0.75, 1.5, 2.5)) and np.all(channels["ViewLayer.Combined.R"] == 9.25)
+    assert np.all(channels["ViewLayer.Noisy.R"] == np.arange(8))
+    assert np.all(plane(channels, "Noisy") == 10.0 - plane(channels, "Combined"))
 
 
-def test_pixels_that_will_be_denoised_share_nothing(core, stand_in, tmp_path):
+def test_pixels_that_will_be_denoised_share_for_that(core, stand_in, tmp_path):
     scene = denoised_scene()
     scene.cistern.indirect, scene.cistern.share_visible, scene.cistern.share_deep = "CELL_SHARED", 8, 4
-    for is_denoised, group in ((True, 1), (False, 8)):
+    for is_denoised in (True, False):
         scene.cistern.use_denoising = is_denoised
         render(scene, tmp_path)
-        assert (core.settings[-1].share_visible, core.settings[-1].share_deep) == (group, 4)
+        assert (core.settings[-1].share_visible, core.settings[-1].share_deep) == (8, 4)
+        assert core.settings[-1].share_for_denoiser == is_denoised
         assert core.settings[-1].sequence == ("PIXEL_SOBOL" if is_denoised else "SOBOL")
 
 
@@ -93,7 +96,7 @@ def test_a_border_is_denoised_alone(core, stand_in, tmp_path):
     scene.render.border_min_y, scene.render.border_max_y = 0.5, 1.0
     channels, _ = render(scene, tmp_path)
     assert stand_in[0][0] == (6, 8, 3)
-    assert np.all(channels["ViewLayer.Combined.R"][6:, 4:12] == 9.25)
+    assert np.all(channels["ViewLayer.Combined.R"][6:, 4:12] == 10.0 - np.arange(4, 12))
 
 
 def test_each_layer_and_each_view_is_denoised(core, stand_in, tmp_path):
@@ -173,7 +176,7 @@ def test_memory_that_runs_out_leaves_the_picture_as_it_is(core, tmp_path, monkey
 def test_alpha_and_what_is_empty_stay(stand_in):
     picture = np.array([[(1, 2, 3, 1), (0.5, 0, 0, 0.25), (0, 0, 0, 0), (0, 0, 0, 1), (2, 2, 2, 0)]], np.float32)
     names = (*denoising.LAYER_PASSES, *denoising.GUIDE_PASSES)
-    passes = {"Noisy": picture} | {name: 0.25 * picture[..., :3] for name in names}
+    passes = {"Combined": picture} | {name: 0.25 * picture[..., :3] for name in names}
     combined = denoising.denoised_combined(passes.__getitem__, 0, lambda: True)
     assert np.array_equal(combined[..., 3], picture[..., 3])
     is_empty = np.array([[False, False, True, False, False]])
@@ -270,8 +273,8 @@ def test_a_denoised_render_is_nearer_to_a_long_one(pictures):
 
 
 @has_library
-def test_cell_sharing_is_denoised_from_what_is_not_shared(tmp_path, pictures):
-    """Without its noise that neighbours have in common, the picture gets as near as the path tracer's."""
+def test_what_cells_share_can_be_denoised(tmp_path, pictures):
+    """Neighbours have no noise in common, so the picture gets as near as the path tracer's."""
     noisy, by_paths, long = pictures
     scene = textured_scene(2)
     scene.cistern.preset, scene.cistern.indirect = "CUSTOM", "CELL_SHARED"

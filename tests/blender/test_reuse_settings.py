@@ -60,7 +60,14 @@ def test_parameters_of_the_system_reach_the_core(core, tmp_path, direct):
         (
             "indirect",
             "CELL_SHARED",
-            {"temporal_reuse", "first_frame_history", "share_visible", "share_deep", "share_trial"},
+            {
+                "temporal_reuse",
+                "first_frame_history",
+                "share_visible",
+                "share_deep",
+                "share_for_denoiser",
+                "share_trial",
+            },
         ),
     ],
 )

@@ -180,7 +180,7 @@ def test_techniques_are_menus_under_custom_and_read_out_under_a_preset(preset):
         ("secondary", "CELL_RESERVOIRS", 2),
         ("indirect", "SCREEN_REUSE", 7),
         ("indirect", "WORLD_REUSE", 4),
-        ("indirect", "CELL_SHARED", 6),
+        ("indirect", "CELL_SHARED", 7),
     ],
 )
 def test_advanced_shows_what_the_system_uses(question, answer, count):

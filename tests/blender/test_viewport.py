@@ -171,7 +171,7 @@ def test_local_view_is_exported_with_an_edit_at_the_same_moment(viewport, drawn,
     [
         ("viewport_view", "CELLS", lambda settings: "Cells" in settings.passes),
         ("viewport_samples", 7, lambda settings: settings.samples in (1, 7)),
-        ("use_viewport_denoising", True, lambda settings: "Noisy" in settings.passes),
+        ("use_viewport_denoising", True, lambda settings: "Denoising Albedo" in settings.passes),
         ("viewport_preset", "RESTIR_DI", lambda settings: settings.direct == "RESTIR" and settings.indirect == "PATH"),
         ("max_bounces", 3, lambda settings: settings.max_bounces == 3),
     ],

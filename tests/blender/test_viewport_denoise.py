@@ -40,7 +40,7 @@ class StandIn:
         self.at_once, self.most_at_once = 0, 0
 
     def __call__(self, read, samples, threads, is_wanted):
-        self.shapes.append(read("Noisy").shape)
+        self.shapes.append(read("Combined").shape)
         self.at_once += 1
         self.most_at_once = max(self.most_at_once, self.at_once)
         end = time.perf_counter() + self.seconds
@@ -52,7 +52,7 @@ class StandIn:
         if not is_wanted():
             self.left += 1
             return None
-        return np.full_like(read("Noisy"), CLEAN)
+        return np.full_like(read("Combined"), CLEAN)
 
 
 @pytest.fixture
@@ -283,9 +283,9 @@ class Moving:
 
 def test_passes_are_of_one_moment():
     passes = passes_of_one_moment(Moving(changes=2))
-    assert set(passes) == set(denoise.QUICK_PASSES)
+    assert set(passes) == {"Combined", *denoise.QUICK_PASSES}
     assert {float(pixels[0, 0, 0]) for pixels in passes.values()} == {3.0}
-    assert len(passes_of_one_moment(Moving(changes=1000))) == len(denoise.QUICK_PASSES)  # and does not try for ever
+    assert len(passes_of_one_moment(Moving(changes=1000))) == len(passes)  # and does not try for ever
 
 
 def test_alpha_and_what_is_empty_stay_and_lamps_in_view_are_kept(monkeypatch):
@@ -299,7 +299,7 @@ def test_alpha_and_what_is_empty_stay_and_lamps_in_view_are_kept(monkeypatch):
     monkeypatch.setattr(denoise, "denoise_quickly", play)
     picture = np.array([[(4, 4, 4, 1), (4, 4, 4, 0.25), (0, 0, 0, 0)]], np.float32)
     emission = np.array([[(1, 1, 1), (1, 1, 1), (0, 0, 0)]], np.float32)
-    passes = dict.fromkeys(denoise.QUICK_PASSES, 0.0 * emission) | {"Noisy": picture, "Emission": emission}
+    passes = dict.fromkeys(denoise.QUICK_PASSES, 0.0 * emission) | {"Combined": picture, "Emission": emission}
     for samples in (7, 8):
         combined = denoise.quickly_denoised_combined(passes.__getitem__, samples, samples, lambda: True)
     assert np.array_equal(combined[..., 3], picture[..., 3]) and np.all(combined[0, 2] == 0.0)

@@ -73,7 +73,7 @@ class FakeViewportSession:
     def read(self, name):
         _, _, width, height = self.settings.region
         self.reads.append(name)
-        channels = {"Combined": 4, "Noisy": 4, "Cell Occupancy": 1, "Cell Level": 1}.get(name, 3)
+        channels = {"Combined": 4, "Cell Occupancy": 1, "Cell Level": 1}.get(name, 3)
         return np.full((height, width, channels), float(self.number + 1), np.float32)
 
 

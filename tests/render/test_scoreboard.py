@@ -91,7 +91,7 @@ def test_a_pixel_that_is_not_finite_is_refused():
 
 def shot(engine, samples, seconds, error):
     pixels = np.zeros((1, 1, 3), np.float32)
-    picture = Picture(pixels, pixels, seconds + 0.5, 0.5, seconds, 0.0)
+    picture = Picture(pixels, seconds + 0.5, 0.5, seconds, 0.0)
     errors = Errors(error, error / 4, error / 8, error, 1.0)
     return Shot(engine, samples, 1, picture, picture.combined, errors, errors)
 

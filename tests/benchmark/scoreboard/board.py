@@ -13,7 +13,7 @@ from tests.benchmark.scoreboard.errors import Errors, Reference
 from tests.benchmark.scoreboard.measure import Laboratory
 from tests.benchmark.scoreboard.render import PARTS, Picture
 
-SHARES = (1 / 4, 1.0)  # of the budget; the pilot is shorter
+SHARES = (1 / 4, 1 / 2, 1.0)  # of the budget; the pilot is shorter
 PILOT_SAMPLES = 4
 FILLED = 0.75
 SLOWEST = 0.3
@@ -123,9 +123,9 @@ def denoised_alike(picture: Picture, guides: dict[str, NDArray[np.float32]]) -> 
         return denoise(layer, **guides, has_clean_guides=True)
 
     indirect, emission = (picture.parts[name] for name in PARTS)
-    scattered = picture.noisy - indirect - emission
-    if scattered.min() < -ROUNDING * picture.noisy.max():  # of what neighbours share Noisy has nothing
-        return clean(picture.noisy)
+    scattered = picture.combined - indirect - emission
+    if scattered.min() < -ROUNDING * picture.combined.max():
+        return clean(picture.combined)
     layers = Layers(np.maximum(scattered, 0.0), indirect)
     shown = np.where(emission > 0.0, clean(emission), 0.0) if emission.any() else 0.0
     return denoise_layers(layers, **guides, has_clean_guides=True) + shown

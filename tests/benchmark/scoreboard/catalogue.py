@@ -101,7 +101,7 @@ PATH = {
     "use_temporal_reuse": False,
 }
 LEARNED = {"direct": "LEARNED", "secondary": "LEARNED"}
-# Ours shares nothing between visible points where a denoiser follows, as the add-on does: addon/denoise.py.
+# Ours shares for denoisers where one follows, as the add-on does: addon/denoise.py.
 CYCLES, PATH_TRACER, OURS, OURS_DENOISED = "cycles", "path", "final", "final-denoised"
 
 ENGINES = (
@@ -120,7 +120,7 @@ ENGINES = (
     Engine("cell-shared", "cell sharing (ours)", "OURS", PATH | {"indirect": "CELL_SHARED"}),
     Engine("learned-shared", "both (ours)", "OURS", PATH | LEARNED | {"indirect": "CELL_SHARED"}),
     Engine(OURS, "Final (ours)", "OURS", {"preset": "FINAL"}),
-    Engine(OURS_DENOISED, "Final, where it is denoised", "OURS", {"preset": "FINAL", "share_visible": 1}),
+    Engine(OURS_DENOISED, "Final, where it is denoised", "OURS", {"preset": "FINAL", "use_share_for_denoiser": True}),
 )
 
 

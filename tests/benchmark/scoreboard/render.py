@@ -61,13 +61,12 @@ class Job:
 @dataclass
 class Picture:
     combined: NDArray[np.float32]  # (height, width, 3), row 0 at the top
-    noisy: NDArray[np.float32]  # what the engine gives to denoisers, else the same
     seconds: float  # of CPU, export and building included
     sync_seconds: float
     wall_seconds: float
     peak_mb: float
     guides: dict[str, NDArray[np.float32]] = field(default_factory=dict)
-    parts: dict[str, NDArray[np.float32]] = field(default_factory=dict)  # of `noisy`; none in references
+    parts: dict[str, NDArray[np.float32]] = field(default_factory=dict)  # none in references
 
     @property
     def net_seconds(self) -> float:
@@ -79,8 +78,7 @@ class Picture:
             numbers = {name: float(file[name]) for name in ("seconds", "sync_seconds", "wall_seconds", "peak_mb")}
             guides = {name: file[name] for name in GUIDES if name in file}
             parts = {name: file[name] for name in PARTS if name in file}
-            noisy = file["noisy" if "noisy" in file else "combined"]
-            return cls(file["combined"], noisy, **numbers, guides=guides, parts=parts)
+            return cls(file["combined"], **numbers, guides=guides, parts=parts)
 
 
 def open_scene(job: Job) -> None:
@@ -109,8 +107,6 @@ def prepare_picture(scene: bpy.types.Scene, pixels: int) -> None:
 def set_up(job: Job) -> None:
     import bpy
 
-    from addon.techniques import settings_in_force
-
     scene = bpy.context.scene
     prepare_picture(scene, job.pixels)
     scene.render.engine = job.engine_id
@@ -121,19 +117,18 @@ def set_up(job: Job) -> None:
     for material in bpy.data.materials:
         if job.emission_sampling and material.cycles.emission_sampling == "AUTO":
             material.cycles.emission_sampling = job.emission_sampling
-    ask_for_passes(job, settings_in_force(scene.cistern)["indirect"] == "CELL_SHARED")
+    ask_for_passes(job)
     image = scene.render.image_settings
     if hasattr(image, "media_type"):
         image.media_type = "MULTI_LAYER_IMAGE"
     image.file_format, image.color_depth = "OPEN_EXR_MULTILAYER", "32"
 
 
-def ask_for_passes(job: Job, is_shared: bool) -> None:
+def ask_for_passes(job: Job) -> None:
     import bpy
 
     layer = bpy.context.view_layer
     layer.cycles.denoising_store_passes = job.guides
-    layer.cistern.use_pass_noisy = is_shared
     layer.use_pass_emit = True
     layer.cistern.use_pass_indirect = True
     for kind, part in itertools.product(KINDS, ("indirect", "color")):
@@ -210,8 +205,7 @@ def measure(job: Job) -> dict[str, Any]:
         sync_seconds, _ = render(file)
     guides = {name: passes[pass_name] for name, pass_name in GUIDES.items()} if job.guides else {}
     numbers = dict(seconds=seconds, sync_seconds=sync_seconds, wall_seconds=wall_seconds, peak_mb=peak_mb)
-    noisy = {"noisy": passes["Noisy"]} if "Noisy" in passes else {}
-    return dict(combined=passes["Combined"], **noisy, **light_parts(passes), **numbers, **guides)
+    return dict(combined=passes["Combined"], **light_parts(passes), **numbers, **guides)
 
 
 def main() -> None:

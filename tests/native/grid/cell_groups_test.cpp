@@ -103,8 +103,7 @@ TEST(CellGroups, InterleavedGroupsTakeOneOfEachRow) {
   constexpr uint32_t kCount = 1024, kGroups = kCount / 16;
   const GridLayout layout = make_grid_layout({.min_cell_size = 1.0f, .cell_pixels = 0.0f}, {}, 1, 0);
   std::vector<CellKey> keys;
-  for (uint32_t i = 0; i < kCount; ++i)
-    keys.push_back(cell_key(layout, {}, {0.0f, 0.0f, 1.0f}));
+  for (uint32_t i = 0; i < kCount; ++i) keys.push_back(cell_key(layout, {}, {0.0f, 0.0f, 1.0f}));
   const std::vector<uint32_t> classes(kCount, 0);
   std::vector<std::vector<size_t>> by_seed;
   for (const uint64_t seed : {1, 2}) {

@@ -18,7 +18,7 @@ Settings on_trial(int samples = 128) {
 }
 
 Settings for_a_denoiser(Settings s) {
-  s.path_sharing.visible.groups.size = 1;
+  s.path_sharing.for_denoiser = true;
   return s;
 }
 
@@ -38,16 +38,29 @@ std::shared_ptr<const Scene> open_floor() {
   return scene.builder.snapshot();
 }
 
-/// A room whose lamp shines into a niche: what light there is elsewhere few paths find.
-std::shared_ptr<const Scene> lit_by_a_niche() {
-  PathScene scene;
+/// Without its wall towards the camera.
+void add_room(PathScene& scene) {
   const int paint = scene.diffuse(0.7f);
   scene.floor(0.0f, 6.0f, paint);
   scene.quad({0, 3, 1.5f}, {6, 0, 0}, {0, 0, 3}, paint);
   scene.quad({-3, 0, 1.5f}, {0, 6, 0}, {0, 0, 3}, paint);
   scene.quad({3, 0, 1.5f}, {0, 0, 3}, {0, 6, 0}, paint);
   scene.quad({0, 0, 3}, {0, 6, 0}, {6, 0, 0}, paint);
-  scene.quad({2.6f, 0, 2.2f}, {0, 0.5f, 0}, {0.5f, 0, 0}, paint);
+}
+
+std::shared_ptr<const Scene> lit_from_the_middle() {
+  PathScene scene;
+  add_room(scene);
+  scene.point_lamp({0, 0, 1.5f}, 5.0f, 0.2f);
+  look_along_y(scene);
+  return scene.builder.snapshot();
+}
+
+/// A room whose lamp shines into a niche: what light there is elsewhere few paths find.
+std::shared_ptr<const Scene> lit_by_a_niche() {
+  PathScene scene;
+  add_room(scene);
+  scene.quad({2.6f, 0, 2.2f}, {0, 0.5f, 0}, {0.5f, 0, 0}, scene.diffuse(0.7f));
   scene.point_lamp({2.8f, 0, 2.4f}, 5.0f);
   look_along_y(scene);
   return scene.builder.snapshot();
@@ -78,8 +91,16 @@ Settings decided(const std::shared_ptr<const Scene>& scene, const Settings& sett
 
 TEST(SharingTrial, SharesWhereLightIsRare) {
   EXPECT_EQ(decided(lit_by_a_niche(), on_trial()), on_trial());
-  const Settings next_alone = for_a_denoiser(on_trial());
-  EXPECT_EQ(decided(lit_by_a_niche(), next_alone), next_alone);
+  EXPECT_EQ(decided(lit_by_a_niche(), for_a_denoiser(on_trial())), for_a_denoiser(on_trial()));
+}
+
+/// A lamp in the middle lights all of a room, so that noise is even.
+TEST(SharingTrial, ForADenoiserVisiblePointsDoNotShareWhereLightIsNotRare) {
+  const std::shared_ptr<const Scene> room = lit_from_the_middle();
+  EXPECT_EQ(decided(room, on_trial()), on_trial());
+  Settings next_alone = for_a_denoiser(on_trial());
+  next_alone.path_sharing.visible.groups.size = 1;
+  EXPECT_EQ(decided(room, for_a_denoiser(on_trial())), next_alone);
 }
 
 TEST(SharingTrial, DoesNotShareWhereThereIsNothingToShare) {
@@ -117,8 +138,8 @@ TEST(SharingTrial, IsLeftOutWhereNobodyAsksForItAndOfSmallPictures) {
   Settings s = on_trial();
   s.path_sharing.on_trial = false;
   EXPECT_FALSE(SharingTrial::is_for(s));
-  s = for_a_denoiser(on_trial());
-  s.path_sharing.deep.groups.size = 1;
+  s = on_trial();
+  s.path_sharing.visible.groups.size = s.path_sharing.deep.groups.size = 1;
   EXPECT_FALSE(SharingTrial::is_for(s)) << "nothing to decide";
   s = on_trial();
   s.path_sharing.temporal_reuse = true;
