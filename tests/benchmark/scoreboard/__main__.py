@@ -7,10 +7,10 @@ The first command renders what is missing of the references, one for each scene,
 share; what the scene is made from is part of their names, so that an edited scene gets a new one.
 
 The second renders each scene by each engine: with four samples, then for equal CPU time, for a fourth and a half of the
-budget and for the whole of it, in turn (A B C ... A B C ...), each picture in a process of its own. The budget is what Cycles
-takes for its `--samples`, without export and building, which are measured apart and not counted. Errors are relMSE per
-pixel and in boxes of 4 x 4 and 8 x 8 pixels, and per pixel after the same denoiser with the same guides for all,
-for direct light, indirect light and the emission in view each by itself.
+budget and for the whole of it, in turn (A B C ... A B C ...), each picture in a process of its own. The budget is what
+Cycles takes for its `--samples`, without export and building, which are measured apart and not counted. Errors are
+relMSE per pixel and in boxes of 4 x 4 and 8 x 8 pixels, and per pixel after the same denoiser with the same guides for
+all, for direct light, indirect light and the emission in view each by itself.
 
 The output folder gets scoreboard.md (tables, and the bars met or missed), a plot of error against time of each scene, a
 page with all pictures beside their errors (index.html), and a line of JSON for each picture, added to history.jsonl.
