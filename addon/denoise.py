@@ -35,6 +35,7 @@ __all__ = [
     "state_sentence",
     "viewport_sentence",
     "with_needed_passes",
+    "with_noisy",
     "with_quick_passes",
 ]
 

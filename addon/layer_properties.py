@@ -37,7 +37,7 @@ class CisternViewLayerSettings(bpy.types.PropertyGroup):
     )
     use_pass_noisy: BoolProperty(
         name="Noisy",
-        description=("Combined as it was before it was denoised"),
+        description="Combined as it was before it was denoised",
         default=False,
     )
     use_pass_cells: BoolProperty(

@@ -15,7 +15,7 @@ import bpy
 
 from . import cryptomatte, denoise, passes, report, settings, shadow_catchers, unshared, view_modes
 from .progress import Span
-from .session_render import Look, Moments, SessionRender
+from .session_render import Look, Moments, SessionRender, reader
 from .shadow_catchers import ShadowPlan
 from .view_modes import with_passes
 from .views import place_view_camera, view_names
@@ -194,7 +194,7 @@ class LayerRender(SessionRender):
             if progress.version == seen or not clock.is_due():
                 return
             seen = progress.version
-            self.write(shadow_catchers.unshadowed(session.read), result, view)
+            self.write(reader(session), result, view)
             self.engine.update_result(result)
             clock.restart()
 

@@ -29,6 +29,11 @@ class RenderFailedError(RuntimeError):
     """The core stopped a render; the text is the core's sentence."""
 
 
+def reader(session: Any) -> view_modes.Reader:  # noqa: ANN401
+    """Reads the passes of a session, finished or not, and those of which the core knows nothing."""
+    return denoise.with_noisy(shadow_catchers.unshadowed(session.read))
+
+
 @dataclass(frozen=True)
 class Moments:
     """Snapshots of a scene: as the frame shows it and, with motion blur, at the other moments of its shutter."""
@@ -69,7 +74,7 @@ class SessionRender:
         except BaseException:
             session.cancel()
             raise
-        return denoise.with_noisy(shadow_catchers.unshadowed(session.read))
+        return reader(session)
 
     def watch(self, session: Any, span: Span, look: Look | None) -> None:  # noqa: ANN401
         """Poll until the session stops. Raises RenderFailedError."""

@@ -337,10 +337,11 @@ class Settings:
     spatial_radius: float  # pixels
     spatial_rounds: int
     visibility_reuse: bool
-    # Of CELL_SHARED: how many vertices share their paths, at the visible point and at the next one; 1: not there, 0: 16.
+    # Of CELL_SHARED: how many vertices share their paths, at the visible point and at the next one; 1: not there, 0: 64 and 256.
     share_visible: int
     share_deep: int
     first_frame_history: bool  # with temporal_reuse: of the first frame alone, unless reservoirs are in use
+    share_for_denoiser: bool  # by 16 at visible points, and on trial only where light is rare
     share_trial: bool  # whether a trial before the first sample decides if sharing pays
     share_visible_pixels: float  # edge of the cells that bound groups, in pixels
     share_deep_pixels: float

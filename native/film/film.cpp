@@ -71,9 +71,8 @@ bool fits(Rgb c) { return fits(c.r) && fits(c.g) && fits(c.b); }
 bool fits(Vec3 v) { return fits(to_rgb(v)); }
 
 bool fits(const PathRecord& r) {
-  return fits(r.direct) && fits(r.indirect) && fits(r.emission) && fits(r.environment) && fits(r.shared) &&
-         fits(r.albedo) && fits(r.denoising_normal) && fits(r.position) && fits(r.normal) && fits(r.depth) &&
-         fits(r.alpha);
+  return fits(r.direct) && fits(r.indirect) && fits(r.emission) && fits(r.environment) && fits(r.albedo) &&
+         fits(r.denoising_normal) && fits(r.position) && fits(r.normal) && fits(r.depth) && fits(r.alpha);
 }
 
 bool fits(const LightByKind& light) {

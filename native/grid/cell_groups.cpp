@@ -52,8 +52,7 @@ void CellGroups::build(std::span<const CellKey> keys, std::span<const uint32_t> 
     begin = end;
   }
   members_.assign(grid_.entries().begin(), grid_.entries().end());
-  if (!rules.interleaved) return;
-  tbb::parallel_for(size_t{0}, cuts_.size(), [&](size_t i) { interleave(cuts_[i], seed); });
+  if (rules.interleaved) tbb::parallel_for(size_t{0}, cuts_.size(), [&](size_t i) { interleave(cuts_[i], seed); });
 }
 
 void CellGroups::cut(std::span<const CellSegment> cells, const GroupRules& rules) {

@@ -15,7 +15,7 @@ constexpr double kLeftOut = 0.02;
 /// Of the squared mean of all boxes, added to that of each.
 constexpr double kRegulariser = 0.01;
 
-/// Pixels on a side: wider than what neighbours share.
+/// Pixels on a side. Visible points share over more, but a tile has light from few others.
 constexpr size_t kTile = 16;
 
 double sqr(double x) { return x * x; }

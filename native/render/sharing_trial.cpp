@@ -15,6 +15,8 @@ namespace {
 /// lose.)
 constexpr uint32_t kFrames = 8;
 constexpr uint64_t kTrialSeed = 0x747269616c;
+/// Pixels on a side. A block has fewer groups than a cell of the picture, so that some pixels of its boxes have light
+/// from the same one: here they have more noise when shared than in the picture, which `kTypically` makes up for.
 constexpr int kBox = 4;
 
 /// Samples that are shared take so many times as long as plain ones where sharing does not pay (outdoors, in a glossy
@@ -37,7 +39,8 @@ constexpr double kTypically = 0.775, kTypicallyOfNextVertices = 0.9;
 /// and outdoors about 1.12; in the first two it lowers variance to 0.68 and 0.79, in the others not.)
 constexpr double kCostOfMoreLights = 1.12;
 
-/// Relative variance of a plain sample from which on guides are tried: where light is rare. A trial costs samples that
+/// Relative variance of a plain sample from which on guides are tried, and visible points share although a denoiser
+/// follows: where light is rare. A trial costs samples that
 /// depend on one another less well, which weighs most where there is little noise. (Five scenes whose error x time
 /// guides lower by 1.1 to 2: 2.7 to 15; Cornell box 0.4, bright interior 0.5, where a trial loses a quarter.)
 constexpr double kRareLight = 2.0;
@@ -100,9 +103,9 @@ float seen(const PathRecord& r) { return luminance(r.direct + r.indirect + r.emi
 
 /// Of one sample of a pixel, without fireflies.
 double SharingTrial::plain_variance(double sum_over_boxes) const {
-  const double side = box_side(settings_);
-  const double boxes = static_cast<double>(pixels_.size()) / (side * side);
-  return sum_over_boxes / boxes * side * side;
+  const auto boxes_along = [&](int pixels) { return (pixels + box_side(settings_) - 1) / box_side(settings_); };
+  const double boxes = static_cast<double>(boxes_along(pixels_.width())) * boxes_along(pixels_.height());
+  return sum_over_boxes / boxes * (static_cast<double>(pixels_.size()) / boxes);
 }
 
 bool SharingTrial::is_for(const Settings& s) {
@@ -184,12 +187,12 @@ Settings SharingTrial::decide(const StopCondition& stop) {
   };
   const double variance = plain_variance(typical[PLAIN]);
   if (variance > kTooRare) return settings_;
-  const bool next_alone =
-      !shares_at_visible(settings_) ||
-      (shares_at_next(settings_) &&
-       ((settings_.path_sharing.for_denoiser && variance < kRareLight) || surely_beats(NEXT_VERTICES, AS_ASKED)));
+  const bool has_even_noise = settings_.path_sharing.for_denoiser && variance < kRareLight;
+  const bool next_alone = !shares_at_visible(settings_) || has_even_noise ||
+                          (shares_at_next(settings_) && surely_beats(NEXT_VERTICES, AS_ASKED));
   Settings decided = settings_;
-  const bool plain_wins = surely_beats(PLAIN, next_alone ? NEXT_VERTICES : AS_ASKED);
+  const bool plain_wins =
+      (next_alone && !shares_at_next(settings_)) || surely_beats(PLAIN, next_alone ? NEXT_VERTICES : AS_ASKED);
   if (decided.guiding == Guiding::AUTO && (plain_wins || variance < kRareLight)) decided.guiding = Guiding::OFF;
   if (plain_wins) {
     decided.indirect = IndirectAnswer::PATH;

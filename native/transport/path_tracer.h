@@ -23,7 +23,7 @@ struct PathRecord {
   float caught = 0.0f;
   Rgb light_before_catcher;
   float alpha_before_catcher = 1.0f;
-  Rgb shared;  // what `indirect` has from other pixels' paths, less what it lacks of its own
+  Rgb shared;  // what `indirect` has from other pixels' paths, less what it lacks of its own: for trials
 
   // First surface the camera ray met, through those that are more transparent than not.
   bool hit = false;

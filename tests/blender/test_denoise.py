@@ -8,7 +8,7 @@ import pytest
 
 import addon
 from addon import denoise as denoising
-from addon import open_image_denoise, settings
+from addon import layer_render, open_image_denoise, settings
 from addon.engine import CisternEngine
 from addon.layer_render import LayerRender
 from tests.blender.engine_fakes import fresh_scene, install, render
@@ -76,6 +76,17 @@ def test_the_noisy_picture_is_there_for_who_asks(core, stand_in, tmp_path):
     channels, _ = render(scene, tmp_path)
     assert np.all(channels["ViewLayer.Noisy.R"] == np.arange(8))
     assert np.all(plane(channels, "Noisy") == 10.0 - plane(channels, "Combined"))
+
+
+def test_unfinished_pictures_have_it_too(core, stand_in, tmp_path, monkeypatch):
+    """Blender shows them, but not in the background. Planted bug: the core was asked for a pass it does not know."""
+    shown = []
+    monkeypatch.setattr(layer_render.DisplayClock, "is_due", lambda clock: True)
+    monkeypatch.setattr(layer_render.DisplayClock, "restart", lambda clock: shown.append(clock))
+    scene = denoised_scene()
+    scene.view_layers[0].cistern.use_pass_noisy = scene.view_layers[0].cistern.use_pass_shadow_catcher = True
+    _, [report] = render(scene, tmp_path)
+    assert report.error is None and shown
 
 
 def test_pixels_that_will_be_denoised_share_for_that(core, stand_in, tmp_path):

@@ -276,7 +276,7 @@ class Moving:
 
     def read(self, name):
         self.reads += 1
-        if self.changes > 0 and self.reads % len(denoise.QUICK_PASSES) == 2:
+        if self.changes > 0 and self.reads % (1 + len(denoise.QUICK_PASSES)) == 2:
             self.version, self.changes = self.version + 1, self.changes - 1
         return np.full((1, 1, 3), self.version)
 

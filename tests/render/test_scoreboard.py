@@ -127,6 +127,15 @@ def test_the_product_is_that_of_the_longest_render():
     assert found.best_cycles("pixel") == ENGINES[0].name
 
 
+def test_renders_for_half_the_time_are_no_longest_ones():
+    """The time per sample is not known exactly, so that half the time may have more than half the samples."""
+    engine = ENGINES[0]
+    shots = [shot(engine, samples, seconds, 0.1) for samples, seconds in ((33, 5.0), (34, 5.2), (65, 10.0), (66, 10.2))]
+    found = SceneScore(SCENES[0], reference(), [], None, {engine.name: shots})
+    assert found.product(engine.name, "pixel") == pytest.approx((1.0 * 1.02) ** 0.5)
+    assert len(found.denoised_curve(engine.name)) == 2
+
+
 def test_bars_compare_with_the_best_setting_of_cycles():
     """Of a hard scene, whose bars are 0.1, 0.33 and 0.2: errors x time of 4 and 2 against 0.3, with the errors of boxes
     of 8 an eighth as large for all. Planted bug: against the first setting, the first bar would be met."""

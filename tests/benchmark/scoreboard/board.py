@@ -77,7 +77,7 @@ class SceneScore:
 
     def product(self, name: str, scale: str) -> float:
         """Error x time of the longest renders, geometric mean over the rounds."""
-        enough = 0.5 * self.last(name).samples
+        enough = 0.75 * self.last(name).samples
         return float(np.exp(np.mean([np.log(s.product(scale)) for s in self.shots[name] if s.samples > enough])))
 
     def time_to_target(self, name: str) -> float:
@@ -100,7 +100,7 @@ class SceneScore:
         groups: list[list[Shot]] = []
         shots = [*self.shots[name], *(self.targets if name == CYCLES else ())]
         for shot in sorted(shots, key=lambda shot: shot.samples):
-            if groups and shot.samples <= 1.5 * groups[-1][0].samples:
+            if groups and shot.samples <= 1.4 * groups[-1][0].samples:
                 groups[-1].append(shot)
             else:
                 groups.append([shot])

@@ -19,6 +19,7 @@ Settings on_trial(int samples = 128) {
 
 Settings for_a_denoiser(Settings s) {
   s.path_sharing.for_denoiser = true;
+  check_settings(s);
   return s;
 }
 
