@@ -104,7 +104,6 @@ void check_path_sharing(PathSharing& sharing) {
   if (deep == 0) deep = ours.deep.groups.size;
   require("share_visible", visible, 1, kMost);
   require("share_deep", deep, 1, kMost);
-  if (sharing.for_denoiser) visible = std::min(visible, kMostForDenoisers);
   require("share_visible_pixels", sharing.visible.pixels, 1.0f, 1e5f);
   require("share_deep_pixels", sharing.deep.pixels, 1.0f, 1e5f);
 }

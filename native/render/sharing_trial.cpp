@@ -45,7 +45,8 @@ constexpr double kCostOfMoreLights = 1.12;
 /// guides lower by 1.1 to 2: 2.7 to 15; Cornell box 0.4, bright interior 0.5, where a trial loses a quarter.)
 constexpr double kRareLight = 2.0;
 
-/// And from which on nothing is decided: a trial sees too little of it, and sharing is at its best. (In boxes of
+/// And from which on it is shared whatever was seen, for a trial sees too little of it, and in large groups, with a
+/// denoiser or without: there is no even noise. (In boxes of
 /// denoisers 36 to 72 in both doors and with a far lamp, 5 to 13 in five others.)
 constexpr double kTooRare = 20.0;
 
@@ -186,11 +187,14 @@ Settings SharingTrial::decide(const StopCondition& stop) {
            cost(way) * typical[way] < enough * cost(other) * typical[other];
   };
   const double variance = plain_variance(typical[PLAIN]);
-  if (variance > kTooRare) return settings_;
+  Settings decided = settings_;
+  if (variance > kTooRare) {
+    decided.path_sharing.for_denoiser = false;
+    return decided;
+  }
   const bool has_even_noise = settings_.path_sharing.for_denoiser && variance < kRareLight;
   const bool next_alone = !shares_at_visible(settings_) || has_even_noise ||
                           (shares_at_next(settings_) && surely_beats(NEXT_VERTICES, AS_ASKED));
-  Settings decided = settings_;
   const bool plain_wins =
       (next_alone && !shares_at_next(settings_)) || surely_beats(PLAIN, next_alone ? NEXT_VERTICES : AS_ASKED);
   if (decided.guiding == Guiding::AUTO && (plain_wins || variance < kRareLight)) decided.guiding = Guiding::OFF;

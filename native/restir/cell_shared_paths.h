@@ -21,10 +21,6 @@ struct SharingCells {
   friend bool operator==(const SharingCells&, const SharingCells&) = default;
 };
 
-/// Members of groups of visible points where a denoiser follows. (Groups of 64 leave 1.1 to 1.4 times the error in the
-/// Cornell box, Sponza and the bright interior, 0.9 times in both doors.)
-inline constexpr int kMostForDenoisers = 16;
-
 /// What sharing in cells can be told, for each of the two vertices it happens at.
 struct PathSharing {
   PairWeights weights = PairWeights::BALANCE;

@@ -29,20 +29,6 @@ TEST(Settings, DefaultsAreValidAndCoverTheFrame) {
   EXPECT_EQ(settings.region.height, 32);
 }
 
-TEST(Settings, GroupsOfVisiblePointsAreSmallForDenoisers) {
-  const auto checked = [](int size, bool for_denoiser) {
-    Settings s;
-    s.path_sharing.visible.groups.size = size;
-    s.path_sharing.for_denoiser = for_denoiser;
-    check_settings(s);
-    return s.path_sharing.visible.groups.size;
-  };
-  EXPECT_EQ(checked(0, true), 16);
-  EXPECT_EQ(checked(64, true), 16);
-  EXPECT_EQ(checked(8, true), 8);
-  EXPECT_EQ(checked(0, false), 64);
-}
-
 TEST(Settings, EveryMemberOutOfRangeIsNamedWithItsValue) {
   struct Case {
     std::string name, value;

@@ -19,7 +19,6 @@ Settings on_trial(int samples = 128) {
 
 Settings for_a_denoiser(Settings s) {
   s.path_sharing.for_denoiser = true;
-  check_settings(s);
   return s;
 }
 
@@ -92,7 +91,8 @@ Settings decided(const std::shared_ptr<const Scene>& scene, const Settings& sett
 
 TEST(SharingTrial, SharesWhereLightIsRare) {
   EXPECT_EQ(decided(lit_by_a_niche(), on_trial()), on_trial());
-  EXPECT_EQ(decided(lit_by_a_niche(), for_a_denoiser(on_trial())), for_a_denoiser(on_trial()));
+  // So rare that its noise is not even: as if no denoiser followed.
+  EXPECT_EQ(decided(lit_by_a_niche(), for_a_denoiser(on_trial())), on_trial());
 }
 
 /// A lamp in the middle lights all of a room, so that noise is even.
