@@ -285,7 +285,7 @@ def test_a_denoised_render_is_nearer_to_a_long_one(pictures):
 
 @has_library
 def test_what_cells_share_can_be_denoised(tmp_path, pictures):
-    """Neighbours have no noise in common, so the picture gets as near as the path tracer's."""
+    """Neighbours have hardly any noise in common, so the picture gets as near as the path tracer's."""
     noisy, by_paths, long = pictures
     scene = textured_scene(2)
     scene.cistern.preset, scene.cistern.indirect = "CUSTOM", "CELL_SHARED"
