@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/hash.h"
 #include "render/banded_frame.h"
@@ -39,16 +40,22 @@ constexpr double kTypically = 0.775, kTypicallyOfNextVertices = 0.9;
 /// and outdoors about 1.12; in the first two it lowers variance to 0.68 and 0.79, in the others not.)
 constexpr double kCostOfMoreLights = 1.12;
 
-/// Relative variance of a plain sample from which on guides are tried, and visible points share although a denoiser
-/// follows: where light is rare. A trial costs samples that
+/// Relative variance of a plain sample from which on guides are tried: where light is rare. A trial costs samples that
 /// depend on one another less well, which weighs most where there is little noise. (Five scenes whose error x time
 /// guides lower by 1.1 to 2: 2.7 to 15; Cornell box 0.4, bright interior 0.5, where a trial loses a quarter.)
 constexpr double kRareLight = 2.0;
 
-/// And from which on it is shared whatever was seen, for a trial sees too little of it, and in large groups, with a
-/// denoiser or without: there is no even noise. (In boxes of
-/// denoisers 36 to 72 in both doors and with a far lamp, 5 to 13 in five others.)
+/// The same below which noise is even, for a denoiser. (In its boxes 5 to 10 in the market and 9 to 13 in Sponza; 1.9
+/// in City Grid, 0.4 to 1.7 in the Cornell box and the bright interior.)
+constexpr double kEvenNoise = 4.0;
+
+/// And from which on it is shared whatever was seen, for a trial sees too little of it. (In boxes of denoisers 36 to 72
+/// in both doors and with a far lamp, 5 to 13 in five others.)
 constexpr double kTooRare = 20.0;
+/// For a denoiser groups are then large and from far apart: there is no even noise to take out, and it fills the gaps.
+/// (Cells so much wider, 57,600 pixels, 14 samples, three seeds, relMSE denoised: 0.73 with a far lamp and in Veach's
+/// door, 0.91 in the door ajar; per pixel 1.27, 1.14 and 1.21. In Sponza and the market 0.97 and 1.06.)
+constexpr float kWider = 4.0f;
 
 /// Of the time of the picture's samples, at most about; the second where so little time would not decide.
 constexpr double kTimeShare = 0.03, kMostTimeShare = 0.15;
@@ -189,10 +196,11 @@ Settings SharingTrial::decide(const StopCondition& stop) {
   const double variance = plain_variance(typical[PLAIN]);
   Settings decided = settings_;
   if (variance > kTooRare) {
-    decided.path_sharing.for_denoiser = false;
+    PathSharing& sharing = decided.path_sharing;
+    if (std::exchange(sharing.for_denoiser, false)) sharing.visible.pixels *= kWider;
     return decided;
   }
-  const bool has_even_noise = settings_.path_sharing.for_denoiser && variance < kRareLight;
+  const bool has_even_noise = settings_.path_sharing.for_denoiser && variance < kEvenNoise;
   const bool next_alone = !shares_at_visible(settings_) || has_even_noise ||
                           (shares_at_next(settings_) && surely_beats(NEXT_VERTICES, AS_ASKED));
   const bool plain_wins =
