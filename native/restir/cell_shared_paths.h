@@ -32,8 +32,8 @@ struct PathSharing {
   bool first_frame_history = false;
   SharingCells visible{.groups = {.size = 64, .interleaved = true}, .pixels = 96.0f, .smallest = 1e-3f};
   SharingCells deep{.groups = {.size = 256}, .pixels = 96.0f, .smallest = 1.0f / 64.0f};  // next vertices
-  /// Whether a denoiser follows. Visible points then share in smaller groups, kMostForDenoisers at most, whose noise
-  /// has less in common, and on trial only where light is rare: of even noise denoisers leave as little.
+  /// Whether a denoiser follows. Visible points then share in smaller groups, whose noise has less in common, and on
+  /// trial only where light is rare: of even noise denoisers leave as little.
   bool for_denoiser = false;
   /// Whether a trial may find that sharing is not worth its time here: before the first frame, or of frames without
   /// history that follow one with it, soon after that.

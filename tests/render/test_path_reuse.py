@@ -290,6 +290,14 @@ def test_sharing_between_like_surfaces_moves_light_and_makes_none() -> None:
     assert abs(sums["FAST"] - 1.0) > 1e-3
 
 
+def test_groups_are_small_for_denoisers() -> None:
+    """Planted bug: groups of 64 as they are asked for."""
+    members = members_of(("NEE", "NEE", "CELL_SHARED")) | dict(samples=2, seed=1, temporal_reuse=False)
+    asked = render(gray_room(), SIZE, share_visible=64, share_for_denoiser=True, **members)["Combined"]
+    small, large = (render(gray_room(), SIZE, share_visible=size, **members)["Combined"] for size in (16, 64))
+    assert np.array_equal(asked, small) and not np.array_equal(asked, large)
+
+
 @pytest.mark.parametrize("members", [dict(share_visible=1, share_deep=1), dict(temporal_reuse=False)])
 def test_equal_weights_lose_nothing_that_is_handed_to_nobody(members: dict) -> None:
     """Of points that reflect narrowly: what they send stays with its finder, also where that is history. Means of 8
