@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "base/warp.h"
+#include "lights/emissive_triangles.h"
 #include "shading/dispersion.h"
 #include "shading/displaced_normal.h"
 #include "shading/material.h"
@@ -80,7 +81,9 @@ class Walk {
       add_environment();
       return false;
     }
-    if (!survives_roulette()) return false;  // what is met without a surface costs no more than this ray
+    // What is met without a surface has cost no more than this ray. What emits is seen first.
+    const bool meets_emitter = plays_roulette() && is_emitter(*hit);
+    if (!meets_emitter && !survives_roulette()) return false;
     path_length_ += hit->t;
     state_.ray_length = travelled_ + hit->t;
     SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
@@ -107,6 +110,7 @@ class Walk {
     if (bsdf.holdout > 0.0f && !hold_out(bsdf.holdout)) return false;
     if (is_on_sheet()) record_.alpha -= average(bsdf.transparency);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
+    if (meets_emitter && !survives_roulette()) return false;
     record_features(bsdf);
     if constexpr (Kind::splits) add_color(bsdf);
     if constexpr (Kind::captures) capture_.vertex = {};
@@ -168,6 +172,11 @@ class Walk {
     record_.caught = average(throughput_.total());
     record_.light_before_catcher = record_.combined();
     record_.alpha_before_catcher = record_.alpha;
+  }
+
+  bool is_emitter(const Hit& hit) const {
+    const Scene& scene = context_.scene;
+    return cistern::is_emitter(scene, scene.material_of(scene.instances[hit.instance], hit.triangle));
   }
 
   void record_surface(const SurfacePoint& point, const Bsdf& bsdf) {
@@ -377,6 +386,7 @@ class Walk {
   /// few paths do. With the throughput itself samples are a quarter cheaper, and noisier by more. Nothing is gained by
   /// it before the second bounce, up to which the numbers of a pixel's samples are stratified: it would break that.
   bool survives_roulette();
+  bool plays_roulette() const;
 
   const PathContext& context_;
   Ray ray_;

@@ -244,8 +244,13 @@ inline bool Walk<Kind>::continues_deep_link() const {
 }
 
 template <class Kind>
+inline bool Walk<Kind>::plays_roulette() const {
+  return state_.depth > context_.limits.min_bounces;
+}
+
+template <class Kind>
 inline bool Walk<Kind>::survives_roulette() {
-  if (state_.depth <= context_.limits.min_bounces) return true;
+  if (!plays_roulette()) return true;
   float worth = max_component(throughput_.worth());
   if constexpr (Kind::has_media)
     worth = std::max(worth, max_component(-1.0f * throughput_.worth()));  // see uneven_media.h

@@ -265,6 +265,25 @@ TEST(PathTracer, RussianRouletteChangesNoMean) {
   }
 }
 
+TEST(PathTracer, RussianRouletteSparesWhatEmits) {
+  // By two mirrors that keep half of the light, to the end of a floor.
+  const auto seen_there = [](bool emits) {
+    PathScene scene;
+    const int mirror = scene.mixed(0.5f, 0.0f, 1.0f);
+    scene.quad({-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, mirror);
+    scene.quad({0, 0, 1}, {1, 0, 0}, {0, 1, 0}, mirror);
+    scene.quad({1, 0, 0}, {1, 0, 0}, {0, 1, 0}, emits ? scene.emission({4, 4, 4}) : scene.diffuse(0.5f));
+    scene.point_lamp({3, 0, 1}, 10.0f);
+    PathLimits limits;
+    limits.min_bounces = 1;
+    return Tracer(scene, limits).trace({-1.5f, 0, 0.5f}, {1, 0, -1}, 100);
+  };
+  const Moments emission = seen_there(true).emission;
+  EXPECT_NEAR(emission.mean(), 1.0, 1e-5);
+  EXPECT_NEAR(emission.variance(), 0.0, 1e-9);
+  EXPECT_GT(seen_there(false).direct.variance(), 1e-4) << "planted: without emission, roulette is played";
+}
+
 // --- limits ---------------------------------------------------------------------------------------------------------
 
 TEST(PathTracer, NoBouncesMeansDirectLightOnly) {
