@@ -97,14 +97,14 @@ def is_viewport_denoised(scene: bpy.types.Scene) -> bool:
     return scene.cistern.use_viewport_denoising and scene.cistern.viewport_view == "COMBINED"
 
 
-def technique_settings(scene: bpy.types.Scene, core: ModuleType, is_preview: bool) -> dict[str, Any]:
-    """The techniques of a final render; icons, being small, reuse nothing."""
+def techniques_in_force(scene: bpy.types.Scene, is_preview: bool = False) -> dict[str, Any]:
+    """Techniques and parameters of a final render; icons, being small, reuse nothing."""
     in_force: dict[str, Any] = dict(settings_in_force(scene.cistern))
     if is_preview:
         in_force |= NO_REUSE
     if is_denoised(scene, is_preview):
         in_force |= denoise.TECHNIQUES
-    return technique_arguments(in_force, core)
+    return in_force
 
 
 def technique_arguments(in_force: dict[str, Any], core: ModuleType) -> dict[str, Any]:
@@ -151,7 +151,7 @@ def core_settings(
 ) -> dict[str, Any]:
     """The keyword arguments of the core's `Settings`; `size` is the full frame's."""
     scene = depsgraph.scene_eval
-    technique = technique_settings(scene, core, is_preview)
+    technique = technique_arguments(techniques_in_force(scene, is_preview), core)
     core_passes = pass_names(render_passes, view_mode(scene, is_preview))
     sequence = "SOBOL"
     if is_denoised(scene, is_preview):

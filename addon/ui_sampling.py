@@ -6,6 +6,7 @@ import textwrap
 from bpy.types import Context, Panel, UILayout
 
 from . import denoise, techniques, view_modes
+from .settings import techniques_in_force
 from .ui_base import ENGINE, CisternPanel, split_layout
 
 # The techniques in the order they are drawn: property, title where the preset has decided, answers.
@@ -133,10 +134,10 @@ class CISTERN_RENDER_PT_techniques_advanced(CisternPanel, Panel):
         return bool(techniques.used_parameters(techniques.settings_in_force(context.scene.cistern)))
 
     def draw(self, context: Context) -> None:
-        """The parameters of the chosen systems; beside a 0, what it stands for."""
+        """The parameters of the chosen systems; beside those that count for something else, what that is."""
         layout = split_layout(self)
         settings = context.scene.cistern
-        in_force = techniques.settings_in_force(settings)
+        in_force = techniques_in_force(context.scene)
         for parameter in techniques.used_parameters(in_force):
             row = layout.row(align=True)
             row.prop(settings, parameter.name)

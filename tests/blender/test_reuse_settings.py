@@ -7,7 +7,7 @@ import bpy
 import pytest
 
 from addon import techniques
-from addon.settings import technique_settings
+from addon.settings import technique_arguments, techniques_in_force
 from tests.blender.engine_fakes import fresh_scene, install, render
 from tests.blender.fake_core import STUB
 
@@ -112,7 +112,7 @@ def test_icons_reuse_nothing(core):
     scene = fresh_scene()
     scene.cistern.guiding = "ON"
     scene.cistern.direct, scene.cistern.secondary, scene.cistern.indirect = "RESTIR", "CELL_RESERVOIRS", "WORLD_REUSE"
-    arguments = technique_settings(scene, core, is_preview=True)
+    arguments = technique_arguments(techniques_in_force(scene, is_preview=True), core)
     assert set(arguments) == {"direct", "secondary", "indirect", "light_sampling", "light_samples"}
     assert (arguments["direct"], arguments["secondary"], arguments["indirect"]) == ("NEE", "NEE", "PATH")
 

@@ -218,6 +218,21 @@ def test_advanced_says_what_zero_stands_for():
     assert {"label = 10", "label = 8", "label = 5", "label = 4", "label = 1024"} <= set(draw(panel, scene=scene))
 
 
+def test_advanced_says_what_denoising_asks_for():
+    scene = fresh_scene()
+    panel = ui_sampling.CISTERN_RENDER_PT_techniques_advanced
+
+    def shown():
+        drawn = draw(panel, scene=scene)
+        return drawn[drawn.index("use_share_for_denoiser") + 1]
+
+    assert shown() != "label = on"
+    scene.cistern.use_denoising = True
+    assert shown() == "label = on"
+    scene.cistern.view = "CELLS"  # which are not denoised
+    assert shown() != "label = on"
+
+
 @pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
 def test_light_panels_draw_what_the_light_has(kind):
     light = bpy.data.lights.new("Lamp", kind)
