@@ -168,7 +168,10 @@ BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibili
     const ScatterKind kind = kind_of(lobe, !is_above);
     const bool is_guided = !is_narrow(lobe);
     auto& pdf_by_kind = is_guided ? densities.of_guided : result.pdf_by_kind;
-    if (can_leave) pdf_by_kind[static_cast<size_t>(kind)] += lobe.sample_weight * pdf;
+    if (can_leave) {
+      pdf_by_kind[static_cast<size_t>(kind)] += lobe.sample_weight * pdf;
+      result.albedo_pdf += lobe.albedo * pdf;
+    }
     if (is_guided) guided_weight += lobe.sample_weight;
     if (!(evaluation.pdf > 0.0f) || (visibility & ray_kind(kind)) == 0) continue;
     (is_smooth(lobe) ? result.smooth_cos : result.rough_cos) += lobe.weight * evaluation.f_cos;
@@ -184,6 +187,7 @@ BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibili
     result.pdf += pdf = (pdf + factor * densities.of_guided[i]) / bsdf.total_sample_weight;
   }
   result.unguided_pdf /= bsdf.total_sample_weight;
+  result.albedo_pdf /= bsdf.total_sample_weight;
   return result;
 }
 
@@ -208,7 +212,7 @@ std::optional<BsdfSample> sample_lambert(const Bsdf& bsdf, Vec3 n, Vec2 u) {
   std::optional<BsdfSample> result;
   BsdfSample& sample = result.emplace();  // in place: a copy would wait for the stores it reads
   sample.wi = Frame(n).to_world(local);
-  sample.pdf = sample.kind_pdf = local.z * kInvPi;
+  sample.pdf = sample.kind_pdf = sample.albedo_pdf = local.z * kInvPi;
   sample.rough_weight = bsdf.lobes[0].weight;
   sample.even_cos = bsdf.lobes[0].even * sample.pdf;
   sample.kind = ScatterKind::DIFFUSE;
@@ -241,6 +245,7 @@ BsdfSample sample_of(const Vec3& wi, const BsdfEvaluation& evaluation, ScatterKi
   sample.even_cos = evaluation.even_cos;
   sample.kind = kind;
   sample.kind_pdf = evaluation.pdf_by_kind[static_cast<size_t>(kind)];
+  sample.albedo_pdf = evaluation.albedo_pdf;
   sample.guide_gain = evaluation.pdf / evaluation.unguided_pdf;
   return sample;
 }
@@ -456,7 +461,7 @@ ScatterKind strongest_kind(const Bsdf& bsdf) {
   const Lobe* strongest = &bsdf.lobes[0];
   for (int i = 1; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
-    if (lobe.sample_weight > strongest->sample_weight) strongest = &lobe;
+    if (lobe.albedo > strongest->albedo) strongest = &lobe;
   }
   return kind_of(*strongest, transmits(*strongest));
 }

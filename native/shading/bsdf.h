@@ -120,6 +120,7 @@ struct Lobe {
   Rgb weight;                  // multiplies f
   Rgb even;                    // its part of the even part, below; black unless diffuse
   float sample_weight = 0.0f;  // unnormalised probability of choosing this lobe
+  float albedo = 0.0f;         // about what it scatters: the same unless sharp lobes are preferred, see lobe_choice.h
 };
 
 /// Density by which directions of lobes that are not smooth are sampled: their own; or the same for all of them, by the
@@ -215,12 +216,13 @@ bool add_lobe(Bsdf& bsdf, const Model& model, Rgb weight, float sample_weight, R
       lobe->weight += weight;
       lobe->even += even;
       lobe->sample_weight += sample_weight;
+      lobe->albedo += sample_weight;
       bsdf.total_sample_weight += sample_weight;
       return true;
     }
   }
   if (bsdf.count >= Bsdf::kMaxLobes) return false;
-  new (&bsdf.lobes[static_cast<size_t>(bsdf.count++)]) Lobe{model, weight, even, sample_weight};
+  new (&bsdf.lobes[static_cast<size_t>(bsdf.count++)]) Lobe{model, weight, even, sample_weight, sample_weight};
   bsdf.total_sample_weight += sample_weight;
   return true;
 }
@@ -250,6 +252,7 @@ void add_portal(Bsdf& bsdf, const RayPortal& portal);
 struct BsdfEvaluation {
   Rgb rough_cos, smooth_cos, even_cos;
   float pdf = 0.0f, unguided_pdf = 0.0f;  // the second as if there were no guide
+  float albedo_pdf = 0.0f;                // nor any lobe preferred
   std::array<float, kScatterKinds> pdf_by_kind{};
   Rgb total_cos() const { return rough_cos + smooth_cos; }
 };
@@ -266,14 +269,15 @@ inline float even_transmittance(float shade, float cos_o) {
 
 /// One direction. Weights are f cos / pdf over all lobes (for a delta lobe: its own weight / probability).
 /// `pdf` is per solid angle, or for `is_delta` the discrete probability of the lobe; `kind_pdf` is its part by lobes of
-/// the same kind; `guide_gain` is `pdf` over what it would be without a guide.
+/// the same kind, `albedo_pdf` what it would be without a guide and a preference for lobes (of a delta lobe nothing);
+/// `guide_gain` is `pdf` over what it would be without a guide.
 /// With a `subsurface`, light leaves elsewhere: there is no wi, and `smooth_weight` is that of what enters over `pdf`,
 /// the probability of the choice.
 struct BsdfSample {
   Vec3 wi;
   Rgb rough_weight, smooth_weight;
   Rgb even_cos;  // as BsdfEvaluation has it
-  float pdf = 0.0f, kind_pdf = 0.0f, guide_gain = 1.0f;
+  float pdf = 0.0f, kind_pdf = 0.0f, albedo_pdf = 0.0f, guide_gain = 1.0f;
   ScatterKind kind = ScatterKind::DIFFUSE;
   bool is_delta = false;
   bool is_clear = false;  // refracted by a lobe of at most kClearRoughness

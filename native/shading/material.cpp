@@ -5,6 +5,7 @@
 #include <span>
 
 #include "shading/closures.h"
+#include "shading/lobe_choice.h"
 #include "shading/run_program.h"
 
 namespace cistern {
@@ -59,30 +60,6 @@ void keep_on_surface(const Scene& scene, const SurfacePoint& point, const PathSt
   bsdf.subsurface_count = kept;
 }
 
-/// What diffuse lobes scatter finds lamps that light samples find as well; what sharp ones scatter finds them alone,
-/// and surfaces that are lit brightly. So by albedo they are too seldom chosen. (Variance x time of path tracing at 1,
-/// 4 and 8 px with 4, 16 samples, 8 seeds: glossy hall 0.90, 0.94 and 0.96, with 8 0.89, 0.96 and 1.02; bedroom, 5
-/// seeds, 1.00, 0.99 and 0.98; outdoors the same within 0.012. At first vertices it was worse: outdoors 1.08, 1.06
-/// and 1.05.)
-constexpr float kSharpAlpha = 0.1f, kSharpChoice = 4.0f;
-
-bool is_sharp(const Lobe& lobe) {
-  const auto* facets = std::get_if<MicrofacetLobe>(&lobe.model);
-  return facets && facets->alpha_x * facets->alpha_y <= sqr(kSharpAlpha);
-}
-
-/// Among others. What sample weights add up to stays as it was, for it stands for the albedo.
-void prefer_sharp_lobes(Bsdf& bsdf) {
-  const std::span<Lobe> lobes(bsdf.lobes.data(), static_cast<size_t>(bsdf.count));
-  float sharp = 0.0f;
-  for (const Lobe& lobe : lobes) sharp += is_sharp(lobe) ? lobe.sample_weight : 0.0f;
-  const float all = bsdf.total_sample_weight;
-  if (!(sharp > 0.0f) || !(sharp < all)) return;
-  const float scale = all / (all + (kSharpChoice - 1.0f) * sharp);
-  for (Lobe& lobe : lobes) lobe.sample_weight *= is_sharp(lobe) ? kSharpChoice * scale : scale;
-  for (int i = 0; i < bsdf.subsurface_count; ++i) bsdf.subsurfaces[static_cast<size_t>(i)].sample_weight *= scale;
-}
-
 /// `scale` times as dense and as bright.
 void run_medium(const NodeContext& context, float scale, Medium& medium) {
   run(context, context.program.volume_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
@@ -130,7 +107,7 @@ Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const Path
         });
   });
   if (bsdf.subsurface_count > 0) keep_on_surface(scene, point, path, bsdf);
-  if (path.depth > 0 && bsdf.count + bsdf.subsurface_count > 1) prefer_sharp_lobes(bsdf);
+  if (path.depth > 0) prefer_sharp_lobes(bsdf);
   return bsdf;
 }
 

@@ -81,9 +81,9 @@ class Walk {
       add_environment();
       return false;
     }
-    // What is met without a surface has cost no more than this ray. What emits is seen first.
-    const bool meets_emitter = plays_roulette() && is_emitter(*hit);
-    if (!meets_emitter && !survives_roulette()) return false;
+    // What is met without a surface has cost no more than this ray. What emits is seen before roulette.
+    const bool emits_first = plays_roulette() && is_emitter(*hit);
+    if (!emits_first && !survives_roulette()) return false;
     path_length_ += hit->t;
     state_.ray_length = travelled_ + hit->t;
     SurfacePoint point = make_surface_point(context_.scene, ray_, *hit);
@@ -110,8 +110,8 @@ class Walk {
     if (bsdf.holdout > 0.0f && !hold_out(bsdf.holdout)) return false;
     if (is_on_sheet()) record_.alpha -= average(bsdf.transparency);
     if (!is_black(bsdf.emission)) add_surface_emission(point, bsdf.emission);
-    if (meets_emitter && !survives_roulette()) return false;
     record_features(bsdf);
+    if (emits_first && !survives_roulette()) return false;
     if constexpr (Kind::splits) add_color(bsdf);
     if constexpr (Kind::captures) capture_.vertex = {};
     const bool is_vertex = !last_segment_ && bsdf.scatters();
@@ -386,6 +386,7 @@ class Walk {
   /// few paths do. With the throughput itself samples are a quarter cheaper, and noisier by more. Nothing is gained by
   /// it before the second bounce, up to which the numbers of a pixel's samples are stratified: it would break that.
   bool survives_roulette();
+  /// Whether the path is so long that roulette may end it.
   bool plays_roulette() const;
 
   const PathContext& context_;

@@ -211,7 +211,7 @@ template <class Kind>
 inline void Walk<Kind>::count_bounce(const BsdfSample& sample) {
   count_scattering(state_, sample.kind);
   state_.is_singular = sample.is_delta;
-  limit_gloss(sample.is_delta ? INFINITY : sample.pdf / sample.guide_gain);
+  limit_gloss(sample.is_delta ? INFINITY : sample.albedo_pdf);
   last_segment_ = exceeds_limits(state_, context_.limits);
   if constexpr (Kind::captures) {
     if (last_segment_ && !capture_.out->leaves_deep_link && continues_deep_link()) extend_deep_link();

@@ -265,23 +265,47 @@ TEST(PathTracer, RussianRouletteChangesNoMean) {
   }
 }
 
-TEST(PathTracer, RussianRouletteSparesWhatEmits) {
-  // By two mirrors that keep half of the light, to the end of a floor.
-  const auto seen_there = [](bool emits) {
+TEST(PathTracer, RussianRouletteOfWallsWithoutLightChangesNoMean) {
+  const auto indirect = [](int min_bounces, int max_bounces) {
     PathScene scene;
+    const int wall = scene.diffuse(0.5f);
+    for (const float side : {-1.0f, 1.0f}) {
+      scene.quad({side, 0, 0}, {0, 2, 0}, {0, 0, 2}, wall);
+      scene.quad({0, side, 0}, {2, 0, 0}, {0, 0, 2}, wall);
+      scene.quad({0, 0, side}, {2, 0, 0}, {0, 2, 0}, side > 0.0f ? scene.emission({1, 1, 1}) : wall);
+    }
+    PathLimits limits;
+    limits.min_bounces = min_bounces;
+    limits.max_bounces = limits.max_diffuse_bounces = max_bounces;
+    return Tracer(scene, limits).trace({0.1f, 0.2f, 0.3f}, {1, 0.3f, 0.2f}, 40000).indirect;
+  };
+  const Moments all = indirect(30, 30);
+  EXPECT_GT(same_mean_p_value(indirect(0, 30), all), shared_rate(4));
+  EXPECT_LT(same_mean_p_value(indirect(0, 2), all), shared_rate(4)) << "planted: later bounces lost";
+}
+
+TEST(PathTracer, RussianRouletteSparesWhatEmitsAndNoMore) {
+  // By two mirrors that keep half of the light, to the end of a floor that shines or not; then to the sky, if it is a
+  // mirror, too.
+  const auto seen_there = [](float radiance, float reflectance) {
+    PathScene scene;
+    ProgramBuilder p;
+    const Operand normal = p.add(Op::NORMAL, {}), zero = p.constant(0), one = p.constant(1);
+    p.add(Op::CLOSURE_EMISSION, {one, one, p.constant(radiance)});
+    p.add(Op::CLOSURE_GLOSSY, {p.constant(reflectance), one, zero, zero, zero, normal, normal}, {0});
     const int mirror = scene.mixed(0.5f, 0.0f, 1.0f);
     scene.quad({-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, mirror);
     scene.quad({0, 0, 1}, {1, 0, 0}, {0, 1, 0}, mirror);
-    scene.quad({1, 0, 0}, {1, 0, 0}, {0, 1, 0}, emits ? scene.emission({4, 4, 4}) : scene.diffuse(0.5f));
-    scene.point_lamp({3, 0, 1}, 10.0f);
+    scene.quad({1, 0, 0}, {1, 0, 0}, {0, 1, 0}, scene.builder.add_material(p.program));
+    scene.environment({1, 1, 1});
     PathLimits limits;
     limits.min_bounces = 1;
     return Tracer(scene, limits).trace({-1.5f, 0, 0.5f}, {1, 0, -1}, 100);
   };
-  const Moments emission = seen_there(true).emission;
+  const Moments emission = seen_there(4.0f, 0.0f).emission;
   EXPECT_NEAR(emission.mean(), 1.0, 1e-5);
   EXPECT_NEAR(emission.variance(), 0.0, 1e-9);
-  EXPECT_GT(seen_there(false).direct.variance(), 1e-4) << "planted: without emission, roulette is played";
+  for (const float radiance : {0.0f, 4.0f}) EXPECT_GT(seen_there(radiance, 0.5f).environment.variance(), 1e-4);
 }
 
 // --- limits ---------------------------------------------------------------------------------------------------------
