@@ -9,8 +9,8 @@ namespace cistern {
 
 /// Runs the program of `point.material` and builds the BSDF. A missing material (-1) is black. Non-finite results
 /// of node arithmetic become 0. After the first vertex sharp lobes are preferred (lobe_choice.h). Pure: depends on
-/// nothing but its arguments. `accel`, of the scene, is what nodes trace
-/// rays in (nodes_rays.h); null where it is not there yet: they meet nothing.
+/// nothing but its arguments. `accel`, of the scene, is what nodes trace rays in (nodes_rays.h); null where it is not
+/// there yet: they meet nothing.
 Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const PathState& path,
                        const Accel* accel = nullptr);
 
