@@ -36,6 +36,14 @@ class ReuseSettings:
         soft_max=8,
         max=MAX_LIGHT_SAMPLES,
     )
+    use_caustic_guide: BoolProperty(
+        name="Guide to Caustics",
+        description=(
+            "Send some bounces to where photons say that the light of small lamps comes by way of smooth surfaces, as "
+            "that of the sun by windows: it would come as fireflies. Final renders only; the preset Final has it"
+        ),
+        default=False,
+    )
     light_candidates: IntProperty(
         name="Light Candidates",
         description=(

@@ -244,7 +244,8 @@ def viewport_settings(core: ModuleType, scene: bpy.types.Scene, has_catchers: bo
     if is_viewport_denoised(scene):
         in_force |= denoise.TECHNIQUES
     technique = technique_arguments(in_force, core)
-    kept: dict[str, Any] = {"keep_history": True, "keep_instances": True}
+    # Photons would delay each picture.
+    kept: dict[str, Any] = {"keep_history": True, "keep_instances": True, "caustic_guide": False}
     # Before the first sample a trial would delay each picture; with history for that sample alone it comes later.
     on_trial = all(technique.get(name) for name in ("share_trial", "temporal_reuse", "first_frame_history"))
     passes = pass_names([], scene.cistern.viewport_view)

@@ -44,6 +44,7 @@ class ShadowPlan:
             "time_limit": self.arguments["time_limit"] * SCENE_SHARE,
             "adaptive_sampling": False,  # samples of a pixel are those of the picture of catchers alone
             "find_openings": False,  # for the same reason
+            "caustic_guide": False,
         }
 
     def alone_arguments(self, samples: int) -> dict[str, Any]:
@@ -55,6 +56,7 @@ class ShadowPlan:
             "time_limit": self.arguments["time_limit"] * (1.0 - SCENE_SHARE),
             "noise_threshold": 0.0,
             "find_openings": False,
+            "caustic_guide": False,
         }
         return self.arguments | changes
 

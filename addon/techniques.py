@@ -110,7 +110,7 @@ LIGHT_SAMPLER_ITEMS = (
 
 TECHNIQUES = ("direct", "secondary", "indirect", "guiding", "bias", "light_sampler")
 REFERENCE = {"direct": "NEE", "secondary": "NEE", "indirect": "PATH"}  # the path tracer without reuse
-NO_REUSE: dict[str, Value] = {**REFERENCE, "guiding": "OFF"}
+NO_REUSE: dict[str, Value] = {**REFERENCE, "guiding": "OFF", "use_caustic_guide": False}
 
 
 @dataclass(frozen=True)
@@ -147,6 +147,7 @@ CELL_REUSE = frozenset({"RESTIR_CACHE", "CELL_RESERVOIRS", "WORLD_REUSE"})  # wo
 
 PARAMETERS = (
     Parameter("light_samples", {"NEE": 1}),
+    Parameter("use_caustic_guide", {"NEE": False, "LEARNED": False}),
     Parameter("light_candidates", {"RIS": 8, "RESTIR": 32, "RESTIR_CACHE": 8}),
     Parameter("use_temporal_reuse", ON, PATH_REUSE | CELL_SHARED | {"CELL_RESERVOIRS"}),
     Parameter("confidence_cap", {"RESTIR": 20, "RESTIR_CACHE": 10}),
@@ -227,7 +228,7 @@ _PATHS = {
     "light_sampler": "TREE",
     "use_temporal_reuse": False,  # or the samples would not be independent
 }
-_FINAL = _PATHS | {"indirect": "CELL_SHARED", "guiding": "AUTO", "light_samples": 2}
+_FINAL = _PATHS | {"indirect": "CELL_SHARED", "guiding": "AUTO", "light_samples": 2, "use_caustic_guide": True}
 _HISTORY = _PATHS | {"use_temporal_reuse": True}
 _INTERACTIVE = _HISTORY | {"indirect": "CELL_SHARED", "use_first_frame_history": True, "light_samples": 2}
 _REUSING = _HISTORY | {"light_sampler": "POWER"}

@@ -122,6 +122,7 @@ std::map<std::string, Setter> make_setters() {
       {"light_samples", member(&Settings::light_samples)},
       {"guiding", choice<Guiding>("guiding", &Settings::guiding,
                                   {{"OFF", Guiding::OFF}, {"ON", Guiding::ON}, {"AUTO", Guiding::AUTO}})},
+      {"caustic_guide", member(&Settings::caustic_guide)},
       {"sequence", choice<SampleSequence>("sequence", &Settings::sequence,
                                           {{"SOBOL", SampleSequence::SOBOL},
                                            {"PIXEL_SOBOL", SampleSequence::PIXEL_SOBOL},

@@ -361,6 +361,7 @@ class Settings:
     # Bounces to where light came from in earlier frames. AUTO: where a trial says that it pays; never with history, nor
     # where samples are too few to tell.
     guiding: str  # "OFF", "ON", "AUTO"
+    caustic_guide: bool  # bounces look for light of small lamps by way of smooth surfaces
     light_sampling: LightSampling
     # Looks, where light samples compete with the BSDF's and the scene has no portals, for windows and other openings that
     # the sky lights an interior through, and takes them for portals if that promises less noise. True by default.

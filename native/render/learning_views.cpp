@@ -19,7 +19,7 @@ void show_learning(const FrameContext& context, Film& film, const StopCondition&
     const auto pixel = static_cast<uint32_t>(y * film.width() + x);
     const SurfacePoint point = surface_point(capture.visible);
     Bsdf bsdf = evaluate_material(context.paths.scene, point, capture.visible.state, &context.paths.accel);
-    guide_bounce(context.paths, guide_cell(context.paths, point), bsdf);
+    guide_bounce(context.paths, guide_cells(context.paths, point), bsdf);
     film.show(Pass::GUIDED, pixel, Rgb(bsdf.guide ? 1.0f : 0.0f));
     if (!lights || !lights->at_visible_point) return;
     const LearnedLightTable::Row* row = lights->lights->chooser(point.position, light_side(point, bsdf)).row;

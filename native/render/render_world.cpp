@@ -27,21 +27,23 @@ int light_samples(const Settings& settings, const LightSet& lights) {
 
 RenderWorld::RenderWorld(const Settings& the_settings, std::shared_ptr<const Scene> the_scene,
                          std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights,
-                         std::shared_ptr<SurfaceFilm> the_surfaces)
+                         std::shared_ptr<const CausticGuide> the_caustics, std::shared_ptr<SurfaceFilm> the_surfaces)
     : RenderWorld(the_settings, the_scene, the_accel, the_lights, std::move(the_surfaces),
                   LearnedLightStage::make(the_settings, *the_scene, *the_accel, *the_lights),
-                  GuidingStage::make(the_settings, *the_scene, *the_accel),
+                  GuidingStage::make(the_settings, *the_scene, *the_accel), std::move(the_caustics),
                   std::make_shared<FrameSequences>(the_settings)) {}
 
 RenderWorld::RenderWorld(const RenderWorld& earlier, std::shared_ptr<const Scene> the_scene,
                          std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights)
     : RenderWorld(earlier.settings, the_scene, the_accel, the_lights, earlier.surfaces,
-                  the_lights == earlier.lights ? earlier.learning : nullptr, earlier.guiding, earlier.sequences) {}
+                  the_lights == earlier.lights ? earlier.learning : nullptr, earlier.guiding, earlier.caustics,
+                  earlier.sequences) {}
 
 RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene,
                          std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights,
                          std::shared_ptr<SurfaceFilm> the_surfaces, std::shared_ptr<LearnedLightStage> the_learning,
-                         std::shared_ptr<GuidingStage> the_guiding, std::shared_ptr<FrameSequences> the_sequences)
+                         std::shared_ptr<GuidingStage> the_guiding, std::shared_ptr<const CausticGuide> the_caustics,
+                         std::shared_ptr<FrameSequences> the_sequences)
     : settings(std::move(the_settings)),
       scene(std::move(the_scene)),
       accel(std::move(the_accel)),
@@ -49,6 +51,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
       filter(settings.pixel_filter, settings.filter_width),
       learning(std::move(the_learning)),
       guiding(std::move(the_guiding)),
+      caustics(std::move(the_caustics)),
       surfaces(std::move(the_surfaces)),
       media(Media::make(*scene, *lights)),
       paths{*scene,
@@ -62,6 +65,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             light_samples(settings, *lights),
             learning ? learning->use() : nullptr,
             guiding ? guiding->use() : nullptr,
+            media ? nullptr : caustics.get(),
             surfaces != nullptr,
             media.get(),
             !find_dispersive_material(*scene).empty(),

@@ -12,7 +12,7 @@ namespace cistern {
 struct RenderWorld {
   RenderWorld(const Settings& the_settings, std::shared_ptr<const Scene> the_scene,
               std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights,
-              std::shared_ptr<SurfaceFilm> the_surfaces = {});
+              std::shared_ptr<const CausticGuide> the_caustics = {}, std::shared_ptr<SurfaceFilm> the_surfaces = {});
   /// Of another moment, with the same settings. What was learned is kept; of lights, where they are the same, else
   /// nothing is learned from then on.
   RenderWorld(const RenderWorld& earlier, std::shared_ptr<const Scene> the_scene,
@@ -25,10 +25,11 @@ struct RenderWorld {
   const std::shared_ptr<const Accel> accel;
   const std::shared_ptr<const LightSet> lights;
   const PixelFilter filter;
-  const std::shared_ptr<LearnedLightStage> learning;  // null unless needed; changes between frames
-  const std::shared_ptr<GuidingStage> guiding;        // the same
-  const std::shared_ptr<SurfaceFilm> surfaces;        // null unless asked for
-  const std::shared_ptr<const Media> media;           // null where there are none
+  const std::shared_ptr<LearnedLightStage> learning;   // null unless needed; changes between frames
+  const std::shared_ptr<GuidingStage> guiding;         // the same
+  const std::shared_ptr<const CausticGuide> caustics;  // null unless needed
+  const std::shared_ptr<SurfaceFilm> surfaces;         // null unless asked for
+  const std::shared_ptr<const Media> media;            // null where there are none
   const PathContext paths;
   const std::shared_ptr<FrameSequences> sequences;  // changes between frames
   const FrameContext context;                       // refers to the above
@@ -37,7 +38,7 @@ struct RenderWorld {
   RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the_scene, std::shared_ptr<const Accel> the_accel,
               std::shared_ptr<const LightSet> the_lights, std::shared_ptr<SurfaceFilm> the_surfaces,
               std::shared_ptr<LearnedLightStage> the_learning, std::shared_ptr<GuidingStage> the_guiding,
-              std::shared_ptr<FrameSequences> the_sequences);
+              std::shared_ptr<const CausticGuide> the_caustics, std::shared_ptr<FrameSequences> the_sequences);
 };
 
 }  // namespace cistern

@@ -10,6 +10,7 @@
 
 #include "base/check.h"
 #include "base/sobol.h"
+#include "render/caustic_photons.h"
 #include "render/cell_views.h"
 #include "render/index_views.h"
 #include "render/learning_views.h"
@@ -215,9 +216,11 @@ void Session::run() {
       if (!accel) return;
       const Clock::time_point trial_start = Clock::now();
       const auto lights = find_lights(accel);
-      const Settings decided = decided_settings(settings_, accel, lights);
+      const auto caustics =
+          make_caustic_guide(settings_, *scene_, *accel, *lights, [this] { return cancelled_.load(); });
+      const Settings decided = decided_settings(settings_, accel, lights, caustics);
       const Clock::duration trial_time = Clock::now() - trial_start;
-      const auto world = std::make_shared<const RenderWorld>(decided, scene_, accel, lights, surfaces_);
+      const auto world = std::make_shared<const RenderWorld>(decided, scene_, accel, lights, caustics, surfaces_);
       std::shared_ptr<const LightCacheCells> cache_cells;
       if (settings_.direct == DirectAnswer::RESTIR_CACHE) {
         const WorkMonitor monitor{[this] { return cancelled_.load(); }, [this](float done) { report_caching(done); }};
@@ -229,7 +232,8 @@ void Session::run() {
       {
         std::lock_guard lock(mutex_);
         progress_.memory_bytes = memory_bytes(*scene_) + world->accel->memory_bytes() + world->lights->memory_bytes() +
-                                 film_->memory_bytes() + (surfaces_ ? surfaces_->memory_bytes() : 0);
+                                 (caustics ? caustics->memory_bytes() : 0) + film_->memory_bytes() +
+                                 (surfaces_ ? surfaces_->memory_bytes() : 0);
         progress_.openings = static_cast<int>(openings_.size());
         progress_.stage = "Rendering";
         rendering_since_ = Clock::now() - trial_time;  // of the samples' time a part
@@ -260,10 +264,11 @@ Session::Clock::time_point Session::deadline_from(Clock::time_point start, doubl
 
 /// What adapts itself to the scene before the frames that are asked for; in a share of the time limit, if there is one.
 Settings Session::decided_settings(const Settings& asked, const std::shared_ptr<const Accel>& accel,
-                                   const std::shared_ptr<const LightSet>& lights) const {
+                                   const std::shared_ptr<const LightSet>& lights,
+                                   const std::shared_ptr<const CausticGuide>& caustics) const {
   if (!SharingTrial::is_for(asked)) return asked;
   const StopCondition stop{cancelled_, deadline_from(Clock::now(), kTrialShareOfLimit)};
-  return SharingTrial(asked, scene_, accel, lights).decide(stop);
+  return SharingTrial(asked, scene_, accel, lights, caustics).decide(stop);
 }
 
 /// The lights that light samples are for, with what openings pay.
@@ -319,7 +324,7 @@ bool Session::try_sharing(uint32_t frames, const RenderWorld& world, std::option
   Settings later = world.settings.of_later_frames();
   later.samples = static_cast<int>(frames);
   if (!SharingTrial::is_for(later)) return false;
-  const Settings decided = decided_settings(later, world.accel, world.lights);
+  const Settings decided = decided_settings(later, world.accel, world.lights, world.caustics);
   if (BandedFrame::is_for(decided)) {
     banded.emplace(world.context, decided);
   } else {

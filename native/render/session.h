@@ -82,7 +82,8 @@ class Session {
   bool keeps_history() const;
   void leave_history(std::unique_ptr<ReuseFrame> frame);
   Settings decided_settings(const Settings& asked, const std::shared_ptr<const Accel>& accel,
-                            const std::shared_ptr<const LightSet>& lights) const;
+                            const std::shared_ptr<const LightSet>& lights,
+                            const std::shared_ptr<const CausticGuide>& caustics) const;
   Clock::time_point deadline_from(Clock::time_point start, double share) const;
   std::unique_ptr<ReuseFrame> make_reuse_frame(const std::shared_ptr<const RenderWorld>& world,
                                                std::shared_ptr<const LightCacheCells> cache_cells);

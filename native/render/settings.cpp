@@ -169,6 +169,7 @@ Settings Settings::by_path_tracing() const {
   plain.secondary = SecondaryAnswer::NEE;
   plain.indirect = IndirectAnswer::PATH;
   plain.guiding = Guiding::OFF;
+  plain.caustic_guide = false;
   return plain;
 }
 

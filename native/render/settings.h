@@ -78,6 +78,7 @@ struct Settings {
   bool light_through_panes = true;  // light samples look through clear panes
   int light_samples = 1;            // of the first vertex of a path, with NEE and more than two emitters
   Guiding guiding = Guiding::OFF;
+  bool caustic_guide = false;  // bounces look for light of small lamps by way of smooth surfaces
   SampleSequence sequence = SampleSequence::SOBOL;
   FilterKind pixel_filter = FilterKind::BLACKMAN_HARRIS;
   float filter_width = 1.5f;  // pixels

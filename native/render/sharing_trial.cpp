@@ -127,9 +127,10 @@ bool SharingTrial::is_for(const Settings& s) {
 }
 
 SharingTrial::SharingTrial(const Settings& settings, std::shared_ptr<const Scene> scene,
-                           std::shared_ptr<const Accel> accel, std::shared_ptr<const LightSet> lights)
+                           std::shared_ptr<const Accel> accel, std::shared_ptr<const LightSet> lights,
+                           std::shared_ptr<const CausticGuide> caustics)
     : settings_(settings),
-      world_(settings_of_trial(settings), std::move(scene), std::move(accel), std::move(lights)),
+      world_(settings_of_trial(settings), std::move(scene), std::move(accel), std::move(lights), std::move(caustics)),
       pixels_(blocks_of(settings)),
       shared_(world_.context),
       luminance_(pixels_.size()),
@@ -176,7 +177,7 @@ bool SharingTrial::share(uint32_t frame, const StopCondition& stop) {
 bool SharingTrial::is_one_light_enough(double variance, const StopCondition& stop) {
   Settings settings = world_.settings;
   settings.light_samples = 1;
-  const RenderWorld world(settings, world_.scene, world_.accel, world_.lights);
+  const RenderWorld world(settings, world_.scene, world_.accel, world_.lights, world_.caustics);
   NoiseComparison noise = comparison_of(1);
   for (uint32_t frame = 0; frame < kFrames; ++frame) {
     if (!trace_plainly(world, frame, stop)) return false;

@@ -2,9 +2,7 @@
 
 #include "base/parallel.h"
 #include "base/warp.h"
-#include "scene/surface_sheet.h"
-#include "transport/camera_ray.h"
-#include "transport/sheet_ray.h"
+#include "render/walk_start.h"
 #include "transport/transmittance.h"
 
 namespace cistern {
@@ -46,22 +44,8 @@ SkyWalks::Walks SkyWalks::walk(uint32_t first, uint32_t last, uint32_t stream,
   return all;
 }
 
-std::optional<SkyWalks::Start> SkyWalks::start(Rng& rng) const {
-  const Camera& camera = context_.scene.camera;
-  const Vec2 film = rng.next_vec2(), u = rng.next_vec2();
-  if (camera.sheet) {
-    const size_t pixels = camera.sheet->pixels.size();
-    if (pixels == 0) return std::nullopt;
-    const auto pixel = std::min(static_cast<size_t>(film.x * static_cast<float>(pixels)), pixels - 1);
-    const auto sheet = sheet_ray(context_.scene, pixel, u - Vec2{0.5f, 0.5f});
-    return sheet ? std::optional(Start{sheet->ray, sheet->hit}) : std::nullopt;
-  }
-  const Ray ray = camera_ray(camera, film, u);
-  return sees_nothing(ray) ? std::nullopt : std::optional(Start{ray, std::nullopt});
-}
-
 void SkyWalks::add_walk(Rng& rng, std::vector<WalkVertex>& vertices) const {
-  const std::optional<Start> begin = start(rng);
+  const std::optional<WalkStart> begin = start_walk(context_.scene, rng);
   if (!begin) return;
   Ray ray = begin->ray;
   std::optional<Hit> hit = begin->hit ? begin->hit : context_.accel.intersect(ray, kVisibleToCamera);

@@ -38,11 +38,6 @@ class SkyWalks {
   const PathContext& context() const { return context_; }
 
  private:
-  struct Start {
-    Ray ray;
-    std::optional<Hit> hit;  // where that is known
-  };
-  std::optional<Start> start(Rng& rng) const;
   void add_walk(Rng& rng, std::vector<WalkVertex>& vertices) const;
 
   LightSet no_lights_;

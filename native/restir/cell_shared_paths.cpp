@@ -194,14 +194,14 @@ void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) con
     Scratch::Vertices& vertices = scratch.vertices[block_of(k)];
     vertices.points.set(lane_of(k), point, from.state.transparent_depth);
     Bsdf& bsdf = scratch.bsdfs.emplace_back();
-    const NestedCellKey cell = guide_cell(context_, point);
+    const GuideCells cells = guide_cells(context_, point);
     if (is_plain(from)) {
       vertices.diffuse.set(lane_of(k), from.receiver.diffuse);
-      bsdf.guide = find_guide(context_, cell);
+      bsdf.guide = find_guide(context_, cells);
       if (!bsdf.guide) continue;
     } else {
       bsdf = evaluate_material(context_.scene, point, from.state, &context_.accel);
-      guide_bounce(context_, cell, bsdf);
+      guide_bounce(context_, cells, bsdf);
     }
     scratch.not_plain.push_back(static_cast<uint32_t>(k));
   }
@@ -216,7 +216,7 @@ void CellSharedPaths::evaluate_pair(const Group& group, size_t receiver, const P
   if (pairs.geometry[lane] == 0.0f) return;
   const Vec3 wi = pairs.wi.at(lane);
   if (is_plain(group.links[receiver]->from)) {
-    if (pairs.pdf[lane] > 0.0f) pairs.pdf[lane] = lerp(pairs.pdf[lane], bsdf.guide->pdf(wi), kGuideShare);
+    if (pairs.pdf[lane] > 0.0f) pairs.pdf[lane] = lerp(pairs.pdf[lane], bsdf.guide.pdf(wi), bsdf.guide.share());
     return;
   }
   const BsdfEvaluation f = evaluate_kind(context_, bsdf, wi, sample.kind);

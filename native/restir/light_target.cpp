@@ -42,7 +42,7 @@ std::optional<ArrivingLight> arriving_light(const PathContext& context, float ca
   const auto light = evaluate_light(context, visible, sample);
   if (!light) return std::nullopt;
   Bsdf bsdf = evaluate_material(context.scene, visible, &context.accel);
-  guide_bounce(context, guide_cell(context, surface_point(visible)), bsdf);
+  guide_bounce(context, guide_cells(context, surface_point(visible)), bsdf);
   const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
   if (is_black(f.rough_cos)) return std::nullopt;
   const float share = share_of_light_samples(context, candidates, sample, *light, f.pdf * scatter_probability(bsdf));

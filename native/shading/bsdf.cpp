@@ -148,9 +148,9 @@ struct LobeDensities {
 };
 
 /// By what a guide multiplies the density of lobes that are not narrow, `own` without it, where their sample weights
-/// sum up to `weight`: (1 - kGuideShare) own + kGuideShare guide, over own.
-float guide_factor(const DirectionHistogram& guide, const Vec3& wi, float weight, float own) {
-  return 1.0f - kGuideShare + kGuideShare * weight * guide.pdf(wi) / own;
+/// sum up to `weight`: (1 - share) own + share guide, over own.
+float guide_factor(const DirectionGuide& guide, const Vec3& wi, float weight, float own) {
+  return 1.0f - guide.share() + guide.share() * weight * guide.pdf(wi) / own;
 }
 
 /// evaluate_bsdf; `chosen` is a lobe.
@@ -178,8 +178,7 @@ BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibili
     if (can_leave) result.even_cos += lobe.even * evaluation.even_cos;
   }
   for (const float pdf : densities.of_guided) guided_pdf += pdf;
-  const float factor =
-      bsdf.guide && guided_pdf > 0.0f ? guide_factor(*bsdf.guide, wi, guided_weight, guided_pdf) : 1.0f;
+  const float factor = bsdf.guide && guided_pdf > 0.0f ? guide_factor(bsdf.guide, wi, guided_weight, guided_pdf) : 1.0f;
   if (!(bsdf.total_sample_weight > 0.0f)) return result;
   for (size_t i = 0; i < kScatterKinds; ++i) {
     float& pdf = result.pdf_by_kind[i];
@@ -252,7 +251,7 @@ BsdfSample sample_of(const Vec3& wi, const BsdfEvaluation& evaluation, ScatterKi
 
 /// A direction of the guide, and with `u_kind` which of the lobes it stands in for.
 std::optional<BsdfSample> sample_guide(const Bsdf& bsdf, float u_kind, Vec2 u_direction) {
-  const Vec3 wi = bsdf.guide->sample(u_direction);
+  const Vec3 wi = bsdf.guide.sample(u_direction);
   LobeDensities densities;
   const BsdfEvaluation evaluation = evaluate_lobes(bsdf, wi, kVisibleToAll, kNoLobe, densities);
   float left = 0.0f;
@@ -337,9 +336,9 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
   const float u_branch = std::min(u / lobe.sample_weight, kOneMinusEpsilon);
   if (bsdf.guide && !is_narrow(lobe)) {
     // By a coordinate of the direction: so both parts are stratified.
-    const float x = u_direction.x;
-    if (x < kGuideShare) return sample_guide(bsdf, u_branch, {x / kGuideShare, u_direction.y});
-    u_direction.x = std::min((x - kGuideShare) / (1.0f - kGuideShare), kOneMinusEpsilon);
+    const float x = u_direction.x, share = bsdf.guide.share();
+    if (x < share) return sample_guide(bsdf, u_branch, {std::min(x / share, kOneMinusEpsilon), u_direction.y});
+    u_direction.x = std::min((x - share) / (1.0f - share), kOneMinusEpsilon);
   }
 
   if (const MicrofacetLobe* model = as_microfacet(lobe); model && is_delta(*model))

@@ -5,7 +5,7 @@
 #include <optional>
 #include <variant>
 
-#include "base/direction_histogram.h"
+#include "base/direction_guide.h"
 #include "base/frame.h"
 #include "base/rgb.h"
 #include "shading/subsurface.h"
@@ -127,9 +127,6 @@ struct Lobe {
 /// cosine to ns or evenly over the hemispheres they scatter into.
 enum class RoughSampling : uint8_t { BSDF, COSINE, UNIFORM };
 
-/// Share of the directions of lobes that are not narrow which follow Bsdf::guide, where there is one.
-inline constexpr float kGuideShare = 0.5f;
-
 /// Where light that reaches a point comes from in place of what lies behind: a ray from another place in another
 /// direction.
 struct RayPortal {
@@ -160,9 +157,9 @@ struct Bsdf {
   uint8_t ray_kind = kVisibleToCamera;  // the same: PathState::ray_kind
   bool disperses = false;               // refracts light by its wavelength: it is the BSDF of that of the path
   float wavelength = 0.0f;              // the same: PathState::wavelength
-  /// Where light is thought to come from, or null. Lobes that are not narrow then take kGuideShare of their directions
-  /// from it, as far as they could have been their own: elsewhere its density counts as 0. Lives longer than the Bsdf.
-  const DirectionHistogram* guide = nullptr;
+  /// Lobes that are not narrow take a share of their directions from it, as far as they could have been their own:
+  /// elsewhere its density counts as 0. What it refers to lives longer than the Bsdf.
+  DirectionGuide guide;
   union {
     std::array<Lobe, kMaxLobes> lobes;  // the first `count` are valid; late, so that what is read lies together
   };

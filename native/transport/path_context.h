@@ -44,6 +44,7 @@ struct LearnedLightUse {
 };
 
 class PathGuide;
+class CausticGuide;
 
 /// Where the directions of paths come from.
 struct GuideUse {
@@ -71,6 +72,8 @@ struct PathContext {
   const LearnedLightUse* learned = nullptr;
   /// Null: directions are those of BSDFs everywhere.
   const GuideUse* guiding = nullptr;
+  /// Null: nor towards caustics.
+  const CausticGuide* caustics = nullptr;
   /// Whether PathScratch::seen_surfaces is wanted; only with record_surfaces.
   bool record_seen = false;
   /// Null: there are none.

@@ -1,6 +1,11 @@
 #include "transport/path_guide.h"
 
 namespace cistern {
+namespace {
+
+bool follows_table(const PathContext& context) { return context.guiding && context.guiding->is_on; }
+
+}  // namespace
 
 bool takes_guide(const PathContext& context, const Bsdf& bsdf) {
   int guided = 0;
@@ -9,23 +14,27 @@ bool takes_guide(const PathContext& context, const Bsdf& bsdf) {
   return guided > 0 && (guided == bsdf.count || !kinds_matter);
 }
 
-NestedCellKey guide_cell(const PathContext& context, const SurfacePoint& point) {
-  if (!context.guiding || !context.guiding->is_on) return kNoNestedCell;
-  const PathGuide& guide = *context.guiding->guide;
-  const NestedCellKey cell = guide.cell(point);
-  guide.table().prefetch(cell);
-  return cell;
+GuideCells guide_cells(const PathContext& context, const SurfacePoint& point) {
+  GuideCells cells;
+  if (context.caustics) cells.of_caustics = context.caustics->cell(point.position, point.ns);
+  if (follows_table(context)) {
+    const PathGuide& guide = *context.guiding->guide;
+    cells.of_table = guide.cell(point);
+    guide.table().prefetch(cells.of_table);
+  }
+  return cells;
 }
 
-const DirectionHistogram* find_guide(const PathContext& context, NestedCellKey cell) {
-  if (cell == kNoNestedCell) return nullptr;
-  const DirectionHistogram* guide = context.guiding->guide->table().find(cell);
-  if (guide) guide->prefetch();
+DirectionGuide find_guide(const PathContext& context, const GuideCells& cells) {
+  DirectionGuide guide;
+  if (cells.of_table != kNoNestedCell) guide.histogram = context.guiding->guide->table().find(cells.of_table);
+  if (guide.histogram) guide.histogram->prefetch();
+  if (cells.of_caustics != kNoNestedCell) guide.caustics = context.caustics->find(cells.of_caustics);
   return guide;
 }
 
-void guide_bounce(const PathContext& context, NestedCellKey cell, Bsdf& bsdf) {
-  if (cell != kNoNestedCell && takes_guide(context, bsdf)) bsdf.guide = find_guide(context, cell);
+void guide_bounce(const PathContext& context, const GuideCells& cells, Bsdf& bsdf) {
+  if (cells.is_any() && takes_guide(context, bsdf)) bsdf.guide = find_guide(context, cells);
 }
 
 }  // namespace cistern

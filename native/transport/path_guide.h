@@ -1,6 +1,7 @@
 #pragma once
 
 #include "shading/bsdf.h"
+#include "transport/caustic_guide.h"
 #include "transport/guide_table.h"
 #include "transport/path_context.h"
 
@@ -29,14 +30,18 @@ class PathGuide {
 /// kind in a direction must be what it is without a guide.
 bool takes_guide(const PathContext& context, const Bsdf& bsdf);
 
-/// The cell of a point for `guide_bounce`; none where paths are not guided. Better asked for some time before, since
-/// what is known of it is then fetched meanwhile.
-NestedCellKey guide_cell(const PathContext& context, const SurfacePoint& point);
+/// The cells of a point for `guide_bounce`; none where paths are not guided. Better asked for some time before, since
+/// what is known of them is then fetched meanwhile.
+struct GuideCells {
+  NestedCellKey of_table = kNoNestedCell, of_caustics = kNoNestedCell;
+  bool is_any() const { return of_table != kNoNestedCell || of_caustics != kNoNestedCell; }
+};
+GuideCells guide_cells(const PathContext& context, const SurfacePoint& point);
 
-/// What guides diffuse bounces from points of this cell, or null.
-const DirectionHistogram* find_guide(const PathContext& context, NestedCellKey cell);
+/// What guides diffuse bounces from points of these cells.
+DirectionGuide find_guide(const PathContext& context, const GuideCells& cells);
 
-/// Sets the guide of a BSDF at a point of this cell: a function of the point and its BSDF alone, within a frame.
-void guide_bounce(const PathContext& context, NestedCellKey cell, Bsdf& bsdf);
+/// Sets the guide of a BSDF at a point of these cells: a function of the point and its BSDF alone, within a frame.
+void guide_bounce(const PathContext& context, const GuideCells& cells, Bsdf& bsdf);
 
 }  // namespace cistern

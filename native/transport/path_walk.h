@@ -36,7 +36,7 @@ PathRecord trace_split_path(const PathContext& context, const Ray& ray, PathSamp
 
 /// Whether a path is one of learned lights or guided bounces, or leaves records for these.
 inline bool learns(const PathContext& context, const PathScratch& scratch) {
-  return context.learned || (context.guiding && (context.guiding->is_on || scratch.trains_guide));
+  return context.learned || context.caustics || (context.guiding && (context.guiding->is_on || scratch.trains_guide));
 }
 
 /// One path on its way. The steps of `trace_path` in the order they happen. `capture` is null unless the kind captures.
@@ -94,8 +94,8 @@ class Walk {
       }
     }
     set_footprint(point, context_.pixel.size + context_.pixel.angle * path_length_, context_.scene, state_);
-    NestedCellKey cell = kNoNestedCell;
-    if constexpr (Kind::learns) cell = guide_cell(context_, point);
+    GuideCells cells;
+    if constexpr (Kind::learns) cells = guide_cells(context_, point);
     Bsdf bsdf = evaluate_material(context_.scene, point, state_, &context_.accel);
     has_one_wavelength_ |= bsdf.disperses;
     if constexpr (Kind::captures) {
@@ -116,7 +116,7 @@ class Walk {
     if constexpr (Kind::captures) capture_.vertex = {};
     const bool is_vertex = !last_segment_ && bsdf.scatters();
     if constexpr (Kind::learns) {
-      if (is_vertex) guide_bounce(context_, cell, bsdf);
+      if (is_vertex) guide_bounce(context_, cells, bsdf);
     }
     float p_scatter = scatter_probability(bsdf);
     const float p_of_mis = p_scatter;  // whenever it is decided

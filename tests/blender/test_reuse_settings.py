@@ -7,7 +7,7 @@ import bpy
 import pytest
 
 from addon import techniques
-from addon.settings import technique_arguments, techniques_in_force
+from addon.settings import technique_arguments, techniques_in_force, viewport_settings
 from tests.blender.engine_fakes import fresh_scene, install, render
 from tests.blender.fake_core import STUB
 
@@ -33,8 +33,14 @@ def path_traced_scene():
 def test_path_tracing_asks_for_no_reuse(core, tmp_path):
     settings = rendered_settings(core, path_traced_scene(), tmp_path)
     assert (settings["direct"], settings["secondary"], settings["indirect"]) == ("NEE", "NEE", "PATH")
-    assert {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings) == {"light_samples"}
-    assert settings["light_samples"] == 0  # one
+    given = {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings)
+    assert given == {"light_samples", "caustic_guide"}
+    assert (settings["light_samples"], settings["caustic_guide"]) == (0, False)  # the first: one
+
+
+def test_bounces_are_guided_to_caustics_in_final_renders_by_final(core, tmp_path):
+    assert rendered_settings(core, fresh_scene(), tmp_path)["caustic_guide"]
+    assert not viewport_settings(core, fresh_scene())["caustic_guide"]
 
 
 @pytest.mark.parametrize("direct", ["RIS", "RESTIR", "RESTIR_CACHE"])
@@ -81,7 +87,7 @@ def test_answers_about_later_points_reach_the_core_with_their_switches_alone(
     assert (settings[question], settings["bias"]) == (answer, "FAST")
     numbers = {"path_target", "path_source", "path_multi_bounce", "path_validation"}
     given = {parameter.core_name for parameter in techniques.PARAMETERS} & set(settings)
-    assert given - numbers - {"light_samples"} == switches
+    assert given - numbers - {"light_samples", "caustic_guide"} == switches
     of_answer = {"SCREEN_REUSE": numbers, "WORLD_REUSE": {"path_target"}}
     assert given & numbers == of_answer.get(answer, set())
     assert not any(settings[name] for name in switches - {"share_trial"})  # the preset keeps no history
@@ -113,7 +119,8 @@ def test_icons_reuse_nothing(core):
     scene.cistern.guiding = "ON"
     scene.cistern.direct, scene.cistern.secondary, scene.cistern.indirect = "RESTIR", "CELL_RESERVOIRS", "WORLD_REUSE"
     arguments = technique_arguments(techniques_in_force(scene, is_preview=True), core)
-    assert set(arguments) == {"direct", "secondary", "indirect", "light_sampling", "light_samples"}
+    assert set(arguments) == {"direct", "secondary", "indirect", "light_sampling", "light_samples", "caustic_guide"}
+    assert not arguments["caustic_guide"]
     assert (arguments["direct"], arguments["secondary"], arguments["indirect"]) == ("NEE", "NEE", "PATH")
 
 

@@ -171,16 +171,16 @@ def test_techniques_are_menus_under_custom_and_read_out_under_a_preset(preset):
 @pytest.mark.parametrize(
     ("question", "answer", "count"),
     [
-        ("direct", "NEE", 1),
-        ("direct", "LEARNED", 0),
+        ("direct", "NEE", 2),
+        ("direct", "LEARNED", 1),
         ("direct", "RIS", 1),
         ("direct", "RESTIR", 8),
         ("direct", "RESTIR_CACHE", 11),
-        ("secondary", "RIS", 1),
-        ("secondary", "CELL_RESERVOIRS", 2),
-        ("indirect", "SCREEN_REUSE", 7),
-        ("indirect", "WORLD_REUSE", 4),
-        ("indirect", "CELL_SHARED", 7),
+        ("secondary", "RIS", 2),
+        ("secondary", "CELL_RESERVOIRS", 3),
+        ("indirect", "SCREEN_REUSE", 8),
+        ("indirect", "WORLD_REUSE", 5),
+        ("indirect", "CELL_SHARED", 8),
     ],
 )
 def test_advanced_shows_what_the_system_uses(question, answer, count):

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <algorithm>
+
+#include "base/direction_histogram.h"
+#include "base/direction_lobes.h"
+
+namespace cistern {
+
+/// Where light is thought to come from: a histogram of what earlier paths found, lobes towards caustics, both, or
+/// neither. Refers to these.
+struct DirectionGuide {
+  /// Of the directions of a lobe that is guided.
+  static constexpr float kHistogramShare = 0.5f, kCausticShare = 0.08f;
+
+  const DirectionHistogram* histogram = nullptr;
+  const DirectionLobes* caustics = nullptr;
+
+  explicit operator bool() const { return histogram || caustics; }
+  /// How many of the directions follow the guide.
+  float share() const { return (histogram ? kHistogramShare : 0.0f) + (caustics ? kCausticShare : 0.0f); }
+  /// Density of `sample`, per solid angle.
+  float pdf(const Vec3& w) const {
+    const float found = histogram ? kHistogramShare * histogram->pdf(w) : 0.0f;
+    return (caustics ? found + kCausticShare * caustics->pdf(w) : found) / share();
+  }
+  /// There must be something. Keeps the stratification of `u` as far as the parts do.
+  Vec3 sample(Vec2 u) const {
+    if (!caustics) return histogram->sample(u);
+    const float of_caustics = kCausticShare / share();
+    if (u.x < of_caustics) return caustics->sample({u.x / of_caustics, u.y});
+    return histogram->sample({std::min((u.x - of_caustics) / (1.0f - of_caustics), kOneMinusEpsilon), u.y});
+  }
+};
+
+}  // namespace cistern

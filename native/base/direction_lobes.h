@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "base/frame.h"
+
+namespace cistern {
+
+/// A density over all directions: a sum of few lobes, each about an axis.
+///
+/// With r the distance of w from the axis on the unit sphere, that of a lobe is proportional to 1 / (1 + r^2 / a^2)^2:
+/// half of it is within r = a if that is small, and it is above 0 everywhere. Circles about an axis have the area pi
+/// r^2 [Archimedes], so it is the density of the slopes of GGX [Walter et al. 2007] on the sphere.
+class DirectionLobes {
+ public:
+  static constexpr size_t kMost = 4;
+
+  struct Lobe {
+    Vec3 axis;                   // unit
+    float square_radius = 0.0f;  // a^2, above 0
+    float share = 0.0f;          // of the directions; all together 1
+    float at_axis = 0.0f;        // share times the density there
+    bool operator==(const Lobe&) const = default;
+  };
+
+  /// Adds one of `weight` above 0, unnormalised; at most kMost.
+  void add(const Vec3& axis, float square_radius, float weight);
+  std::span<const Lobe> lobes() const { return {lobes_.data(), count_}; }
+
+  /// Density of `sample`, per solid angle.
+  float pdf(const Vec3& w) const;
+  /// There must be a lobe.
+  Vec3 sample(Vec2 u) const;
+
+ private:
+  std::array<Lobe, kMost> lobes_;
+  size_t count_ = 0;
+  float weight_ = 0.0f;  // of all
+};
+
+}  // namespace cistern

@@ -1,0 +1,86 @@
+#include "transport/caustic_guide.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "base/rng.h"
+#include "base/sphere_map.h"
+
+namespace cistern::test {
+namespace {
+
+const NestedCells kCells({}, Bounds3{{-4, -4, 0}, {4, 4, 4}}, {0, 0, 2}, 1e-3f, 0.0f);
+const Vec3 kUp{0, 0, 1}, kSun = normalize({1, 0.5f, 1}), kLamp = normalize({-1, 0.3f, 0.5f});
+const Vec3 kPlace{1, 1, 0};
+
+/// Photons that arrive on a small piece of the floor from about a direction.
+std::vector<CausticPhoton> photons(int count, Vec3 from, float spread = 0.0f, float light = 1.0f) {
+  std::vector<CausticPhoton> result;
+  Rng rng(1, 0, 0, 0);
+  for (int i = 0; i < count; ++i) {
+    const Vec3 position = kPlace + Vec3{0.01f * rng.next_float(), 0.01f * rng.next_float(), 0};
+    const Vec3 w = normalize(from + spread * equal_area_direction(rng.next_vec2()));
+    result.push_back({kCells.key(position, kUp), w, light, 1e-4f});
+  }
+  return result;
+}
+
+const DirectionLobes* find(const CausticGuide& guide, Vec3 position, Vec3 normal) {
+  const NestedCellKey cell = guide.cell(position, normal);
+  return cell == kNoNestedCell ? nullptr : guide.find(cell);
+}
+
+TEST(CausticGuide, PointsWhereThePhotonsCameFrom) {
+  std::vector<CausticPhoton> all = photons(30, kSun);
+  std::ranges::copy(photons(10, kLamp), std::back_inserter(all));
+  const CausticGuide guide(kCells, all);
+  const DirectionLobes* lobes = find(guide, kPlace, kUp);
+  ASSERT_NE(lobes, nullptr);
+  ASSERT_EQ(lobes->lobes().size(), 2u);
+  EXPECT_NEAR(dot(lobes->lobes()[0].axis, kSun), 1.0f, 1e-6f);
+  EXPECT_NEAR(lobes->lobes()[0].share, 0.75f, 1e-5f);
+  EXPECT_NEAR(dot(lobes->lobes()[1].axis, kLamp), 1.0f, 1e-6f);
+  EXPECT_FLOAT_EQ(lobes->lobes()[0].square_radius, 1e-4f);
+}
+
+TEST(CausticGuide, LobesAreAsWideAsDirectionsDiffer) {
+  constexpr float kSpread = 0.02f;
+  const Vec3 middle = equal_area_direction({20.5f / 64.0f, 30.5f / 64.0f});  // of one of the parts that are told apart
+  const CausticGuide guide(kCells, photons(100, middle, kSpread));
+  const DirectionLobes* lobes = find(guide, kPlace, kUp);
+  ASSERT_NE(lobes, nullptr);
+  // Evenly on a sphere of that radius, two of whose three coordinates lie across.
+  EXPECT_NEAR(lobes->lobes()[0].square_radius, 2.0f / 3.0f * sqr(kSpread), 0.1f * sqr(kSpread));
+}
+
+TEST(CausticGuide, KnowsNothingElsewhere) {
+  const CausticGuide guide(kCells, photons(30, kSun));
+  EXPECT_EQ(find(guide, kPlace, {1, 0, 0}), nullptr) << "other sides of surfaces";
+  EXPECT_EQ(find(guide, {-3, -3, 0}, kUp), nullptr);
+  EXPECT_TRUE(CausticGuide(kCells, {}).is_empty());
+}
+
+TEST(CausticGuide, FewPhotonsAreNone) {
+  const auto least = static_cast<int>(CausticGuide::kLeastPhotons);
+  EXPECT_TRUE(CausticGuide(kCells, photons(least - 1, kSun)).is_empty());
+  EXPECT_FALSE(CausticGuide(kCells, photons(least, kSun)).is_empty());
+}
+
+TEST(CausticGuide, LobesOfLittleLightAreLeftOut) {
+  std::vector<CausticPhoton> all = photons(30, kSun);
+  std::ranges::copy(photons(10, kLamp, 0.0f, 0.01f), std::back_inserter(all));
+  const CausticGuide guide(kCells, all);
+  EXPECT_EQ(find(guide, kPlace, kUp)->lobes().size(), 1u);
+}
+
+TEST(CausticGuide, IsTheSameForAnyOrder) {
+  std::vector<CausticPhoton> all = photons(50, kSun, 0.3f);
+  const CausticGuide one(kCells, all);
+  std::ranges::reverse(all);
+  const CausticGuide other(kCells, all);
+  EXPECT_TRUE(std::ranges::equal(find(one, kPlace, kUp)->lobes(), find(other, kPlace, kUp)->lobes()));
+}
+
+}  // namespace
+}  // namespace cistern::test
