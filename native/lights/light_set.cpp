@@ -138,7 +138,8 @@ struct LightSet::Impl {
   /// Share of the environment's samples that go through portals.
   float portal_share(Vec3 receiver) const;
   float environment_pdf(Vec3 direction, Vec3 receiver) const;
-  std::optional<IncidentLight> evaluate_environment_sample(Vec2 uv, Vec3 receiver, const PathState& path) const;
+  std::optional<IncidentLight> evaluate_environment_sample(Vec2 uv, Vec3 receiver, const PathState& path,
+                                                           SkyRadiance sky) const;
   std::optional<LampHit> find_hit(uint32_t emitter, const Ray& ray, const PathState& path) const;
 };
 
@@ -284,8 +285,8 @@ float LightSet::Impl::environment_pdf(Vec3 direction, Vec3 receiver) const {
   return of_portals + (share < 1.0f ? (1.0f - share) * environment->pdf(direction) : 0.0f);
 }
 
-std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv, Vec3 receiver,
-                                                                         const PathState& path) const {
+std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv, Vec3 receiver, const PathState& path,
+                                                                         SkyRadiance sky) const {
   IncidentLight light;
   const float share = portal_share(receiver);
   if (uv.x < share) {
@@ -304,7 +305,8 @@ std::optional<IncidentLight> LightSet::Impl::evaluate_environment_sample(Vec2 uv
   }
   light.distance = INFINITY;
   light.is_environment = true;
-  light.radiance = evaluate_environment(*scene, light.wi, path);
+  light.awaits_radiance = sky == SkyRadiance::LATER;
+  light.radiance = light.awaits_radiance ? Rgb(1.0f) : evaluate_environment(*scene, light.wi, path);
   light.visibility = scene->environment.visibility;
   if (is_black(light.radiance)) return std::nullopt;
   return light;
@@ -396,11 +398,11 @@ std::optional<LitPart> LightSet::lit_part_of(uint32_t emitter, const Vec3& origi
 }
 
 std::optional<IncidentLight> LightSet::evaluate(const LightSample& sample, Vec3 position, const PathState& path,
-                                                const RayCone& cone, const Accel* accel) const {
+                                                const RayCone& cone, const Accel* accel, SkyRadiance sky) const {
   if (sample.emitter < impl_->first_triangle()) return impl_->evaluate_lamp(sample.emitter, sample.uv, position, path);
   if (sample.emitter < impl_->environment_index())
     return impl_->evaluate_triangle(sample.emitter, sample.uv, position, path, cone, accel);
-  return impl_->evaluate_environment_sample(sample.uv, position, path);
+  return impl_->evaluate_environment_sample(sample.uv, position, path, sky);
 }
 
 std::optional<IncidentLight> LightSet::evaluate_along(uint32_t emitter, Vec3 direction, Vec3 position,

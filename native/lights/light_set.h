@@ -35,7 +35,14 @@ struct IncidentLight {
   uint8_t visibility = kVisibleToAll;  // RayVisibility bits: not lit where the receiver's scattering kind is not in it
   uint64_t blockers = kAllSets;        // LightLinks::blockers of the emitter
   bool is_environment = false;
+  bool awaits_radiance = false;     // see SkyRadiance::LATER
   std::optional<uint32_t> emitter;  // of lamps and emissive triangles
+};
+
+/// When the environment's program is asked what a light sample of it sends.
+enum class SkyRadiance : uint8_t {
+  NOW,
+  LATER,  // once it is known to arrive, by evaluate_environment with the same path: until then the radiance is 1
 };
 
 /// A lamp shape passed through by a scattered ray before it hits a surface.
@@ -98,7 +105,8 @@ class LightSet {
   /// as if it had been scattered there: what the light sends may depend on them, and on `accel` (evaluate_material),
   /// and must not depend on which technique found the light.
   std::optional<IncidentLight> evaluate(const LightSample& sample, Vec3 position, const PathState& path,
-                                        const RayCone& cone = {}, const Accel* accel = nullptr) const;
+                                        const RayCone& cone = {}, const Accel* accel = nullptr,
+                                        SkyRadiance sky = SkyRadiance::NOW) const;
 
   /// The same of an emissive triangle, as it is seen in a direction; empty where it is not.
   std::optional<IncidentLight> evaluate_along(uint32_t emitter, Vec3 direction, Vec3 position, const PathState& path,

@@ -240,7 +240,9 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
       context_.lights.choose(point.position, light_side(point, bsdf), u_choice, u_light, scattered.light_set);
   if (!choice) return;
   const RayCone cone{point.footprint, context_.pixel.angle};
-  const auto light = context_.lights.evaluate(choice->sample, point.position, scattered, cone, &context_.accel);
+  // Of what panes turn aside another part of the sky arrives.
+  const SkyRadiance sky = context_.passes_panes ? SkyRadiance::NOW : SkyRadiance::LATER;
+  const auto light = context_.lights.evaluate(choice->sample, point.position, scattered, cone, &context_.accel, sky);
   if (!light) return;
   const BsdfEvaluation f = evaluate_bsdf(bsdf, light->wi, light->visibility);
   const bool keeps_light = use.sample_point_of && !leaves_rough;  // others may reflect what this path does not
@@ -253,7 +255,9 @@ inline void Walk<Kind>::add_direct_light(const SurfacePoint& point, const Bsdf& 
                  ? light_sample_share(context_, use.light_candidates, choice->sample.emitter, light->pdf, bsdf_pdf)
                  : power_heuristic(pdf, bsdf_pdf);
   }
-  const PassedLight passed = passed_light_to(point, *light);
+  PassedLight passed = passed_light_to(point, *light);
+  if (is_black(passed.radiance)) return;
+  if (light->awaits_radiance) passed.radiance *= evaluate_environment(context_.scene, light->wi, scattered);
   const Rgb radiance = passed.radiance * (weight / pdf);
   if (is_black(radiance)) return;
   const LightSource source = source_of(choice->sample.emitter);
