@@ -230,7 +230,7 @@ _PATHS = {
 }
 _FINAL = _PATHS | {"indirect": "CELL_SHARED", "guiding": "AUTO", "light_samples": 2, "use_caustic_guide": True}
 _HISTORY = _PATHS | {"use_temporal_reuse": True}
-_INTERACTIVE = _HISTORY | {"indirect": "CELL_SHARED", "use_first_frame_history": True, "light_samples": 2}
+_INTERACTIVE = _HISTORY | {"indirect": "CELL_SHARED", "use_first_frame_history": True, "light_samples": 2, "use_caustic_guide": True}
 _REUSING = _HISTORY | {"light_sampler": "POWER"}
 
 # What each preset chooses; what it does not name keeps its default.

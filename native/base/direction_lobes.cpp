@@ -1,9 +1,9 @@
 #include "base/direction_lobes.h"
 
 #include <algorithm>
+#include <cassert>
 
 #include "base/angle.h"
-#include "base/check.h"
 
 namespace cistern {
 namespace {
@@ -13,6 +13,7 @@ constexpr float kFarthest = 4.0f;  // square of the sphere's diameter
 }  // namespace
 
 void DirectionLobes::add(const Vec3& axis, float square_radius, float weight) {
+  assert(count_ < kMost);
   lobes_[count_++] = {axis, square_radius, weight, 0.0f};
   for (Lobe& lobe : std::span(lobes_.data(), count_ - 1)) lobe.share *= weight_;
   weight_ += weight;

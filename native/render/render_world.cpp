@@ -65,7 +65,7 @@ RenderWorld::RenderWorld(Settings the_settings, std::shared_ptr<const Scene> the
             light_samples(settings, *lights),
             learning ? learning->use() : nullptr,
             guiding ? guiding->use() : nullptr,
-            media ? nullptr : caustics.get(),
+            media ? nullptr : caustics.get(),  // walks in media have no guides
             surfaces != nullptr,
             media.get(),
             !find_dispersive_material(*scene).empty(),

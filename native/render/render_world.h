@@ -12,7 +12,7 @@ namespace cistern {
 struct RenderWorld {
   RenderWorld(const Settings& the_settings, std::shared_ptr<const Scene> the_scene,
               std::shared_ptr<const Accel> the_accel, std::shared_ptr<const LightSet> the_lights,
-              std::shared_ptr<const CausticGuide> the_caustics = {}, std::shared_ptr<SurfaceFilm> the_surfaces = {});
+              std::shared_ptr<const CausticGuide> the_caustics, std::shared_ptr<SurfaceFilm> the_surfaces = {});
   /// Of another moment, with the same settings. What was learned is kept; of lights, where they are the same, else
   /// nothing is learned from then on.
   RenderWorld(const RenderWorld& earlier, std::shared_ptr<const Scene> the_scene,

@@ -216,8 +216,9 @@ void Session::run() {
       if (!accel) return;
       const Clock::time_point trial_start = Clock::now();
       const auto lights = find_lights(accel);
-      const auto caustics =
-          make_caustic_guide(settings_, *scene_, *accel, *lights, [this] { return cancelled_.load(); });
+      const StopCondition in_time{cancelled_, deadline_from(trial_start, kTrialShareOfLimit)};
+      const auto caustics = make_caustic_guide(settings_, *scene_, *accel, *lights,
+                                               [&in_time] { return in_time.cancelled || in_time.deadline_passed(); });
       const Settings decided = decided_settings(settings_, accel, lights, caustics);
       const Clock::duration trial_time = Clock::now() - trial_start;
       const auto world = std::make_shared<const RenderWorld>(decided, scene_, accel, lights, caustics, surfaces_);

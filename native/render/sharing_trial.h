@@ -22,7 +22,7 @@ class SharingTrial {
   static bool is_for(const Settings& settings);
 
   SharingTrial(const Settings& settings, std::shared_ptr<const Scene> scene, std::shared_ptr<const Accel> accel,
-               std::shared_ptr<const LightSet> lights, std::shared_ptr<const CausticGuide> caustics = {});
+               std::shared_ptr<const LightSet> lights, std::shared_ptr<const CausticGuide> caustics);
 
   /// The settings with what has won; as they were if stopped.
   Settings decide(const StopCondition& stop);

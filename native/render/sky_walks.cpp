@@ -45,7 +45,7 @@ SkyWalks::Walks SkyWalks::walk(uint32_t first, uint32_t last, uint32_t stream,
 }
 
 void SkyWalks::add_walk(Rng& rng, std::vector<WalkVertex>& vertices) const {
-  const std::optional<WalkStart> begin = start_walk(context_.scene, rng);
+  const std::optional<WalkStart> begin = start_walk(context_.scene, rng.next_vec2(), rng);
   if (!begin) return;
   Ray ray = begin->ray;
   std::optional<Hit> hit = begin->hit ? begin->hit : context_.accel.intersect(ray, kVisibleToCamera);

@@ -6,9 +6,9 @@
 
 namespace cistern {
 
-std::optional<WalkStart> start_walk(const Scene& scene, Rng& rng) {
+std::optional<WalkStart> start_walk(const Scene& scene, Vec2 film, Rng& rng) {
   const Camera& camera = scene.camera;
-  const Vec2 film = rng.next_vec2(), u = rng.next_vec2();
+  const Vec2 u = rng.next_vec2();
   if (camera.sheet) {
     const size_t pixels = camera.sheet->pixels.size();
     if (pixels == 0) return std::nullopt;

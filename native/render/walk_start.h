@@ -7,12 +7,12 @@
 
 namespace cistern {
 
-/// The first ray of a walk, through a random place of the picture.
+/// The first ray of a walk, through a place of the picture.
 struct WalkStart {
   Ray ray;
   std::optional<Hit> hit;  // where that is known
 };
-/// None where the picture shows nothing.
-std::optional<WalkStart> start_walk(const Scene& scene, Rng& rng);
+/// By a point of the full frame, in [0, 1]^2 with y up. None where the picture shows nothing.
+std::optional<WalkStart> start_walk(const Scene& scene, Vec2 film, Rng& rng);
 
 }  // namespace cistern

@@ -50,18 +50,21 @@ struct PhotonStatistics {
 
 PhotonStatistics statistics_of(const CausticPhoton& photon) {
   const double light = photon.light;
-  const Vec3& w = photon.direction;
-  return {photon.cell, part_of(w), 1.0, light, photon.square_radius * light, w.x * light, w.y * light, w.z * light};
+  const double x = photon.direction.x, y = photon.direction.y, z = photon.direction.z;
+  const double scaled = light / std::sqrt(x * x + y * y + z * z);  // lengths in single precision would count as spread
+  const uint32_t part = part_of(photon.direction);
+  return {photon.cell, part, 1.0, light, photon.square_radius * light, x * scaled, y * scaled, z * scaled};
 }
 
-void add_lobe(DirectionLobes& lobes, const PhotonStatistics& sums) {
+/// `light`: of all the cell.
+void add_lobe(DirectionLobes& lobes, const PhotonStatistics& sums, double light) {
   const double length = std::sqrt(sums.x * sums.x + sums.y * sums.y + sums.z * sums.z);
   const Vec3 mean{static_cast<float>(sums.x / length), static_cast<float>(sums.y / length),
                   static_cast<float>(sums.z / length)};
   // Mean square of the distances from the mean direction, on the unit sphere.
   const double variance = 2.0 * (1.0 - length / sums.light);
   const double square_radius = std::max({sums.spread / sums.light, variance, kLeastSquareRadius});
-  lobes.add(normalize(mean), static_cast<float>(square_radius), static_cast<float>(sums.light));
+  lobes.add(normalize(mean), static_cast<float>(square_radius), static_cast<float>(sums.light / light));
 }
 
 /// Of the parts with most light.
@@ -77,7 +80,7 @@ std::optional<DirectionLobes> lobes_of(std::span<const PhotonStatistics> of_cell
                                  &PhotonStatistics::light);
   DirectionLobes lobes;
   for (const PhotonStatistics& part : best)
-    if (part.light >= kLeastShare * light) add_lobe(lobes, part);
+    if (part.light >= kLeastShare * light) add_lobe(lobes, part, light);
   return lobes.lobes().empty() ? std::nullopt : std::optional(lobes);
 }
 

@@ -18,7 +18,7 @@ namespace cistern {
 struct CausticPhoton {
   NestedCellKey cell = kNoNestedCell;  // where it arrives, on the side it arrives on
   Vec3 direction;                      // unit, towards where it comes from
-  float light = 0.0f;                  // luminance, W/m^2 at the surface it comes from; above 0
+  float light = 0.0f;                  // luminance, as it counts beside that of others; finite, above 0
   float square_radius = 0.0f;  // about that of the lobe of directions it might have come from, on the unit sphere
 };
 

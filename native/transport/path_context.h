@@ -70,9 +70,9 @@ struct PathContext {
   int light_samples = 1;
   /// Null: the light set chooses everywhere.
   const LearnedLightUse* learned = nullptr;
-  /// Null: directions are those of BSDFs everywhere.
+  /// Null: nothing is learned about directions.
   const GuideUse* guiding = nullptr;
-  /// Null: nor towards caustics.
+  /// Null: bounces are not guided towards caustics.
   const CausticGuide* caustics = nullptr;
   /// Whether PathScratch::seen_surfaces is wanted; only with record_surfaces.
   bool record_seen = false;

@@ -8,9 +8,9 @@
 namespace cistern {
 
 /// Guided bounces: lobes that are not narrow take a part of their directions from where light came from in earlier
-/// frames, as far as the cell of the point knows. Cells are told apart by the side that the normal looks to, so that
-/// their densities spend little below the horizon. The mixture is the density of BSDF sampling (bsdf.h) to all who ask
-/// for that.
+/// frames, as far as the cell of the point knows; and a small one towards caustics (caustic_guide.h). Cells are told
+/// apart by the side that the normal looks to, so that their densities spend little below the horizon. The mixture is
+/// the density of BSDF sampling (bsdf.h) to all who ask for that.
 class PathGuide {
  public:
   explicit PathGuide(const NestedCells& cells) : cells_(cells) {}

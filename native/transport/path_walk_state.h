@@ -30,7 +30,7 @@ template <bool kCaptures, bool kLearns, bool kHasMedia = false, bool kSplits = f
 struct WalkKind {
   // NOLINTBEGIN(readability-identifier-naming): traits
   static constexpr bool captures = kCaptures;  // leaves something to others
-  static constexpr bool learns = kLearns;      // chooses lights or directions by what earlier frames learned
+  static constexpr bool learns = kLearns;      // chooses lights or directions by what was learned
   static constexpr bool has_media = kHasMedia;
   static constexpr bool splits = kSplits;  // light in parts as well: PathContext::splits
   // NOLINTEND(readability-identifier-naming)
@@ -74,13 +74,23 @@ struct CaptureState {
   bool only_deep_link_next = false;  // a bounce limit is reached for all but this link, which may bounce once more
 };
 
+/// Density below which a direction is not one of narrow lobes, per solid angle.
+inline constexpr float kWidePdf = 1.0f;
+
 /// How a walk chooses lights, and what there is to learn from the light it finds.
 struct LearningState {
-  double gathered = 0.0;    // magnitude of all that the path adds up to, including what is left to others
-  float guide_gain = 1.0f;  // product of BsdfSample::guide_gain: where guides find more, less throughput is enough
+  double gathered = 0.0;      // magnitude of all that the path adds up to, including what is left to others
+  float guide_gain = 1.0f;    // product of BsdfSample::guide_gain: where guides find more, less throughput is enough
+  float caustic_gain = 1.0f;  // the same of a guide towards caustics, until the path is scattered widely
   bool met_visible_point = false;
   std::optional<LearnedLights::Chooser> at_vertex;  // none: the light set chooses
   std::optional<LearnedLights::Chooser> of_ray;     // of the last vertex that light samples could have lit
+
+  void count_gain(const Bsdf& bsdf, const BsdfSample& sample) {
+    // A path that was guided towards a caustic and has met something else is not worth what one is that found it.
+    if (!sample.is_delta && sample.pdf < kWidePdf * sample.guide_gain) caustic_gain = 1.0f;
+    (bsdf.guide.caustics ? caustic_gain : guide_gain) *= sample.guide_gain;
+  }
 };
 
 /// The media of a walk, and the part of a ray through them that it follows.

@@ -1,6 +1,8 @@
 """Bounces guided towards caustics against plain path tracing, where suns and lamps shine by mirrors, gloss and glass.
 
-The lamps and lobes are wide enough for the reference to find the light by chance. False-alarm rate of all comparisons
+The lamps and lobes are wide enough for the reference to find the light by chance. What pictures cannot show is a density
+that one technique forgets: narrow lobes for 8 % of the bounces have next to nothing in common with light samples (if
+those forget the guide, no block of `veil` changes by more than 0.05 %). guided_bsdf_test.cpp sees that. False-alarm rate of all comparisons
 in this file together: FALSE_ALARM_RATE.
 """
 
@@ -27,6 +29,8 @@ SYSTEMS = {
     "learned": dict(direct="LEARNED", secondary="LEARNED", guiding="ON"),
     "shared": dict(indirect="CELL_SHARED", share_trial=False, temporal_reuse=False),
     "reservoirs": dict(direct="RESTIR", secondary="CELL_RESERVOIRS", temporal_reuse=False),
+    "screen": dict(indirect="SCREEN_REUSE", temporal_reuse=False),
+    "world": dict(indirect="WORLD_REUSE", secondary="RIS", temporal_reuse=False),
 }
 KINDS = dict(max_bounces=4, max_diffuse_bounces=2, max_glossy_bounces=1, max_transmission_bounces=3)
 
@@ -59,14 +63,29 @@ def glass() -> core.Scene:
     return scene.snapshot()
 
 
-SCENES = {"pane": pane, "glass": glass}
+def veil() -> core.Scene:
+    """The pane lets half pass, and behind it are a lamp and a wall, where it shows the sun: there guides lead to what
+    light samples and the samples of others find as well.
+    """
+    scene = SceneDescription()
+    sun(scene)
+    scene.add_quad((-2, -2, 0), (4, 0, 0), (0, 4, 0), GRAY, name="floor")
+    metal = principled(metallic=1.0, roughness=0.1, alpha=0.5)
+    scene.add_quad((-1.2, -1, 0.3), (0, 2, 0), (0, 0, 1.2), metal, name="pane")
+    scene.add_quad((-2.4, -2, 0), (0, 4, 0), (0, 0, 4), GRAY, name="wall")
+    scene.builder.add_point_light("lamp", (-2.0, 0.8, 2.0), 0.2, (2.0, 2.3, 2.6))
+    scene.set_camera((1.0, -2.0, 2.0), (-0.4, 0.0, 0.0), half_width=0.35)
+    return scene.snapshot()
+
+
+SCENES = {"pane": pane, "glass": glass, "veil": veil}
 CASES = [
-    *(("pane", system, {}) for system in SYSTEMS),
+    *((name, system, {}) for name in ("pane", "veil") for system in SYSTEMS),
     *(("glass", system, {}) for system in ("paths", "shared")),
     ("pane", "paths", KINDS),
     ("glass", "shared", KINDS),
 ]
-CASE_RATE = sidak(FALSE_ALARM_RATE, len(CASES) + 2)
+CASE_RATE = sidak(FALSE_ALARM_RATE, len(CASES) + 3)
 
 
 @functools.cache
@@ -103,7 +122,7 @@ def test_expectations_stay(name: str, system: str, limits: dict) -> None:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_two_percent_too_much_light_is_seen(name: str) -> None:
-    """Planted bug: as if guided bounces brought 2 % of all light twice."""
+    """What these comparisons can tell."""
     result = compare(name, "paths", {}, scale=1.02)
     assert not result.agrees, result
 
@@ -144,7 +163,8 @@ def test_same_bits_for_any_number_of_threads(system: str) -> None:
     assert not np.array_equal(one["Indirect"], plain["Indirect"])  # or else equality would prove nothing
 
 
-def test_guided_surfaces_are_seen_in_their_pass() -> None:
-    guided = render(scene_of("pane"), SIZE, SAMPLES, caustic_guide=True, passes=["Guided"])["Guided"]
+@pytest.mark.parametrize("name", SCENES)
+def test_guided_surfaces_are_seen_in_their_pass(name: str) -> None:
+    guided = render(scene_of(name), SIZE, SAMPLES, caustic_guide=True, passes=["Guided"])["Guided"]
     assert 0.02 < guided.mean() < 0.98
-    assert not render(scene_of("pane"), SIZE, SAMPLES, passes=["Guided"])["Guided"].any()
+    assert not render(scene_of(name), SIZE, SAMPLES, passes=["Guided"])["Guided"].any()

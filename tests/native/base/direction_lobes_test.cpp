@@ -70,14 +70,18 @@ TEST(DirectionLobes, SharesAddUp) {
 }
 
 TEST(DirectionLobes, NarrowOnesStayExact) {
+  constexpr int kCount = 10000;
   DirectionLobes lobes;
   lobes.add(kAxis, 1e-8f, 1.0f);
+  int within = 0;
   Rng rng(3, 0, 0, 0);
-  for (int i = 0; i < 1000; ++i) {
+  for (int i = 0; i < kCount; ++i) {
     const Vec3 w = lobes.sample(rng.next_vec2());
     ASSERT_TRUE(std::isfinite(lobes.pdf(w)));
     ASSERT_GT(lobes.pdf(w), 0.0f);
+    within += length(w - kAxis) < 3e-4f ? 1 : 0;
   }
+  EXPECT_NEAR(within, 0.9 * kCount, 0.02 * kCount);  // six standard deviations
   for (const float u : {0.0f, 0.9999999f}) EXPECT_NEAR(length(lobes.sample({u, u})), 1.0f, 1e-5f);
 }
 

@@ -25,7 +25,7 @@ class BandedFrameTest : public testing::Test {
   const std::shared_ptr<const Scene> scene_ = small_room();
   RenderCache cache_;
   const RenderWorld world_{shared_settings(), scene_, cache_.accel(scene_, false),
-                           cache_.lights(scene_, LightSampling::TREE, EnvironmentDensity::COMPENSATED)};
+                           cache_.lights(scene_, LightSampling::TREE, EnvironmentDensity::COMPENSATED), nullptr};
   const std::atomic<bool> cancelled_{false};
   const StopCondition stop_{cancelled_, std::chrono::steady_clock::time_point::max()};
   BandedFrame frame_{world_.context, world_.settings};

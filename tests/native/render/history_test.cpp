@@ -14,7 +14,7 @@ const StopCondition kNeverStop{kNotCancelled, std::chrono::steady_clock::time_po
 
 std::shared_ptr<const RenderWorld> world_of(const Settings& settings, const std::shared_ptr<const Scene>& scene) {
   return std::make_shared<const RenderWorld>(settings, scene, Accel::build(scene),
-                                             std::make_shared<const LightSet>(scene, settings.light_sampling));
+                                             std::make_shared<const LightSet>(scene, settings.light_sampling), nullptr);
 }
 
 Film film_of(const Settings& s) { return Film(s.region.width, s.region.height, s.passes); }

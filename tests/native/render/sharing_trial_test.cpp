@@ -85,7 +85,7 @@ Settings decided(const std::shared_ptr<const Scene>& scene, const Settings& sett
   RenderCache cache;
   const std::atomic<bool> cancelled{false};
   SharingTrial trial(settings, scene, cache.accel(scene, false),
-                     cache.lights(scene, LightSampling::TREE, EnvironmentDensity::COMPENSATED));
+                     cache.lights(scene, LightSampling::TREE, EnvironmentDensity::COMPENSATED), nullptr);
   return trial.decide({cancelled, std::chrono::steady_clock::time_point::max()});
 }
 
@@ -128,7 +128,7 @@ TEST(SharingTrial, StoppedItDecidesNothing) {
   RenderCache cache;
   const std::atomic<bool> cancelled{true};
   SharingTrial trial(on_trial(), scene, cache.accel(scene, false),
-                     cache.lights(scene, LightSampling::TREE, EnvironmentDensity::COMPENSATED));
+                     cache.lights(scene, LightSampling::TREE, EnvironmentDensity::COMPENSATED), nullptr);
   EXPECT_EQ(trial.decide({cancelled, std::chrono::steady_clock::time_point::max()}), on_trial());
 }
 

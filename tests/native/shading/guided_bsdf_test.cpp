@@ -146,18 +146,20 @@ Moments light_of_cone(const Bsdf& bsdf, OfLightSample of_light_sample, OfDirecti
 }
 
 TEST(GuidedBsdf, LightSamplesAndDirectionsShareTheLight) {
-  const Bsdf bsdf = cases()[0].bsdf;
-  Bsdf plain = bsdf;
-  plain.guide = {};
-  const auto of_evaluation = [](const BsdfEvaluation& f) { return f.pdf; };
-  const auto of_sample = [](const BsdfSample& sample) { return sample.pdf; };
-  const Moments truth = light_of_cone(plain, of_evaluation, of_sample);
-  EXPECT_GT(same_mean_p_value(light_of_cone(bsdf, of_evaluation, of_sample), truth), kFalseAlarmRate);
-  // Planted bugs: a side that forgets the guide.
-  const auto forgets = [](const BsdfSample& sample) { return sample.pdf / sample.guide_gain; };
-  EXPECT_LT(same_mean_p_value(light_of_cone(bsdf, of_evaluation, forgets), truth), kFalseAlarmRate);
-  const auto unguided = [](const BsdfEvaluation& f) { return f.unguided_pdf; };
-  EXPECT_LT(same_mean_p_value(light_of_cone(bsdf, unguided, of_sample), truth), kFalseAlarmRate);
+  for (const size_t guided : {0, 5}) {
+    const Bsdf bsdf = cases()[guided].bsdf;
+    Bsdf plain = bsdf;
+    plain.guide = {};
+    const auto of_evaluation = [](const BsdfEvaluation& f) { return f.pdf; };
+    const auto of_sample = [](const BsdfSample& sample) { return sample.pdf; };
+    const Moments truth = light_of_cone(plain, of_evaluation, of_sample);
+    EXPECT_GT(same_mean_p_value(light_of_cone(bsdf, of_evaluation, of_sample), truth), kFalseAlarmRate);
+    // Planted bugs: a side that forgets the guide.
+    const auto forgets = [](const BsdfSample& sample) { return sample.pdf / sample.guide_gain; };
+    EXPECT_LT(same_mean_p_value(light_of_cone(bsdf, of_evaluation, forgets), truth), kFalseAlarmRate);
+    const auto unguided = [](const BsdfEvaluation& f) { return f.unguided_pdf; };
+    EXPECT_LT(same_mean_p_value(light_of_cone(bsdf, unguided, of_sample), truth), kFalseAlarmRate);
+  }
 }
 
 /// What a kind of scattering brings must not depend on the guide: where kinds matter only Bsdfs without narrow lobes
