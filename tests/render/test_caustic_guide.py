@@ -1,9 +1,9 @@
 """Bounces guided towards caustics against plain path tracing, where suns and lamps shine by mirrors, gloss and glass.
 
-The lamps and lobes are wide enough for the reference to find the light by chance. What pictures cannot show is a density
-that one technique forgets: narrow lobes for 8 % of the bounces have next to nothing in common with light samples (if
-those forget the guide, no block of `veil` changes by more than 0.05 %). guided_bsdf_test.cpp sees that. False-alarm rate of all comparisons
-in this file together: FALSE_ALARM_RATE.
+The lamps and lobes are wide enough for the reference to find the light by chance. What pictures cannot show is a
+density that one technique forgets: narrow lobes for 8 % of the bounces have next to nothing in common with light
+samples (if those forget the guide, no block of `veil` changes by more than 0.05 %). guided_bsdf_test.cpp sees that.
+False-alarm rate of all comparisons in this file together: FALSE_ALARM_RATE.
 """
 
 from __future__ import annotations
