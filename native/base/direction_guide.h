@@ -15,6 +15,7 @@ struct DirectionGuide {
 
   const DirectionHistogram* histogram = nullptr;
   const DirectionLobes* caustics = nullptr;
+  Vec3 position;  // of who looks
 
   explicit operator bool() const { return histogram || caustics; }
   /// How many of the directions follow the guide.
@@ -22,13 +23,13 @@ struct DirectionGuide {
   /// Density of `sample`, per solid angle.
   float pdf(const Vec3& w) const {
     const float found = histogram ? kHistogramShare * histogram->pdf(w) : 0.0f;
-    return (caustics ? found + kCausticShare * caustics->pdf(w) : found) / share();
+    return (caustics ? found + kCausticShare * caustics->pdf(w, position) : found) / share();
   }
   /// There must be something. Keeps the stratification of `u` as far as the parts do.
   Vec3 sample(Vec2 u) const {
     if (!caustics) return histogram->sample(u);
     const float of_caustics = kCausticShare / share();
-    if (u.x < of_caustics) return caustics->sample({u.x / of_caustics, u.y});
+    if (u.x < of_caustics) return caustics->sample({u.x / of_caustics, u.y}, position);
     return histogram->sample({std::min((u.x - of_caustics) / (1.0f - of_caustics), kOneMinusEpsilon), u.y});
   }
 };

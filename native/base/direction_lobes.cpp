@@ -12,27 +12,27 @@ constexpr float kFarthest = 4.0f;  // square of the sphere's diameter
 
 }  // namespace
 
-void DirectionLobes::add(const Vec3& axis, float square_radius, float weight) {
+void DirectionLobes::add(const Lobe& added) {
   assert(count_ < kMost);
-  lobes_[count_++] = {axis, square_radius, weight, 0.0f};
+  lobes_[count_++] = added;
   for (Lobe& lobe : std::span(lobes_.data(), count_ - 1)) lobe.share *= weight_;
-  weight_ += weight;
+  weight_ += added.share;
   for (Lobe& lobe : std::span(lobes_.data(), count_)) {
     lobe.share /= weight_;
     lobe.at_axis = lobe.share * (lobe.square_radius + kFarthest) / (kFarthest * kPi * lobe.square_radius);
   }
 }
 
-float DirectionLobes::pdf(const Vec3& w) const {
+float DirectionLobes::pdf(const Vec3& w, const Vec3& position) const {
   float sum = 0.0f;
   for (const Lobe& lobe : lobes()) {
-    const Vec3 off = w - lobe.axis;
+    const Vec3 off = w - lobe.axis_at(position);
     sum += lobe.at_axis / sqr(1.0f + dot(off, off) / lobe.square_radius);
   }
   return sum;
 }
 
-Vec3 DirectionLobes::sample(Vec2 u) const {
+Vec3 DirectionLobes::sample(Vec2 u, const Vec3& position) const {
   size_t i = 0;
   while (i + 1 < count_ && u.x >= lobes_[i].share) u.x -= lobes_[i++].share;
   const Lobe& lobe = lobes_[i];
@@ -41,7 +41,7 @@ Vec3 DirectionLobes::sample(Vec2 u) const {
   const float square = std::min(lobe.square_radius * part / (1.0f - part), kFarthest);
   const float cosine = 1.0f - 0.5f * square, sine = std::sqrt(square * (1.0f - square / kFarthest));
   const SineCosine turn = sine_cosine_of_turns(u.y);
-  return Frame(lobe.axis).to_world({sine * turn.cosine, sine * turn.sine, cosine});
+  return Frame(lobe.axis_at(position)).to_world({sine * turn.cosine, sine * turn.sine, cosine});
 }
 
 }  // namespace cistern

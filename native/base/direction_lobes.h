@@ -17,21 +17,28 @@ class DirectionLobes {
   static constexpr size_t kMost = 4;
 
   struct Lobe {
-    Vec3 axis;                   // unit
+    Vec3 axis;                   // unit, as seen from `from`
     float square_radius = 0.0f;  // a^2, above 0
     float share = 0.0f;          // of the directions; all together 1
+    Vec3 from;                   // m
+    float nearness = 0.0f;       // one over the distance of what the axis points to, 1/m
     float at_axis = 0.0f;        // share times the density there
+
+    /// The axis as seen from a place.
+    Vec3 axis_at(const Vec3& position) const {
+      return nearness == 0.0f ? axis : normalize_or(axis + nearness * (from - position), axis);
+    }
     bool operator==(const Lobe&) const = default;
   };
 
-  /// Adds one of `weight` above 0, unnormalised; at most kMost.
-  void add(const Vec3& axis, float square_radius, float weight);
+  /// Adds one, whose share counts beside those of the others, and is above 0; at most kMost.
+  void add(const Lobe& lobe);
   std::span<const Lobe> lobes() const { return {lobes_.data(), count_}; }
 
   /// Density of `sample`, per solid angle.
-  float pdf(const Vec3& w) const;
+  float pdf(const Vec3& w, const Vec3& position) const;
   /// There must be a lobe.
-  Vec3 sample(Vec2 u) const;
+  Vec3 sample(Vec2 u, const Vec3& position) const;
 
  private:
   std::array<Lobe, kMost> lobes_;

@@ -108,9 +108,10 @@ std::vector<CausticPhoton> CausticPhotons::Found::noisy_photons() const {
 
 /// On its way.
 struct CausticPhotons::Photon {
-  SurfacePoint at;  // seen from where it came
-  Vec3 from;        // where its light is, unit
-  Rgb light;        // W/m^2, over the probabilities of its choices
+  SurfacePoint at;      // seen from where it came
+  Vec3 from;            // where its light is, unit
+  Rgb light;            // W/m^2, over the probabilities of its choices
+  float length = 0.0f;  // of its way, m
   float solid_angle = 0.0f;
   float whole = 1.0f;   // of light and solid angle of its lamp over its own: of a mesh it is one triangle
   float chance = 1.0f;  // of its choices
@@ -206,6 +207,7 @@ std::optional<CausticPhotons::Photon> CausticPhotons::shoot(const SurfacePoint& 
   const float received = luminance(photon.light);
   if (!(received > 0.0f) || !std::isfinite(received)) return std::nullopt;
   found.received.push_back(received);
+  photon.length = light->distance;
   photon.solid_angle = light->is_delta ? 0.0f : 1.0f / light->pdf;
   photon.whole = light->emitter && !light->is_delta
                      ? static_cast<float>(emitters_of_object(context_.lights, choice->sample.emitter))
@@ -250,7 +252,8 @@ void CausticPhotons::follow(Photon photon, Rng& rng, const NestedCells& cells, F
       const bool is_sought = is_by_panes && dot(at.wo, photon.from) > kStraight;
       if (bounces > 0 && !is_sought && takes_guide(context_, bsdf)) {
         const double whole = photon.whole;
-        found.arrivals.push_back({{cells.key(at.position, at.ns), at.wo, light, photon.solid_angle * kInvPi},
+        found.arrivals.push_back({{cells.key(at.position, at.ns), at.position, at.wo, light, 1.0f / photon.length,
+                                   photon.solid_angle * kInvPi},
                                   noise_of(whole * light * photon.chance, whole * photon.solid_angle)});
       }
       const float u_lobe = rng.next_float();
@@ -268,6 +271,7 @@ void CausticPhotons::follow(Photon photon, Rng& rng, const NestedCells& cells, F
     }
     const std::optional<Hit> hit = context_.accel.intersect(ray, kind);
     if (!hit) return;
+    photon.length += hit->t;
     at = make_surface_point(context_.scene, ray, *hit);
     if (!is_finite(at.position)) return;
   }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/hash.h"
 #include "base/sphere_map.h"
-#include "grid/cell_statistics.h"
 
 namespace cistern {
 namespace {
@@ -16,6 +16,19 @@ constexpr int kSide = 64;
 constexpr double kLeastShare = 0.05;
 /// Narrower lobes could not be told by directions in single precision.
 constexpr double kLeastSquareRadius = 1e-8;
+
+struct DVec3 {
+  double x = 0.0, y = 0.0, z = 0.0;
+  void add(const Vec3& v, double weight) {
+    x += weight * v.x;
+    y += weight * v.y;
+    z += weight * v.z;
+  }
+  double length() const { return std::sqrt(x * x + y * y + z * z); }
+  Vec3 over(double d) const {
+    return {static_cast<float>(x / d), static_cast<float>(y / d), static_cast<float>(z / d)};
+  }
+};
 
 /// The coarsest that the index looks at, around a point's own.
 NestedCellKey coarsest_around(NestedCellKey key) {
@@ -29,76 +42,108 @@ uint32_t part_of(const Vec3& w) {
   return static_cast<uint32_t>(coordinate(p.y) * kSide + coordinate(p.x));
 }
 
-/// Sums over the photons of a cell and part of the sphere.
-struct PhotonStatistics {
-  NestedCellKey cell = kNoNestedCell;
+/// A photon as the middle of its cell sees where it came from.
+struct Seen {
   uint32_t part = 0;
-  double photons = 0.0, light = 0.0, spread = 0.0;  // the last: of square radii times light
-  double x = 0.0, y = 0.0, z = 0.0;                 // of directions times light
-  bool has_part_of(const PhotonStatistics& other) const { return part == other.part; }
-  PhotonStatistics& operator+=(const PhotonStatistics& other) {
-    photons += other.photons;
-    light += other.light;
-    spread += other.spread;
-    x += other.x;
-    y += other.y;
-    z += other.z;
-    return *this;
-  }
-  friend auto operator<=>(const PhotonStatistics&, const PhotonStatistics&) = default;  // NOLINT(modernize-use-nullptr)
+  const CausticPhoton* photon = nullptr;
+  Vec3 direction;
 };
 
-PhotonStatistics statistics_of(const CausticPhoton& photon) {
-  const double light = photon.light;
-  const double x = photon.direction.x, y = photon.direction.y, z = photon.direction.z;
-  const double scaled = light / std::sqrt(x * x + y * y + z * z);  // lengths in single precision would count as spread
-  const uint32_t part = part_of(photon.direction);
-  return {photon.cell, part, 1.0, light, photon.square_radius * light, x * scaled, y * scaled, z * scaled};
-}
-
 /// `light`: of all the cell.
-void add_lobe(DirectionLobes& lobes, const PhotonStatistics& sums, double light) {
-  const double length = std::sqrt(sums.x * sums.x + sums.y * sums.y + sums.z * sums.z);
-  const Vec3 mean{static_cast<float>(sums.x / length), static_cast<float>(sums.y / length),
-                  static_cast<float>(sums.z / length)};
+void add_lobe(DirectionLobes& lobes, std::span<const Seen> of_part, const Vec3& middle, double light) {
+  DVec3 towards;
+  double of_lobe = 0.0, spread = 0.0, nearness = 0.0;
+  for (const Seen& seen : of_part) {
+    const double weight = seen.photon->light;
+    // Lengths in single precision would count as spread.
+    const double length = std::hypot(double{seen.direction.x}, double{seen.direction.y}, double{seen.direction.z});
+    towards.add(seen.direction, weight / length);
+    of_lobe += weight;
+    spread += weight * seen.photon->square_radius;
+    nearness += weight * seen.photon->nearness;
+  }
   // Mean square of the distances from the mean direction, on the unit sphere.
-  const double variance = 2.0 * (1.0 - length / sums.light);
-  const double square_radius = std::max({sums.spread / sums.light, variance, kLeastSquareRadius});
-  lobes.add(normalize(mean), static_cast<float>(square_radius), static_cast<float>(sums.light / light));
+  const double variance = 2.0 * (1.0 - towards.length() / of_lobe);
+  const double square_radius = std::max({spread / of_lobe, variance, kLeastSquareRadius});
+  lobes.add({.axis = normalize(towards.over(of_lobe)),
+             .square_radius = static_cast<float>(square_radius),
+             .share = static_cast<float>(of_lobe / light),
+             .from = middle,
+             .nearness = static_cast<float>(nearness / of_lobe)});
 }
 
-/// Of the parts with most light.
-std::optional<DirectionLobes> lobes_of(std::span<const PhotonStatistics> of_cell) {
-  double photons = 0.0, light = 0.0;
-  for (const PhotonStatistics& s : of_cell) {
-    photons += s.photons;
-    light += s.light;
+/// About the directions of most light.
+std::optional<DirectionLobes> lobes_of(std::span<const CausticPhoton* const> of_cell) {
+  if (of_cell.size() < CausticGuide::kLeastPhotons) return std::nullopt;
+  DVec3 places;
+  double light = 0.0;
+  for (const CausticPhoton* photon : of_cell) {
+    places.add(photon->position, photon->light);
+    light += photon->light;
   }
-  if (photons < CausticGuide::kLeastPhotons) return std::nullopt;
-  std::vector<PhotonStatistics> best(std::min(of_cell.size(), DirectionLobes::kMost));
-  std::ranges::partial_sort_copy(of_cell, best, std::ranges::greater{}, &PhotonStatistics::light,
-                                 &PhotonStatistics::light);
+  const Vec3 middle = places.over(light);
+  std::vector<Seen> all;
+  all.reserve(of_cell.size());
+  for (const CausticPhoton* photon : of_cell) {
+    const Vec3 direction =
+        normalize_or(photon->direction + photon->nearness * (photon->position - middle), photon->direction);
+    all.push_back({part_of(direction), photon, direction});
+  }
+  std::ranges::sort(all, {}, [](const Seen& seen) { return std::pair(seen.part, seen.photon); });
+  struct Part {
+    std::span<const Seen> photons;
+    double light = 0.0;
+  };
+  std::vector<Part> parts;
+  for (auto begin = all.cbegin(); begin != all.cend();) {
+    const auto end = std::find_if(begin, all.cend(), [&](const Seen& seen) { return seen.part != begin->part; });
+    Part& part = parts.emplace_back(Part{{begin, end}});
+    for (const Seen& seen : part.photons) part.light += seen.photon->light;
+    begin = end;
+  }
+  std::ranges::sort(parts, {}, [](const Part& part) { return std::pair(-part.light, part.photons.data()); });
   DirectionLobes lobes;
-  for (const PhotonStatistics& part : best)
-    if (part.light >= kLeastShare * light) add_lobe(lobes, part, light);
+  for (const Part& part : std::span(parts).first(std::min(parts.size(), DirectionLobes::kMost)))
+    if (part.light >= kLeastShare * light) add_lobe(lobes, part.photons, middle, light);
   return lobes.lobes().empty() ? std::nullopt : std::optional(lobes);
 }
 
 }  // namespace
 
 CausticGuide::CausticGuide(const NestedCells& cells, std::span<const CausticPhoton> photons) : cells_(cells) {
-  std::vector<PhotonStatistics> finest;
-  finest.reserve(photons.size());
+  std::vector<PlacedPhoton> placed;
+  placed.reserve(photons.size());
   for (const CausticPhoton& photon : photons)
-    if (photon.cell != kNoNestedCell) finest.push_back(statistics_of(photon));
-  sum_equal(finest);
-  for (const PhotonStatistics& s : finest) marks_.set(mix_bits(coarsest_around(s.cell)) % kMarks);
-  index_ = make_rows(std::move(finest), [this](auto of_cell) -> std::optional<uint32_t> {
-    const std::optional<DirectionLobes> lobes = lobes_of(of_cell);
-    if (!lobes) return std::nullopt;
-    rows_.push_back(*lobes);
-    return static_cast<uint32_t>(rows_.size() - 1);
-  });
+    if (photon.cell != kNoNestedCell) placed.emplace_back(photon.cell, &photon);
+  std::ranges::sort(placed);
+  std::vector<NestedCellKey> own_cells;
+  for (const auto& [cell, photon] : placed) {
+    if (own_cells.empty() || own_cells.back() != cell) own_cells.push_back(cell);
+    marks_.set(mix_bits(coarsest_around(cell)) % kMarks);
+  }
+  std::vector<NestedCellIndex::Entry> entries;
+  for (int doublings = 0; doublings <= NestedCellIndex::kDoublings; ++doublings) {
+    if (doublings > 0) {
+      for (PlacedPhoton& photon : placed) photon.first = coarser_cell(photon.first);
+      std::ranges::sort(placed);
+    }
+    add_rows(placed, entries);
+  }
+  index_.build(std::move(entries), own_cells);
+}
+
+void CausticGuide::add_rows(std::span<const PlacedPhoton> sorted, std::vector<NestedCellIndex::Entry>& entries) {
+  std::vector<const CausticPhoton*> of_cell;
+  for (size_t i = 0; i < sorted.size(); ++i) {
+    const NestedCellKey cell = sorted[i].first;
+    of_cell.push_back(sorted[i].second);
+    if (i + 1 < sorted.size() && sorted[i + 1].first == cell) continue;
+    if (const std::optional<DirectionLobes> lobes = lobes_of(of_cell)) {
+      entries.push_back({cell, static_cast<uint32_t>(rows_.size())});
+      rows_.push_back(*lobes);
+    }
+    of_cell.clear();
+  }
 }
 
 NestedCellKey CausticGuide::cell(const Vec3& position, const Vec3& normal) const {

@@ -17,20 +17,22 @@ namespace cistern {
 /// Light that arrives at a rough surface by way of smooth ones.
 struct CausticPhoton {
   NestedCellKey cell = kNoNestedCell;  // where it arrives, on the side it arrives on
-  Vec3 direction;                      // unit, towards where it comes from
+  Vec3 position, direction;            // where, and unit, towards where it comes from
   float light = 0.0f;                  // luminance, as it counts beside that of others; finite, above 0
+  float nearness = 0.0f;               // one over the length of its way from the lamp, 1/m
   float square_radius = 0.0f;  // about that of the lobe of directions it might have come from, on the unit sphere
 };
 
-/// For each cell of the world where enough photons arrived, lobes about the directions of most of their light.
-/// Immutable.
+/// For each cell of the world where enough photons arrived, lobes about the directions of most of their light. Lobes
+/// turn with the place they are seen from as if the lamp was behind the last surface as far away as light had to go: as
+/// it is by flat mirrors. Immutable.
 class CausticGuide {
  public:
-  /// The same for any order of the photons.
+  /// The same for photons in the same order.
   CausticGuide(const NestedCells& cells, std::span<const CausticPhoton> photons);
 
   /// A cell has lobes from so many photons on.
-  static constexpr double kLeastPhotons = 4.0;
+  static constexpr size_t kLeastPhotons = 4;
 
   /// A point's own cell; none if it surely has no lobes. Better asked for some time before `find`, since what is known
   /// of it is then fetched meanwhile.
@@ -43,6 +45,9 @@ class CausticGuide {
 
  private:
   static constexpr size_t kMarks = 1 << 16;
+
+  using PlacedPhoton = std::pair<NestedCellKey, const CausticPhoton*>;  // by one of the cells around it
+  void add_rows(std::span<const PlacedPhoton> sorted, std::vector<NestedCellIndex::Entry>& entries);
 
   NestedCells cells_;
   std::vector<DirectionLobes> rows_;

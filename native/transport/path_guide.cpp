@@ -16,6 +16,7 @@ bool takes_guide(const PathContext& context, const Bsdf& bsdf) {
 
 GuideCells guide_cells(const PathContext& context, const SurfacePoint& point) {
   GuideCells cells;
+  cells.position = point.position;
   if (context.caustics) cells.of_caustics = context.caustics->cell(point.position, point.ns);
   if (follows_table(context)) {
     const PathGuide& guide = *context.guiding->guide;
@@ -27,6 +28,7 @@ GuideCells guide_cells(const PathContext& context, const SurfacePoint& point) {
 
 DirectionGuide find_guide(const PathContext& context, const GuideCells& cells) {
   DirectionGuide guide;
+  guide.position = cells.position;
   if (cells.of_table != kNoNestedCell) guide.histogram = context.guiding->guide->table().find(cells.of_table);
   if (guide.histogram) guide.histogram->prefetch();
   if (cells.of_caustics != kNoNestedCell) guide.caustics = context.caustics->find(cells.of_caustics);

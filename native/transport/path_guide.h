@@ -34,6 +34,7 @@ bool takes_guide(const PathContext& context, const Bsdf& bsdf);
 /// what is known of them is then fetched meanwhile.
 struct GuideCells {
   NestedCellKey of_table = kNoNestedCell, of_caustics = kNoNestedCell;
+  Vec3 position;
   bool is_any() const { return of_table != kNoNestedCell || of_caustics != kNoNestedCell; }
 };
 GuideCells guide_cells(const PathContext& context, const SurfacePoint& point);

@@ -25,8 +25,8 @@ const DirectionHistogram kGuide = histogram(at_angle(kFrame, 0.4f));
 /// One lobe above the surface, one half below.
 DirectionLobes caustic_lobes() {
   DirectionLobes lobes;
-  lobes.add(at_angle(kFrame, 0.7f), 0.02f, 1.0f);
-  lobes.add(at_angle(kFrame, 0.1f), 0.1f, 0.5f);
+  lobes.add({.axis = at_angle(kFrame, 0.7f), .square_radius = 0.02f, .share = 1.0f});
+  lobes.add({.axis = at_angle(kFrame, 0.1f), .square_radius = 0.1f, .share = 0.5f});
   return lobes;
 }
 const DirectionLobes kCaustics = caustic_lobes();
@@ -62,14 +62,14 @@ std::vector<Case> cases() {
   Bsdf& uniform = add("sampled evenly");
   add_lobe(uniform, LambertLobe{kTestNormal}, Rgb(0.4f), 0.3f);
   uniform.rough_sampling = RoughSampling::UNIFORM;
-  for (Case& c : result) c.bsdf.guide = {&kGuide, nullptr};
+  for (Case& c : result) c.bsdf.guide = {&kGuide, nullptr, {}};
   Bsdf& caustics = add("towards caustics");
   add_lobe(caustics, LambertLobe{kTestNormal}, Rgb(0.4f), 0.3f);
   add_lobe(caustics, microfacet(0.35f, false), Rgb(0.5f), 0.4f);
-  caustics.guide = {nullptr, &kCaustics};
+  caustics.guide = {nullptr, &kCaustics, {}};
   Bsdf& both = add("towards both");
   add_lobe(both, LambertLobe{kTestNormal}, Rgb(0.4f), 0.3f);
-  both.guide = {&kGuide, &kCaustics};
+  both.guide = {&kGuide, &kCaustics, {}};
   return result;
 }
 
