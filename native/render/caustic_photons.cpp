@@ -33,8 +33,8 @@ constexpr double kLeastNoise = 10.0;
 constexpr float kStraight = 0.99999f;
 
 /// Samples of the picture for a walk, and how many walks: fewer are not worth their time, more know no better.
-constexpr double kSamplesForWalk = 64.0;
-constexpr uint32_t kLeastWalks = 1024, kMostWalks = 1 << 17;
+constexpr double kSamplesForWalk = 128.0;
+constexpr uint32_t kLeastWalks = 512, kMostWalks = 1 << 17;
 /// A part of them goes first. If it leaves few photons the others stay away: guides would cost all paths more than they
 /// bring to few. (Outdoors it leaves one for 11, in the glossy hall for 350.)
 constexpr uint32_t kFirstPart = 8;
