@@ -30,9 +30,9 @@ struct DVec3 {
   }
 };
 
-/// The coarsest that the index looks at, around a point's own.
+/// The coarsest with lobes around a point's own.
 NestedCellKey coarsest_around(NestedCellKey key) {
-  for (int i = 0; i < NestedCellIndex::kDoublings; ++i) key = coarser_cell(key);
+  for (int i = 0; i < CausticGuide::kDoublings; ++i) key = coarser_cell(key);
   return key;
 }
 
@@ -122,7 +122,7 @@ CausticGuide::CausticGuide(const NestedCells& cells, std::span<const CausticPhot
     marks_.set(mix_bits(coarsest_around(cell)) % kMarks);
   }
   std::vector<NestedCellIndex::Entry> entries;
-  for (int doublings = 0; doublings <= NestedCellIndex::kDoublings; ++doublings) {
+  for (int doublings = 0; doublings <= kDoublings; ++doublings) {
     if (doublings > 0) {
       for (PlacedPhoton& photon : placed) photon.first = coarser_cell(photon.first);
       std::ranges::sort(placed);

@@ -32,7 +32,9 @@ class CausticGuide {
   CausticGuide(const NestedCells& cells, std::span<const CausticPhoton> photons);
 
   /// A cell has lobes from so many photons on.
-  static constexpr size_t kLeastPhotons = 4;
+  static constexpr size_t kLeastPhotons = 2;
+  /// Cells are up to 2^kDoublings times as wide as a point's own: around a caustic guides only cost.
+  static constexpr int kDoublings = 1;
 
   /// A point's own cell; none if it surely has no lobes. Better asked for some time before `find`, since what is known
   /// of it is then fetched meanwhile.
