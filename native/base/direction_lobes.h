@@ -33,6 +33,9 @@ class DirectionLobes {
 
   /// Adds one, whose share counts beside those of the others, and is above 0; at most kMost.
   void add(const Lobe& lobe);
+  /// What share of a surface's directions they are worth, in [0, 1); told by who made them.
+  float worth() const { return worth_; }
+  void set_worth(float worth) { worth_ = worth; }
   std::span<const Lobe> lobes() const { return {lobes_.data(), count_}; }
 
   /// Density of `sample`, per solid angle.
@@ -44,6 +47,7 @@ class DirectionLobes {
   std::array<Lobe, kMost> lobes_;
   size_t count_ = 0;
   float weight_ = 0.0f;  // of all
+  float worth_ = 0.1f;
 };
 
 }  // namespace cistern

@@ -85,7 +85,8 @@ uint32_t emitters_of_object(const LightSet& lights, uint32_t emitter) {
 struct CausticPhotons::Found {
   struct Arrival {
     CausticPhoton photon;
-    double noise;  // see noise_of
+    double irradiance;  // of the beam, luminance
+    double noise;       // see noise_of
   };
   std::vector<Arrival> arrivals;
   std::vector<float> received;  // luminance in W/m^2, of light samples at smooth surfaces that arrive
@@ -104,8 +105,11 @@ std::vector<CausticPhoton> CausticPhotons::Found::noisy_photons() const {
   std::ranges::nth_element(sorted, middle);
   const double median = *middle, least = kLeastNoise * median * median;
   std::vector<CausticPhoton> photons;
-  for (const Arrival& arrival : arrivals)
-    if (arrival.noise >= least) photons.push_back(arrival.photon);
+  for (const Arrival& arrival : arrivals) {
+    if (!(arrival.noise >= least)) continue;
+    photons.push_back(arrival.photon);
+    photons.back().strength = static_cast<float>(arrival.irradiance / median);
+  }
   return photons;
 }
 
@@ -254,10 +258,10 @@ void CausticPhotons::follow(Photon photon, Rng& rng, const NestedCells& cells, F
       if (!(light > 0.0f) || !std::isfinite(light)) return;
       const bool is_sought = is_by_panes && dot(at.wo, photon.from) > kStraight;
       if (bounces > 0 && !is_sought && takes_guide(context_, bsdf)) {
-        const double whole = photon.whole;
-        found.arrivals.push_back({{cells.key(at.position, at.ns), at.position, at.wo, light, 1.0f / photon.length,
-                                   photon.solid_angle * kInvPi},
-                                  noise_of(whole * light * photon.chance, whole * photon.solid_angle)});
+        const double whole = photon.whole, irradiance = whole * light * photon.chance;
+        const CausticPhoton here{cells.key(at.position, at.ns), at.position, at.wo, light, 0.0f, 1.0f / photon.length,
+                                 photon.solid_angle * kInvPi};
+        found.arrivals.push_back({here, irradiance, noise_of(irradiance, whole * photon.solid_angle)});
       }
       const float u_lobe = rng.next_float();
       const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u_lobe, rng.next_vec2());

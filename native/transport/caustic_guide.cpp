@@ -49,10 +49,15 @@ struct Seen {
   Vec3 direction;
 };
 
-/// `light`: of all the cell.
-void add_lobe(DirectionLobes& lobes, std::span<const Seen> of_part, const Vec3& middle, double light) {
+/// Of a lobe that is as strong as other light so many directions, over all others. Where most of its directions lead
+/// past the lamp it is worth less, but some.
+constexpr double kWorth = 1.5, kLeastWorth = 0.03, kMostWorth = 0.5;
+
+/// `light`: of all the cell. Returns how strong the lobe is beside other light, times the share of its directions that
+/// lead to the lamp, times its own share.
+double add_lobe(DirectionLobes& lobes, std::span<const Seen> of_part, const Vec3& middle, double light) {
   DVec3 towards;
-  double of_lobe = 0.0, spread = 0.0, nearness = 0.0;
+  double of_lobe = 0.0, spread = 0.0, nearness = 0.0, strength = 0.0;
   for (const Seen& seen : of_part) {
     const double weight = seen.photon->light;
     // Lengths in single precision would count as spread.
@@ -61,6 +66,7 @@ void add_lobe(DirectionLobes& lobes, std::span<const Seen> of_part, const Vec3& 
     of_lobe += weight;
     spread += weight * seen.photon->square_radius;
     nearness += weight * seen.photon->nearness;
+    strength += weight * seen.photon->strength;
   }
   // Mean square of the distances from the mean direction, on the unit sphere.
   const double variance = 2.0 * (1.0 - towards.length() / of_lobe);
@@ -70,6 +76,8 @@ void add_lobe(DirectionLobes& lobes, std::span<const Seen> of_part, const Vec3& 
              .share = static_cast<float>(of_lobe / light),
              .from = middle,
              .nearness = static_cast<float>(nearness / of_lobe)});
+  const double hits = std::clamp(spread / of_lobe, kLeastSquareRadius, square_radius) / square_radius;
+  return strength / light * hits;
 }
 
 /// About the directions of most light.
@@ -103,8 +111,11 @@ std::optional<DirectionLobes> lobes_of(std::span<const CausticPhoton* const> of_
   }
   std::ranges::sort(parts, {}, [](const Part& part) { return std::pair(-part.light, part.photons.data()); });
   DirectionLobes lobes;
+  double strength = 0.0;
   for (const Part& part : std::span(parts).first(std::min(parts.size(), DirectionLobes::kMost)))
-    if (part.light >= kLeastShare * light) add_lobe(lobes, part.photons, middle, light);
+    if (part.light >= kLeastShare * light) strength += add_lobe(lobes, part.photons, middle, light);
+  const double worth = kWorth * strength / (1.0 + kWorth * strength);
+  lobes.set_worth(static_cast<float>(std::clamp(worth, kLeastWorth, kMostWorth)));
   return lobes.lobes().empty() ? std::nullopt : std::optional(lobes);
 }
 

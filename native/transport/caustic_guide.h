@@ -19,6 +19,7 @@ struct CausticPhoton {
   NestedCellKey cell = kNoNestedCell;  // where it arrives, on the side it arrives on
   Vec3 position, direction;            // where, and unit, towards where it comes from
   float light = 0.0f;                  // luminance, as it counts beside that of others; finite, above 0
+  float strength = 0.0f;               // irradiance of the beam that it is of, over that of other light, about
   float nearness = 0.0f;               // one over the length of its way from the lamp, 1/m
   float square_radius = 0.0f;  // about that of the lobe of directions it might have come from, on the unit sphere
 };

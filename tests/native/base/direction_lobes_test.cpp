@@ -102,10 +102,10 @@ TEST(DirectionGuide, IsTheMixtureOfItsParts) {
   const DirectionHistogram histogram(weights);
   const DirectionLobes lobes = two_lobes();
   const DirectionGuide both{&histogram, &lobes, kPlace};
-  EXPECT_FLOAT_EQ(both.share(), DirectionGuide::kHistogramShare + DirectionGuide::kCausticShare);
+  const float of_caustics = (1.0f - DirectionGuide::kHistogramShare) * lobes.worth();
+  EXPECT_FLOAT_EQ(both.share(), DirectionGuide::kHistogramShare + of_caustics);
   for (const Vec3& w : {kAxis, kOther, Vec3{0, 0, 1}}) {
-    const float parts =
-        DirectionGuide::kHistogramShare * histogram.pdf(w) + DirectionGuide::kCausticShare * lobes.pdf(w, kPlace);
+    const float parts = DirectionGuide::kHistogramShare * histogram.pdf(w) + of_caustics * lobes.pdf(w, kPlace);
     EXPECT_FLOAT_EQ(both.share() * both.pdf(w), parts);
     EXPECT_FLOAT_EQ((DirectionGuide{&histogram, nullptr, {}}.pdf(w)), histogram.pdf(w));
   }

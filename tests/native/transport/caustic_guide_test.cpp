@@ -21,7 +21,7 @@ std::vector<CausticPhoton> photons(int count, Vec3 from, float spread = 0.0f, fl
   for (int i = 0; i < count; ++i) {
     const Vec3 position = kPlace + Vec3{0.01f * rng.next_float(), 0.01f * rng.next_float(), 0};
     const Vec3 w = normalize(from + spread * equal_area_direction(rng.next_vec2()));
-    result.push_back({kCells.key(position, kUp), position, w, light, 0.0f, 1e-4f});
+    result.push_back({kCells.key(position, kUp), position, w, light, 0.1f, 0.0f, 1e-4f});
   }
   return result;
 }
@@ -61,7 +61,7 @@ TEST(CausticGuide, LobesPointToLampsNearby) {
   Rng rng(1, 0, 0, 0);
   for (int i = 0; i < 100; ++i) {
     const Vec3 position = kPlace + Vec3{0.05f * rng.next_float(), 0.05f * rng.next_float(), 0}, off = lamp - position;
-    photons.push_back({kCells.key(position, kUp), position, normalize(off), 1.0f, 1.0f / length(off), 1e-6f});
+    photons.push_back({kCells.key(position, kUp), position, normalize(off), 1.0f, 0.1f, 1.0f / length(off), 1e-6f});
   }
   const CausticGuide guide(kCells, photons);
   for (const Vec3 place : {kPlace, kPlace + Vec3{0.05f, 0, 0}}) {
@@ -70,6 +70,19 @@ TEST(CausticGuide, LobesPointToLampsNearby) {
     EXPECT_GT(dot(lobes->lobes()[0].axis_at(place), normalize(lamp - place)), 0.9999f);
     EXPECT_LT(lobes->lobes()[0].square_radius, 1e-3f);
   }
+}
+
+/// Strong beams are worth many bounces, weak ones few, and so are those that few directions of a lobe lead to.
+TEST(CausticGuide, IsWorthWhatItBrings) {
+  const auto worth = [](float strength, float spread) {
+    std::vector<CausticPhoton> of_strength = photons(30, kSun, spread);
+    for (CausticPhoton& photon : of_strength) photon.strength = strength;
+    return find(CausticGuide(kCells, of_strength), kPlace, kUp)->worth();
+  };
+  EXPECT_NEAR(worth(0.1f, 0.0f), 0.15f / 1.15f, 1e-4f);
+  EXPECT_EQ(worth(10.0f, 0.0f), 0.5f);
+  EXPECT_EQ(worth(0.001f, 0.0f), 0.03f);
+  EXPECT_LT(worth(0.1f, 0.05f), 0.05f);
 }
 
 TEST(CausticGuide, KnowsNothingElsewhere) {
