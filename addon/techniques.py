@@ -228,9 +228,10 @@ _PATHS = {
     "light_sampler": "TREE",
     "use_temporal_reuse": False,  # or the samples would not be independent
 }
-_FINAL = _PATHS | {"indirect": "CELL_SHARED", "guiding": "AUTO", "light_samples": 2, "use_caustic_guide": True}
+_OURS = {"indirect": "CELL_SHARED", "light_samples": 2, "use_caustic_guide": True}
+_FINAL = _PATHS | _OURS | {"guiding": "AUTO"}
 _HISTORY = _PATHS | {"use_temporal_reuse": True}
-_INTERACTIVE = _HISTORY | {"indirect": "CELL_SHARED", "use_first_frame_history": True, "light_samples": 2, "use_caustic_guide": True}
+_INTERACTIVE = _HISTORY | _OURS | {"use_first_frame_history": True}
 _REUSING = _HISTORY | {"light_sampler": "POWER"}
 
 # What each preset chooses; what it does not name keeps its default.
