@@ -9,19 +9,14 @@ told from two short renders.
 
 from __future__ import annotations
 
-import argparse
-import atexit
 from collections.abc import Callable
 from math import radians
-from pathlib import Path
 
 import bpy
 import mathutils
 
-from tests.benchmark.equal_time import Picture, write_rows
+from tests.benchmark.equal_time import Picture, run
 from tests.benchmark.everyday.scenes import PLASTER, Place, add, camera, lamp, world
-from tests.benchmark.plotting import require_matplotlib
-from tests.support.blender_folder import use_own_folder
 
 GLAZING = {"Base Color": (0.04, 0.05, 0.06, 1.0), "Roughness": 0.05}
 
@@ -75,20 +70,5 @@ def row(scene: Callable[[], None]) -> tuple[Picture, ...]:
 ROWS = {"windows in the sun": row(street), "mirror and spot": row(mirror), "glass in the sun": row(glass)}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--size", type=int, nargs=2, default=[360, 270])
-    parser.add_argument("--output", type=Path, default=Path(__file__).parent / "plots")
-    arguments = parser.parse_args()
-    require_matplotlib()
-    use_own_folder()
-    import addon
-
-    addon.register()
-    atexit.register(addon.unregister)
-    write_rows(ROWS, arguments.size, arguments.seconds, arguments.output / "caustics.jpg")
-
-
 if __name__ == "__main__":
-    main()
+    run(__doc__, ROWS, "caustics.jpg")

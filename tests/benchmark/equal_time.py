@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+import atexit
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -10,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.benchmark.everyday.__main__ import BOUNCES, cpu_seconds
-from tests.benchmark.plotting import load_pyplot
+from tests.benchmark.plotting import load_pyplot, require_matplotlib
+from tests.support.blender_folder import use_own_folder
 
 FEW, MORE = 2, 10  # samples by which the time of one is told
 
@@ -67,3 +70,19 @@ def write_rows(rows: dict[str, Sequence[Picture]], size: Sequence[int], seconds:
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=100)
     print(f"Wrote {path}")
+
+
+def run(description: str, rows: dict[str, Sequence[Picture]], name: str) -> None:
+    """A program that writes these rows."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--size", type=int, nargs=2, default=[360, 270])
+    parser.add_argument("--output", type=Path, default=Path(__file__).parent / "plots")
+    arguments = parser.parse_args()
+    require_matplotlib()
+    use_own_folder()
+    import addon
+
+    addon.register()
+    atexit.register(addon.unregister)
+    write_rows(rows, arguments.size, arguments.seconds, arguments.output / name)

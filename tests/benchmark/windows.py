@@ -11,14 +11,8 @@ of the samples, told from two short renders.
 
 from __future__ import annotations
 
-import argparse
-import atexit
-from pathlib import Path
-
-from tests.benchmark.equal_time import Picture, write_rows
+from tests.benchmark.equal_time import Picture, run
 from tests.benchmark.everyday.scenes import PANE, SCENES
-from tests.benchmark.plotting import require_matplotlib
-from tests.support.blender_folder import use_own_folder
 
 
 def window(title: str, scene: str, engine: str, finds: bool = False, is_shadowless: bool = False) -> Picture:
@@ -55,20 +49,5 @@ ROWS = {
 }
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--size", type=int, nargs=2, default=[360, 270])
-    parser.add_argument("--output", type=Path, default=Path(__file__).parent / "plots")
-    arguments = parser.parse_args()
-    require_matplotlib()
-    use_own_folder()
-    import addon
-
-    addon.register()
-    atexit.register(addon.unregister)
-    write_rows(ROWS, arguments.size, arguments.seconds, arguments.output / "windows.jpg")
-
-
 if __name__ == "__main__":
-    main()
+    run(__doc__, ROWS, "windows.jpg")
