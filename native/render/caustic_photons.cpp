@@ -192,7 +192,7 @@ void CausticPhotons::walk(Rng& rng, const NestedCells& cells, Found& found) cons
   }
 }
 
-/// A photon that has arrived at a smooth surface; none of a wide light, nor of one that no path meets.
+/// A photon that has arrived at a smooth surface; none of a wide light.
 std::optional<CausticPhotons::Photon> CausticPhotons::shoot(const SurfacePoint& point, const Hit& hit, Rng& rng,
                                                             Found& found) const {
   PathState to_light;
