@@ -20,7 +20,7 @@ class DirectionLobes {
     Vec3 axis;                   // unit, as seen from `from`
     float square_radius = 0.0f;  // a^2, above 0
     float share = 0.0f;          // of the directions; all together 1
-    Vec3 from;                   // m
+    Vec3 from{};                 // m
     float nearness = 0.0f;       // one over the distance of what the axis points to, 1/m
     float at_axis = 0.0f;        // share times the density there
 

@@ -1,8 +1,6 @@
 #include "render/caustic_photons.h"
 
 #include <algorithm>
-#include <functional>
-#include <ranges>
 #include <span>
 
 #include "base/parallel.h"
@@ -70,13 +68,25 @@ double noise_of(double light, double solid_angle) {
   return light * light * std::numbers::pi / std::max(solid_angle, kLeastSolidAngle);
 }
 
+/// The first number of [low, high) for which `is_past` holds, as it does for all behind it; or `high`.
+template <class IsPast>
+uint32_t first_past(uint32_t low, uint32_t high, const IsPast& is_past) {
+  while (low < high) {
+    const uint32_t middle = low + (high - low) / 2;
+    if (is_past(middle)) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return low;
+}
+
 /// Of the emitter's object: they have consecutive numbers.
 uint32_t emitters_of_object(const LightSet& lights, uint32_t emitter) {
   const uint32_t object = lights.place(emitter).object, count = static_cast<uint32_t>(lights.emitter_count());
   const auto belongs = [&](uint32_t e) { return lights.place(e).object == object; };
-  const std::ranges::iota_view<uint32_t, uint32_t> before{0, emitter}, after{emitter, count};
-  const auto first = std::ranges::partition_point(before, std::not_fn(belongs));
-  return *std::ranges::partition_point(after, belongs) - *first;
+  return first_past(emitter, count, [&](uint32_t e) { return !belongs(e); }) - first_past(0, emitter, belongs);
 }
 
 }  // namespace
