@@ -30,7 +30,7 @@ constexpr double kLeastNoise = 10.0;
 /// Directions of a smaller angle, by its cosine, are the same.
 constexpr float kStraight = 0.99999f;
 
-/// Samples of the picture for a walk, and how many walks: fewer are not worth their time, more know no better.
+/// Samples of the picture for a walk, and how many walks: fewer are not worth their time, more take too much of it.
 constexpr double kSamplesForWalk = 64.0;
 constexpr uint32_t kLeastWalks = 1024, kMostWalks = 1 << 17;
 /// A part of them goes first. If it leaves few photons the others stay away: guides would cost all paths more than they
