@@ -31,7 +31,7 @@ def make(path: Path) -> None:
     hall.build(scene)
     if hasattr(scene, "cistern"):
         scene.render.engine = "CISTERN"
-        scene.cistern.samples = SAMPLES
+        scene.cistern.samples, scene.cistern.use_denoising = SAMPLES, True
     distinct, placed = triangles(scene)
     print(f"Demo scene: {distinct:,} triangles, {placed:,} with all instances, {len(bpy.data.lights)} lamps")
     save(path)
