@@ -27,6 +27,8 @@ constexpr float kMostOfLight = 0.02f, kMostOfLobe = 0.05f;
 /// median of what there is. (Path tracing of 16 samples, eight seeds: outdoors 0 to 10 are the same; the glossy hall
 /// gains as much of its variance by less than that, 1 to 7 %, as samples then take longer.)
 constexpr double kLeastNoise = 10.0;
+/// What is stronger decides as much.
+constexpr double kMostStrength = 1e6;
 /// Directions of a smaller angle, by its cosine, are the same.
 constexpr float kStraight = 0.99999f;
 
@@ -118,7 +120,7 @@ std::vector<CausticPhoton> CausticPhotons::Found::noisy_photons() const {
   for (const Arrival& arrival : arrivals) {
     if (!(arrival.noise >= least)) continue;
     photons.push_back(arrival.photon);
-    photons.back().strength = static_cast<float>(arrival.irradiance / median);
+    photons.back().strength = static_cast<float>(std::min(arrival.irradiance / median, kMostStrength));
   }
   return photons;
 }

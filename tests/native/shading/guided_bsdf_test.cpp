@@ -4,7 +4,7 @@
 #include "shading/bsdf_statistics.h"
 #include "shading/lobe_microfacet.h"
 
-// False-alarm rate of all comparisons in this file together: kFalseAlarmRate for each, about 25 of them.
+// False-alarm rate of all comparisons in this file together: kFalseAlarmRate for each, about 30 of them.
 namespace cistern::test {
 namespace {
 
@@ -31,6 +31,19 @@ DirectionLobes caustic_lobes() {
 }
 const DirectionLobes kCaustics = caustic_lobes();
 
+/// As they are seen from `kElsewhere`: about what is so near that it is in quite another direction there.
+DirectionLobes turning_lobes() {
+  DirectionLobes lobes;
+  lobes.add(
+      {.axis = at_angle(kFrame, 0.7f), .square_radius = 0.02f, .share = 1.0f, .from = {0, 0, 0}, .nearness = 0.5f});
+  lobes.add(
+      {.axis = at_angle(kFrame, 0.1f), .square_radius = 0.1f, .share = 0.5f, .from = {1, 0, 0}, .nearness = 0.2f});
+  lobes.set_worth(0.4f);
+  return lobes;
+}
+const DirectionLobes kTurning = turning_lobes();
+const Vec3 kElsewhere{0.6f, -0.5f, 0.4f};
+
 MicrofacetLobe microfacet(float roughness, bool transmits) {
   MicrofacetLobe lobe;
   lobe.n = kTestNormal;
@@ -50,7 +63,7 @@ std::vector<Case> cases() {
   const Vec3 wo = at_angle(kFrame, 0.6f);
   std::vector<Case> result;
   const auto add = [&](const char* name) -> Bsdf& { return result.emplace_back(Case{name, make_bsdf(wo)}).bsdf; };
-  result.reserve(6);
+  result.reserve(7);
   add_lobe(add("diffuse"), LambertLobe{kTestNormal}, Rgb(0.4f, 0.2f, 0.1f), 0.3f);
   Bsdf& rough = add("rough lobes of all kinds");
   add_lobe(rough, LambertLobe{kTestNormal}, Rgb(0.4f), 0.3f);
@@ -70,6 +83,9 @@ std::vector<Case> cases() {
   Bsdf& both = add("towards both");
   add_lobe(both, LambertLobe{kTestNormal}, Rgb(0.4f), 0.3f);
   both.guide = {&kGuide, &kCaustics, {}};
+  Bsdf& elsewhere = add("towards caustics that turn, and both");
+  add_lobe(elsewhere, LambertLobe{kTestNormal}, Rgb(0.4f), 0.3f);
+  elsewhere.guide = {&kGuide, &kTurning, kElsewhere};
   return result;
 }
 
@@ -105,6 +121,14 @@ TEST(GuidedBsdf, PlantedBugsInTheDensityAreSeen) {
   const DirectionDensity without_guide = [&](Vec3 wi) { return evaluate_bsdf(bsdf, wi).unguided_pdf; };
   for (const DirectionDensity& wrong : {guide_alone, without_jacobian, without_guide})
     EXPECT_LT(sampler_p_value(kFrame, sampler(bsdf), wrong, 1), kFalseAlarmRate);
+  const Bsdf turning = cases()[6].bsdf;
+  Bsdf not_turned = turning, of_other_worth = turning;
+  not_turned.guide.position = {};
+  DirectionLobes other = kTurning;
+  other.set_worth(0.3f);
+  of_other_worth.guide.caustics = &other;
+  for (const Bsdf& wrong : {not_turned, of_other_worth})
+    EXPECT_LT(sampler_p_value(kFrame, sampler(turning), density(wrong), 1), kFalseAlarmRate);
 }
 
 TEST(GuidedBsdf, WeightsAddUpToTheAlbedo) {
@@ -146,7 +170,7 @@ Moments light_of_cone(const Bsdf& bsdf, OfLightSample of_light_sample, OfDirecti
 }
 
 TEST(GuidedBsdf, LightSamplesAndDirectionsShareTheLight) {
-  for (const size_t guided : {0, 5}) {
+  for (const size_t guided : {0, 5, 6}) {
     const Bsdf bsdf = cases()[guided].bsdf;
     Bsdf plain = bsdf;
     plain.guide = {};
