@@ -36,7 +36,8 @@ PathRecord trace_path(const PathContext& context, const Ray& ray, PathSampler& s
   }
   if (context.splits() || scratch.known_hit) return trace_split_path(context, ray, sampler, scratch, capture);
   if (context.media && !capture) return trace_media_path(context, ray, sampler, scratch);
-  if (learns(context, scratch)) return trace_learned_path(context, ray, sampler, scratch, capture);
+  if (knowledge_of(context, scratch) != Knowledge::NONE)
+    return trace_learned_path(context, ray, sampler, scratch, capture);
   if (capture) return Walk<CapturingWalk>(context, ray, sampler, scratch, capture).run();
   return Walk<ReferenceWalk>(context, ray, sampler, scratch, nullptr).run();
 }

@@ -23,7 +23,7 @@
 
 namespace cistern {
 
-/// trace_path for a context with learned lights or guided bounces.
+/// trace_path for a context with learned lights or guided bounces: whatever its walks know.
 PathRecord trace_learned_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
                               PathCapture* capture);
 
@@ -34,9 +34,11 @@ PathRecord trace_media_path(const PathContext& context, const Ray& ray, PathSamp
 PathRecord trace_split_path(const PathContext& context, const Ray& ray, PathSampler& sampler, PathScratch& scratch,
                             PathCapture* capture);
 
-/// Whether a path is one of learned lights or guided bounces, or leaves records for these.
-inline bool learns(const PathContext& context, const PathScratch& scratch) {
-  return context.learned || context.caustics || (context.guiding && (context.guiding->is_on || scratch.trains_guide));
+/// Of paths that leave records for what is learned, all.
+inline Knowledge knowledge_of(const PathContext& context, const PathScratch& scratch) {
+  const bool follows_directions = context.guiding && (context.guiding->is_on || scratch.trains_guide);
+  if (context.learned || follows_directions) return Knowledge::LEARNED;
+  return context.caustics ? Knowledge::CAUSTICS : Knowledge::NONE;
 }
 
 /// One path on its way. The steps of `trace_path` in the order they happen. `capture` is null unless the kind captures.
@@ -95,7 +97,7 @@ class Walk {
     }
     set_footprint(point, context_.pixel.size + context_.pixel.angle * path_length_, context_.scene, state_);
     GuideCells cells;
-    if constexpr (Kind::learns) cells = guide_cells(context_, point);
+    if constexpr (Kind::is_guided) cells = guide_cells(context_, point);
     Bsdf bsdf = evaluate_material(context_.scene, point, state_, &context_.accel);
     has_one_wavelength_ |= bsdf.disperses;
     if constexpr (Kind::captures) {
@@ -115,7 +117,7 @@ class Walk {
     if constexpr (Kind::splits) add_color(bsdf);
     if constexpr (Kind::captures) capture_.vertex = {};
     const bool is_vertex = !last_segment_ && bsdf.scatters();
-    if constexpr (Kind::learns) {
+    if constexpr (Kind::is_guided) {
       if (is_vertex) guide_bounce(context_, cells, bsdf);
     }
     float p_scatter = scatter_probability(bsdf);
@@ -394,7 +396,8 @@ class Walk {
   PathSampler& sampler_;
   PathScratch& scratch_;
   [[no_unique_address]] std::conditional_t<Kind::captures, CaptureState, std::monostate> capture_;
-  [[no_unique_address]] std::conditional_t<Kind::learns, LearningState, std::monostate> learning_;
+  [[no_unique_address]] std::conditional_t<Kind::learns, LearningState, NoLearning> learning_;
+  [[no_unique_address]] std::conditional_t<Kind::is_guided, GuidedState, NoGuides> guided_;
   [[no_unique_address]] std::conditional_t<Kind::has_media, MediaState, NoMedia> media_;
   [[no_unique_address]] std::conditional_t<Kind::splits, KindState, NoKinds> kinds_;
   PathState state_;

@@ -110,7 +110,7 @@ inline bool Walk<Kind>::scatter(const SurfacePoint& point, const Bsdf& bsdf, flo
     leave_captured_vertex(*sample, p_scatter);
     if (capture_.vertex.sample_point_of == 0 && !goes_on_from_sample_point()) return false;
   }
-  if constexpr (Kind::learns) learning_.count_gain(bsdf, *sample);
+  if constexpr (Kind::is_guided) guided_.count_gain(bsdf, *sample);
   const int rivals = light_samples();
   const bool is_through_pane = sample->is_delta && goes_through_pane(point, bsdf, *sample);
   if (context_.passes_panes && !sample->is_delta) panes_.vertex = state_;
@@ -254,7 +254,7 @@ inline bool Walk<Kind>::survives_roulette() {
   float worth = max_component(throughput_.worth());
   if constexpr (Kind::has_media)
     worth = std::max(worth, max_component(-1.0f * throughput_.worth()));  // see uneven_media.h
-  if constexpr (Kind::learns) worth *= learning_.guide_gain * learning_.caustic_gain;
+  if constexpr (Kind::is_guided) worth *= guided_.gain();
   if (worth >= 1.0f) return true;
   const float p = std::cbrt(worth);
   if (sampler_.next_float() >= p) return false;

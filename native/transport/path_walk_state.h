@@ -25,23 +25,29 @@ struct LightSource {
   LightGroup group = kNoLightGroup;
 };
 
+/// What walks know of where light is: nothing, where caustics are, or also what earlier paths found.
+enum class Knowledge : uint8_t { NONE, CAUSTICS, LEARNED };
+
 /// What a walk does. Each is compiled by itself, so that the reference estimator pays for nothing but its own.
-template <bool kCaptures, bool kLearns, bool kHasMedia = false, bool kSplits = false>
+template <bool kCaptures, Knowledge kKnowledge, bool kHasMedia = false, bool kSplits = false>
 struct WalkKind {
   // NOLINTBEGIN(readability-identifier-naming): traits
-  static constexpr bool captures = kCaptures;  // leaves something to others
-  static constexpr bool learns = kLearns;      // chooses lights or directions by what was learned
+  static constexpr Knowledge knowledge = kKnowledge;
+  static constexpr bool captures = kCaptures;                       // leaves something to others
+  static constexpr bool learns = kKnowledge == Knowledge::LEARNED;  // lights or directions, or leaves records for it
+  static constexpr bool is_guided = kKnowledge != Knowledge::NONE;  // chooses directions by what it knows
   static constexpr bool has_media = kHasMedia;
   static constexpr bool splits = kSplits;  // light in parts as well: PathContext::splits
   // NOLINTEND(readability-identifier-naming)
 };
-using ReferenceWalk = WalkKind<false, false>;
-using CapturingWalk = WalkKind<true, false>;
-using LearnedWalk = WalkKind<false, true>;
-using LearnedCapturingWalk = WalkKind<true, true>;
-using MediaWalk = WalkKind<false, false, true>;
+using ReferenceWalk = WalkKind<false, Knowledge::NONE>;
+using CausticWalk = WalkKind<false, Knowledge::CAUSTICS>;
+using LearnedWalk = WalkKind<false, Knowledge::LEARNED>;
+using CapturingWalk = WalkKind<true, Knowledge::NONE>;
+using LearnedCapturingWalk = WalkKind<true, Knowledge::LEARNED>;
+using MediaWalk = WalkKind<false, Knowledge::NONE, true>;
 template <class Kind>
-using SplitWalk = WalkKind<Kind::captures, Kind::learns, Kind::has_media, true>;
+using SplitWalk = WalkKind<Kind::captures, Kind::knowledge, Kind::has_media, true>;
 
 /// The last vertex that next-event estimation could have lit.
 struct MisReceiver {
@@ -79,13 +85,18 @@ inline constexpr float kWidePdf = 1.0f;
 
 /// How a walk chooses lights, and what there is to learn from the light it finds.
 struct LearningState {
-  double gathered = 0.0;      // magnitude of all that the path adds up to, including what is left to others
-  float guide_gain = 1.0f;    // product of BsdfSample::guide_gain: where guides find more, less throughput is enough
-  float caustic_gain = 1.0f;  // the same of a guide towards caustics, until the path is scattered widely
+  double gathered = 0.0;  // magnitude of all that the path adds up to, including what is left to others
   bool met_visible_point = false;
   std::optional<LearnedLights::Chooser> at_vertex;  // none: the light set chooses
   std::optional<LearnedLights::Chooser> of_ray;     // of the last vertex that light samples could have lit
+};
 
+/// How far guides led a walk.
+struct GuidedState {
+  float guide_gain = 1.0f;    // product of BsdfSample::guide_gain: where guides find more, less throughput is enough
+  float caustic_gain = 1.0f;  // the same of a guide towards caustics, until the path is scattered widely
+
+  float gain() const { return guide_gain * caustic_gain; }
   void count_gain(const Bsdf& bsdf, const BsdfSample& sample) {
     // A path that was guided towards a caustic and has met something else is not worth what one is that found it.
     if (!sample.is_delta && sample.pdf < kWidePdf * sample.guide_gain) caustic_gain = 1.0f;
@@ -104,6 +115,8 @@ struct MediaState {
   bool has_flown = false;             // a free flight was sampled
 };
 struct NoMedia {};
+struct NoLearning {};
+struct NoGuides {};
 
 /// The throughput of a walk by the kind of its first scattering, black before that.
 struct KindState {
