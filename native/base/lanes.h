@@ -29,6 +29,9 @@ struct Vec3Lanes {
 };
 
 inline Lanes dot(const Vec3Lanes& a, const Vec3Lanes& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vec3Lanes cross(const Vec3Lanes& a, const Vec3Lanes& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 inline Lanes length(const Vec3Lanes& a) { return sqrt(dot(a, a)); }
 
 struct RgbLanes {
@@ -40,6 +43,8 @@ struct RgbLanes {
   Rgb at(size_t lane) const { return {r[lane], g[lane], b[lane]}; }
   void set(size_t lane, const Rgb& c) { r[lane] = c.r, g[lane] = c.g, b[lane] = c.b; }
 
+  friend RgbLanes operator+(const RgbLanes& a, const RgbLanes& c) { return {a.r + c.r, a.g + c.g, a.b + c.b}; }
+  friend RgbLanes operator-(const RgbLanes& a, const RgbLanes& c) { return {a.r - c.r, a.g - c.g, a.b - c.b}; }
   friend RgbLanes operator*(const RgbLanes& a, const RgbLanes& c) { return {a.r * c.r, a.g * c.g, a.b * c.b}; }
   friend RgbLanes operator*(const RgbLanes& a, const Lanes& s) { return {a.r * s, a.g * s, a.b * s}; }
   RgbLanes& operator+=(const RgbLanes& c) {
@@ -59,6 +64,12 @@ inline Lanes where_or_zero(const LaneMask& mask, const Lanes& lanes) {
 }
 inline RgbLanes where_or_zero(const LaneMask& mask, const RgbLanes& lanes) {
   return {where_or_zero(mask, lanes.r), where_or_zero(mask, lanes.g), where_or_zero(mask, lanes.b)};
+}
+/// Sets those of `mask`.
+inline void assign(const LaneMask& mask, RgbLanes& to, const RgbLanes& from) {
+  where(mask, to.r) = from.r;
+  where(mask, to.g) = from.g;
+  where(mask, to.b) = from.b;
 }
 
 }  // namespace cistern

@@ -34,6 +34,16 @@ void connect_plainly(const Scratch::Vertices& vertices, const PathSample& sample
   pairs.f_cos = pairs.even_cos = vertices.diffuse * pairs.pdf;
 }
 
+/// The same of those with layers.
+void evaluate_layered(const BsdfLanes& bsdfs, const DirectionGuideLanes* guides, Scratch::Pairs& pairs) {
+  const LaneMask is_connected = bsdfs.is_set() && pairs.geometry > 0.0f;
+  if (none_of(is_connected)) return;
+  const BsdfLanes::Evaluation f = bsdfs.evaluate(pairs.wi, guides);
+  assign(is_connected, pairs.f_cos, f.rough_cos);
+  assign(is_connected, pairs.even_cos, f.even_cos);
+  where(is_connected, pairs.pdf) = f.pdf;
+}
+
 /// What is left of a divided sample's radiance along the connections.
 Lanes sent_shares(const PathSample& sample, const Vec3Lanes& wi) {
   const VisiblePoint& point = sample.point;
@@ -184,10 +194,12 @@ void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) con
       std::ranges::all_of(group.links, [&](const PathLink* link) { return has_same_bounces(link->from, first); });
   scratch.vertices.assign(blocks_of_lanes(group.size()), {});
   scratch.pairs.resize(scratch.vertices.size());
+  scratch.guides.assign(guides_bounces(context_) ? scratch.vertices.size() : 0, {});
   scratch.points.resize(group.size());
   scratch.bsdfs.clear();
   scratch.bsdfs.reserve(group.size());
-  scratch.not_plain.clear();
+  scratch.layered.clear();
+  scratch.others.clear();
   for (size_t k = 0; k < group.size(); ++k) {
     const VisiblePoint& from = group.links[k]->from;
     const SurfacePoint& point = scratch.points[k] = surface_point(from);
@@ -197,28 +209,27 @@ void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) con
     const GuideCells cells = guide_cells(context_, point);
     if (is_plain(from)) {
       vertices.diffuse.set(lane_of(k), from.receiver.diffuse);
-      bsdf.guide = find_guide(context_, cells);
-      if (!bsdf.guide) continue;
-    } else {
-      bsdf = evaluate_material(context_.scene, point, from.state, &context_.accel);
-      guide_bounce(context_, cells, bsdf);
+      if (cells.is_any()) scratch.guides[block_of(k)].set(lane_of(k), find_guide(context_, cells));
+      continue;
     }
-    scratch.not_plain.push_back(static_cast<uint32_t>(k));
+    bsdf = evaluate_material(context_.scene, point, from.state, &context_.accel);
+    guide_bounce(context_, cells, bsdf);
+    if (scratch.layered.empty()) scratch.layered.resize(scratch.vertices.size());
+    if (context_.tells_kinds || !scratch.layered[block_of(k)].set(lane_of(k), bsdf)) {
+      scratch.others.push_back(static_cast<uint32_t>(k));
+    } else if (bsdf.guide) {
+      scratch.guides[block_of(k)].set(lane_of(k), bsdf.guide);
+    }
   }
 }
 
-/// Of a vertex that is not plain, or guided: what it makes of the direction. No density: no path leaves this way.
-void CellSharedPaths::evaluate_pair(const Group& group, size_t receiver, const PathSample& sample,
-                                    Scratch& scratch) const {
+/// Of a vertex that is none of those: what it makes of the direction. No density: no path leaves this way.
+void CellSharedPaths::evaluate_pair(size_t receiver, const PathSample& sample, Scratch& scratch) const {
   const Bsdf& bsdf = scratch.bsdfs[receiver];
   Scratch::Pairs& pairs = scratch.pairs[block_of(receiver)];
   const size_t lane = lane_of(receiver);
   if (pairs.geometry[lane] == 0.0f) return;
   const Vec3 wi = pairs.wi.at(lane);
-  if (is_plain(group.links[receiver]->from)) {
-    if (pairs.pdf[lane] > 0.0f) pairs.pdf[lane] = lerp(pairs.pdf[lane], bsdf.guide.pdf(wi), bsdf.guide.share());
-    return;
-  }
   const BsdfEvaluation f = evaluate_kind(context_, bsdf, wi, sample.kind);
   pairs.f_cos.set(lane, f.rough_cos);
   pairs.even_cos.set(lane, even_part(f.even_cos, sample.kind));
@@ -227,8 +238,14 @@ void CellSharedPaths::evaluate_pair(const Group& group, size_t receiver, const P
 
 void CellSharedPaths::connect_pairs(const Group& group, size_t finder, Scratch& scratch) const {
   const PathSample& sample = group.links[finder]->to;
-  for (size_t b = 0; b < scratch.pairs.size(); ++b) connect_plainly(scratch.vertices[b], sample, scratch.pairs[b]);
-  for (const uint32_t k : scratch.not_plain) evaluate_pair(group, k, sample, scratch);
+  for (size_t b = 0; b < scratch.pairs.size(); ++b) {
+    Scratch::Pairs& pairs = scratch.pairs[b];
+    const DirectionGuideLanes* guides = scratch.guides.empty() ? nullptr : &scratch.guides[b];
+    connect_plainly(scratch.vertices[b], sample, pairs);
+    if (guides) pairs.pdf = guides->pdf(pairs.pdf, pairs.wi);
+    if (!scratch.layered.empty()) evaluate_layered(scratch.layered[b], guides, pairs);
+  }
+  for (const uint32_t k : scratch.others) evaluate_pair(k, sample, scratch);
   for (Scratch::Pairs& pairs : scratch.pairs)
     pairs.density = where_or_zero(!is_black(pairs.f_cos), pairs.pdf * pairs.geometry);
   scratch.holders = group.size();

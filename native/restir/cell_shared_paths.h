@@ -5,6 +5,7 @@
 
 #include "grid/cell_groups.h"
 #include "restir/path_target.h"
+#include "shading/bsdf_lanes.h"
 
 namespace cistern {
 
@@ -119,12 +120,14 @@ class CellSharedPaths {
     std::vector<float> factors;  // by sample of the group, for its light; 0: it is handed to nobody
     size_t handed_on = 0;        // how many are not 0
     std::vector<Vertices> vertices;
-    std::vector<Pairs> pairs;          // beside them, of one sample
-    std::vector<SurfacePoint> points;  // by vertex of the group
-    std::vector<Bsdf> bsdfs;           // beside them; empty where the vertex alone says how it reflects
-    std::vector<uint32_t> not_plain;   // vertices that have a BSDF or a guide
-    size_t holders = 0;                // vertices that may have that sample
-    bool bounces_agree = true;         // between all vertices of the group, as they nearly always do
+    std::vector<BsdfLanes> layered;           // beside them, of those whose BSDF it takes; empty where there are none
+    std::vector<DirectionGuideLanes> guides;  // of these and of plain ones; empty where nothing is guided
+    std::vector<Pairs> pairs;                 // beside them, of one sample
+    std::vector<SurfacePoint> points;         // by vertex of the group
+    std::vector<Bsdf> bsdfs;                  // beside them; empty where the vertex alone says how it reflects
+    std::vector<uint32_t> others;             // vertices that are neither plain nor layered
+    size_t holders = 0;                       // vertices that may have that sample
+    bool bounces_agree = true;                // between all vertices of the group, as they nearly always do
   };
 
   /// Adds what a vertex reflects of a fresh sample of its own that is handed to nobody. `deep`: what the sample point
@@ -152,7 +155,7 @@ class CellSharedPaths {
   void prepare_vertices(const Group& group, Scratch& scratch) const;
   void share_sample(Group& group, size_t finder, Scratch& scratch) const;
   void connect_pairs(const Group& group, size_t finder, Scratch& scratch) const;
-  void evaluate_pair(const Group& group, size_t receiver, const PathSample& sample, Scratch& scratch) const;
+  void evaluate_pair(size_t receiver, const PathSample& sample, Scratch& scratch) const;
   void trace_pairs(const Group& group, size_t finder, Scratch& scratch) const;
   void hand_out(Group& group, size_t finder, float weight, Scratch& scratch) const;
   void hand_out_divided(Group& group, size_t finder, float weight, const Scratch& scratch) const;

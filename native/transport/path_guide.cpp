@@ -7,6 +7,8 @@ bool follows_table(const PathContext& context) { return context.guiding && conte
 
 }  // namespace
 
+bool guides_bounces(const PathContext& context) { return context.caustics || follows_table(context); }
+
 bool takes_guide(const PathContext& context, const Bsdf& bsdf) {
   int guided = 0;
   for (int i = 0; i < bsdf.count; ++i) guided += is_narrow(bsdf.lobes[static_cast<size_t>(i)]) ? 0 : 1;

@@ -30,6 +30,9 @@ class PathGuide {
 /// kind in a direction must be what it is without a guide.
 bool takes_guide(const PathContext& context, const Bsdf& bsdf);
 
+/// Whether any bounce may have a guide.
+bool guides_bounces(const PathContext& context);
+
 /// The cells of a point for `guide_bounce`; none where paths are not guided. Better asked for some time before, since
 /// what is known of them is then fetched meanwhile.
 struct GuideCells {
