@@ -30,7 +30,8 @@ void connect_plainly(const Scratch::Vertices& vertices, const PathSample& sample
   const bool is_found_plainly = sample.kind == 0 || sample.kind == kVisibleToDiffuse;
   const Lanes cosine = dot(points.ns, pairs.wi);
   const LaneMask can_leave = is_connected && cosine > 0.0f && dot(points.ng, pairs.wi) > 0.0f;
-  pairs.pdf = where_or_zero(can_leave && LaneMask(is_found_plainly), cosine * kInvPi);
+  const LaneMask is_plain = LaneMask(is_found_plainly) && !is_black(vertices.diffuse);
+  pairs.pdf = where_or_zero(can_leave && is_plain, cosine * kInvPi);
   pairs.f_cos = pairs.even_cos = vertices.diffuse * pairs.pdf;
 }
 
@@ -38,7 +39,7 @@ void connect_plainly(const Scratch::Vertices& vertices, const PathSample& sample
 void evaluate_layered(const BsdfLanes& bsdfs, const DirectionGuideLanes* guides, Scratch::Pairs& pairs) {
   const LaneMask is_connected = bsdfs.is_set() && pairs.geometry > 0.0f;
   if (none_of(is_connected)) return;
-  const BsdfLanes::Evaluation f = bsdfs.evaluate(pairs.wi, guides);
+  const BsdfLanes::Evaluation f = bsdfs.evaluate(pairs.wi, is_connected, guides);
   assign(is_connected, pairs.f_cos, f.rough_cos);
   assign(is_connected, pairs.even_cos, f.even_cos);
   where(is_connected, pairs.pdf) = f.pdf;
@@ -214,8 +215,8 @@ void CellSharedPaths::prepare_vertices(const Group& group, Scratch& scratch) con
     }
     bsdf = evaluate_material(context_.scene, point, from.state, &context_.accel);
     guide_bounce(context_, cells, bsdf);
-    if (scratch.layered.empty()) scratch.layered.resize(scratch.vertices.size());
-    if (context_.tells_kinds || !scratch.layered[block_of(k)].set(lane_of(k), bsdf)) {
+    if (scratch.layered.empty() && !context_.tells_kinds) scratch.layered.resize(scratch.vertices.size());
+    if (scratch.layered.empty() || !scratch.layered[block_of(k)].set(lane_of(k), bsdf)) {
       scratch.others.push_back(static_cast<uint32_t>(k));
     } else if (bsdf.guide) {
       scratch.guides[block_of(k)].set(lane_of(k), bsdf.guide);
@@ -242,7 +243,7 @@ void CellSharedPaths::connect_pairs(const Group& group, size_t finder, Scratch& 
     Scratch::Pairs& pairs = scratch.pairs[b];
     const DirectionGuideLanes* guides = scratch.guides.empty() ? nullptr : &scratch.guides[b];
     connect_plainly(scratch.vertices[b], sample, pairs);
-    if (guides) pairs.pdf = guides->pdf(pairs.pdf, pairs.wi);
+    if (guides && any_of(pairs.pdf > 0.0f)) pairs.pdf = guides->pdf(pairs.pdf, pairs.wi);
     if (!scratch.layered.empty()) evaluate_layered(scratch.layered[b], guides, pairs);
   }
   for (const uint32_t k : scratch.others) evaluate_pair(k, sample, scratch);

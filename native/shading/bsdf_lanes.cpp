@@ -45,7 +45,7 @@ Lanes dielectric_reflectance(const Lanes& cos_i, const Lanes& eta) {
 /// fresnel_fraction.
 Lanes dielectric_fraction(const Lanes& reflectance, const Lanes& ior) {
   const Lanes above = ior + 1.0f, below = ior - 1.0f;
-  return clamp((reflectance * above * above - below * below) / (4.0f * ior), Lanes(0.0f), Lanes(1.0f));
+  return clamp((reflectance * (above * above) - below * below) / (4.0f * ior), Lanes(0.0f), Lanes(1.0f));
 }
 
 }  // namespace
@@ -78,11 +78,12 @@ void BsdfLanes::set_reflection(size_t lane, const Bsdf& bsdf, const Lobe& lobe, 
   const float cos_o = dot(model.n, bsdf.wo), alpha2 = sqr(model.alpha_x);
   if (!(cos_o > 0.0f)) return;
   r.n.set(lane, model.n);
-  if (!is_smooth(lobe)) r.weight.set(lane, lobe.weight * model.reflection_tint * (0.5f * model.energy_scale));
-  const bool is_real = model.fresnel == FresnelModel::DIELECTRIC;
+  if (!is_smooth(lobe)) r.weight.set(lane, lobe.weight * (0.5f * model.energy_scale));
   const bool is_mirror = model.fresnel == FresnelModel::NONE;
-  r.f0.set(lane, is_mirror ? Rgb(1.0f) : is_real ? Rgb(f0_from_ior(model.ior)) : model.f0);
-  r.f90.set(lane, is_mirror || is_real ? Rgb(1.0f) : model.f90_or_b);
+  const bool is_stretched = model.fresnel == FresnelModel::GENERALIZED_SCHLICK;
+  r.f0.set(lane, model.reflection_tint * (is_stretched ? model.f0 : Rgb(is_mirror ? 1.0f : 0.0f)));
+  r.f90.set(lane, model.reflection_tint * (is_stretched ? model.f90_or_b : Rgb(1.0f)));
+  r.is_real[lane] = model.fresnel == FresnelModel::DIELECTRIC;
   r.ior[lane] = is_mirror ? 1.0f : model.ior;
   r.alpha2[lane] = alpha2;
   r.cos_o[lane] = cos_o;
@@ -97,7 +98,9 @@ void BsdfLanes::add_reflection(const Vec3Lanes& wi, Evaluation& evaluation, Lane
   const Lanes cos_i = dot(r.n, wi);
   const Vec3Lanes between = wo_ + wi;
   const Vec3Lanes h = between * (1.0f / length(between));
-  const Lanes fraction = dielectric_fraction(dielectric_reflectance(dot(wo_, h), r.ior), r.ior);
+  const Lanes real = dielectric_reflectance(dot(wo_, h), r.ior);
+  Lanes fraction = dielectric_fraction(real, r.ior);
+  where(r.is_real, fraction) = real;
   const RgbLanes reflectance = r.f0 + (r.f90 - r.f0) * fraction;
   const Lanes cos_h = dot(r.n, h), square_sine = dot(cross(r.n, h), cross(r.n, h));
   const Lanes e = square_sine + r.alpha2 * cos_h * cos_h;
@@ -111,16 +114,18 @@ void BsdfLanes::add_reflection(const Vec3Lanes& wi, Evaluation& evaluation, Lane
   evaluation.rough_cos += where_or_zero(is_reflected, r.weight * reflectance * f);
 }
 
-BsdfLanes::Evaluation BsdfLanes::evaluate(const Vec3Lanes& wi, const DirectionGuideLanes* guides) const {
+BsdfLanes::Evaluation BsdfLanes::evaluate(const Vec3Lanes& wi, const LaneMask& is_asked,
+                                          const DirectionGuideLanes* guides) const {
   Evaluation evaluation;
   const Lanes cosine = dot(ns_, wi);
-  const LaneMask can_leave = is_set_ && cosine > 0.0f && dot(ng_, wi) > 0.0f;
+  const LaneMask can_leave = is_set_ && is_asked && cosine > 0.0f && dot(ng_, wi) > 0.0f;
   const Lanes diffuse_pdf = where_or_zero(can_leave, cosine * kInvPi);
   evaluation.rough_cos = diffuse_ * diffuse_pdf;
-  evaluation.even_cos = even_ * diffuse_pdf;
+  evaluation.even_cos = where_or_zero(can_leave, even_ * diffuse_pdf);
   evaluation.pdf = 0.0f;
   Lanes guided_pdf = diffuse_sample_weight_ * diffuse_pdf;  // of lobes that are not narrow
   if (has_reflections_) add_reflection(wi, evaluation, guided_pdf);
+  guided_pdf = where_or_zero(can_leave, guided_pdf);
   if (guides) guided_pdf = guides->pdf(guided_pdf / guided_weight_, wi) * guided_weight_;
   evaluation.pdf = where_or_zero(can_leave, (evaluation.pdf + guided_pdf) * over_sample_weight_);
   evaluation.rough_cos = where_or_zero(can_leave, evaluation.rough_cos);

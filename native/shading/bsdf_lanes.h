@@ -20,17 +20,18 @@ class BsdfLanes {
   bool set(size_t lane, const Bsdf& bsdf);
   const LaneMask& is_set() const { return is_set_; }
 
-  /// Of places that are set; `guides` of these, or null.
-  Evaluation evaluate(const Vec3Lanes& wi, const DirectionGuideLanes* guides) const;
+  /// Of those places that are asked for, and set; `guides` of these, or null.
+  Evaluation evaluate(const Vec3Lanes& wi, const LaneMask& is_asked, const DirectionGuideLanes* guides) const;
 
  private:
   /// Light that facets reflect. The weight has all constant factors; it is 0 for smooth lobes.
   struct Reflection {
     Vec3Lanes n;
-    RgbLanes weight, f0, f90;
+    RgbLanes weight, f0, f90;  // what stretches the curve of a dielectric, tinted
     Lanes ior = 1.0f, alpha2 = 1.0f;
     Lanes cos_o = 1.0f, q_o = 1.0f;  // q as in lobe_microfacet.cpp
     Lanes sample_weight = 0.0f;
+    LaneMask is_real{false};  // the curve is that of the dielectric itself
     LaneMask is_narrow{false};
   };
   void set_reflection(size_t lane, const Bsdf& bsdf, const Lobe& lobe, const MicrofacetLobe& model);

@@ -4,8 +4,10 @@
 
 #include <numeric>
 
+#include "base/sphere_map.h"
 #include "restir/pixel_reuse.h"
 #include "shading/material.h"
+#include "transport/path_guide.h"
 #include "transport/path_scenes.h"
 
 namespace cistern::test {
@@ -227,7 +229,8 @@ std::vector<Rgb> shared_pair_by_pair(const PathContext& context, const std::vect
       const VisiblePoint& from = links[k]->from;
       const std::optional<PathConnection> way = connect(from, sample);
       if (!way || !has_same_bounces(from, links[finder]->from)) continue;
-      const Bsdf bsdf = evaluate_material(context.scene, surface_point(from), from.state);
+      Bsdf bsdf = evaluate_material(context.scene, surface_point(from), from.state);
+      guide_bounce(context, guide_cells(context, surface_point(from)), bsdf);
       const BsdfEvaluation f = evaluate_kind(context, bsdf, way->wi, sample.kind);
       const Rgb transmittance = path_transmittance(context, from, sample);
       // The veil takes half: what is left tells how often it was passed.
@@ -243,16 +246,17 @@ std::vector<Rgb> shared_pair_by_pair(const PathContext& context, const std::vect
   return reflected;
 }
 
-/// Groups of up to eleven: more than vector instructions take at once, and not a multiple of it. Shadow rays may miss
-/// or meet an edge by rounding, which once in a thousand is allowed.
-TEST(CellSharedPaths, PairsTakenTogetherAreWhatTheyAreAlone) {
-  PathScene scene = divided_box();
-  scene.floor(0.3f, 1.5f, scene.transparent({0.5f, 0.5f, 0.5f}));
-  const Tracer tracer(scene);
-  const CellSharedPaths paths(tracer.context());
+/// Vertices that are compared, those that reflect another light, and those that have theirs from others alone.
+struct ComparedPairs {
+  int compared = 0, different = 0, handed_on = 0;
+};
+
+/// Groups of up to eleven: more than vector instructions take at once, and not a multiple of it.
+ComparedPairs compare_pairs(const PathContext& context, const PathContext& of_reference) {
+  const CellSharedPaths paths(context);
   PathScratch path_scratch;
   CellSharedPaths::Scratch scratch;
-  int compared = 0, different = 0, handed_on = 0;
+  ComparedPairs result;
   for (uint32_t path = 0; path < 300; ++path) {
     const uint32_t size = 1 + path % 11;
     std::vector<PathCapture> captures(size);
@@ -263,7 +267,7 @@ TEST(CellSharedPaths, PairsTakenTogetherAreWhatTheyAreAlone) {
       const Ray ray{{0.5f, -0.7f, 1.5f}, normalize(Vec3{-0.1f * static_cast<float>(k), 0.3f, -1.5f})};
       captures[k].link_count = 1;
       PathSampler sampler(7, k, path, SampleSequence::RANDOM);
-      trace_path(tracer.context(), ray, sampler, path_scratch, &captures[k]);
+      trace_path(context, ray, sampler, path_scratch, &captures[k]);
       CellSharedPaths::divide(captures[k].links[0], {}, reflected[k]);
       before[k] = reflected[k].sum;
       group.links.push_back(&captures[k].links[0]);
@@ -271,15 +275,51 @@ TEST(CellSharedPaths, PairsTakenTogetherAreWhatTheyAreAlone) {
       group.reflected.push_back(&reflected[k]);
     }
     paths.share(group, scratch);
-    const std::vector<Rgb> expected = shared_pair_by_pair(tracer.context(), group.links);
-    for (uint32_t k = 0; k < size; ++k, ++compared) {
+    const std::vector<Rgb> expected = shared_pair_by_pair(of_reference, group.links);
+    for (uint32_t k = 0; k < size; ++k, ++result.compared) {
       const float found = (reflected[k].sum - before[k]).g;
-      different += std::abs(found - expected[k].g) > 1e-4f * expected[k].g + 1e-6f;
-      handed_on += group.links[k]->W == 0.0f && found > 0.0f;
+      result.different += std::abs(found - expected[k].g) > 1e-4f * expected[k].g + 1e-6f;
+      result.handed_on += group.links[k]->W == 0.0f && found > 0.0f;
     }
   }
-  EXPECT_LE(different, compared / 1000);
-  EXPECT_GT(handed_on, 20);
+  return result;
+}
+
+/// The box with a veil above its floor, of which parts are paint and parts let light through: vertices of a group are
+/// evaluated in all ways there are.
+PathScene mixed_floor() {
+  PathScene scene = divided_box();
+  scene.floor(0.3f, 1.5f, scene.transparent({0.5f, 0.5f, 0.5f}));
+  scene.quad({0.3f, -0.4f, 0.01f}, {0.2f, 0, 0}, {0, 0.2f, 0}, scene.diffuse(0.5f));
+  scene.quad({0.05f, -0.4f, 0.01f}, {0.2f, 0, 0}, {0, 0.2f, 0}, scene.clear_glass(1.5f, 0.7f, {}, 0.5f));
+  return scene;
+}
+
+/// Shadow rays may miss or meet an edge by rounding, which once in a thousand is allowed.
+TEST(CellSharedPaths, PairsTakenTogetherAreWhatTheyAreAlone) {
+  const Tracer tracer(mixed_floor());
+  const ComparedPairs pairs = compare_pairs(tracer.context(), tracer.context());
+  EXPECT_LE(pairs.different, pairs.compared / 1000);
+  EXPECT_GT(pairs.handed_on, 20);
+}
+
+TEST(CellSharedPaths, PairsThatAreGuidedAreWhatTheyAreAlone) {
+  const Tracer tracer(mixed_floor());
+  const NestedCells cells({}, tracer.context().accel.bounds(), {0.5f, -0.7f, 1.5f}, 1e-2f, 0.0f);
+  std::vector<CausticPhoton> photons;
+  Rng rng(1, 0, 0, 0);
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 position{rng.next_float() - 0.5f, 0.4f * rng.next_float() - 0.6f, i % 2 == 0 ? 0.0f : 0.01f};
+    const Vec3 direction = normalize(Vec3{0.4f, 0.5f, 0.8f} + 0.3f * equal_area_direction(rng.next_vec2()));
+    photons.push_back({cells.key(position, {0, 0, 1}), position, direction, 1.0f, 0.3f, 0.2f, 0.05f});
+  }
+  const CausticGuide guide(cells, photons);
+  PathContext guided = tracer.context();
+  guided.caustics = &guide;
+  const ComparedPairs pairs = compare_pairs(guided, guided);
+  EXPECT_LE(pairs.different, pairs.compared / 1000);
+  const ComparedPairs planted = compare_pairs(guided, tracer.context());  // planted bug: as if nothing was guided
+  EXPECT_GT(planted.different, planted.compared / 10);
 }
 
 /// Before, a product of infinity and zero took all of a group along.

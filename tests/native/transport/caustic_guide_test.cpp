@@ -6,6 +6,8 @@
 
 #include "base/rng.h"
 #include "base/sphere_map.h"
+#include "transport/path_guide.h"
+#include "transport/path_scenes.h"
 
 namespace cistern::test {
 namespace {
@@ -103,6 +105,33 @@ TEST(CausticGuide, LobesOfLittleLightAreLeftOut) {
   std::ranges::copy(photons(10, kLamp, 0.0f, 0.01f), std::back_inserter(all));
   const CausticGuide guide(kCells, all);
   EXPECT_EQ(find(guide, kPlace, kUp)->lobes().size(), 1u);
+}
+
+/// Paths that know nothing but a guide are those of walks that could also learn.
+TEST(CausticGuide, IsFollowedAlikeByWalksOfBothKinds) {
+  PathScene scene;
+  scene.floor(0.0f, 8.0f, scene.mixed(0.6f, 0.6f, 0.4f));
+  scene.floor(2.0f, 8.0f, scene.diffuse(0.7f));
+  scene.point_lamp({0.5f, 0.5f, 1.0f}, 5.0f);
+  const Tracer tracer(scene);
+  const CausticGuide guide(kCells, photons(30, kLamp));
+  const PathGuide nothing_learned(kCells);
+  const GuideUse guiding{&nothing_learned, true};
+  PathContext plain = tracer.context(), guided = plain, learned = plain;
+  guided.caustics = learned.caustics = &guide;
+  learned.guiding = &guiding;
+  const Ray ray{kPlace + Vec3{0.005f, 0.005f, 1.5f}, {0, 0, -1}};
+  int unlike_plain = 0;
+  for (uint32_t path = 0; path < 500; ++path) {
+    const auto light = [&](const PathContext& context) {
+      PathScratch scratch;
+      PathSampler sampler(1, 0, path, SampleSequence::RANDOM);
+      return trace_path(context, ray, sampler, scratch).combined().g;
+    };
+    EXPECT_NEAR(light(guided), light(learned), 1e-5f * light(learned));
+    unlike_plain += std::abs(light(guided) - light(plain)) > 1e-3f * light(plain) ? 1 : 0;
+  }
+  EXPECT_GT(unlike_plain, 100);
 }
 
 }  // namespace
