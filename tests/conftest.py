@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 # Of the cases of each test, by the beginning of its file's path in tests/.
-SHARES = {"blender/test_against_cycles_": 0.28, "blender/test_passes": 0.5, "render/test_": 0.3}
+SHARES = {"blender/test_against_cycles_": 0.2, "blender/test_passes": 0.5, "render/test_": 0.25}
 
 # Multiples of it fall evenly into [0, 1), and keep step with no other number.
 GOLDEN_RATIO = 0.6180339887498949

@@ -147,7 +147,7 @@ def test_lamps_through_glass(
     add_light(empty_scene)
     result = compare_with_cycles(empty_scene, samples=160, preset=preset)
     assert result.agrees, result
-    assert not compare_with_cycles(empty_scene, samples=160, preset=preset, plant=stronger).agrees
+    assert not compare_with_cycles(empty_scene, samples=48, preset=preset, plant=stronger).agrees
 
 
 def noise(scene: bpy.types.Scene) -> float:
