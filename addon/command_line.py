@@ -2,11 +2,13 @@
 
 Options come after `--`, as those of Cycles do. Each frame is written into a hidden folder beside its place and moved
 there when it is whole, since Blender killed while it writes leaves half a file; what a killed render left in such a
-folder goes when the frame is rendered again. Blender's exit status is 1 when any frame failed.
+such a folder goes when the frame is rendered again. Blender's exit status is 1 when any frame failed. Renders of other
+engines are none of our business.
 """
 
 import argparse
 import atexit
+import hashlib
 import os
 import shutil
 import sys
@@ -19,6 +21,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import cycles_settings, report, techniques
+from .engine import CisternEngine
 from .properties import MAX_INT, MAX_NUMBER, MAX_SAMPLES
 
 RENDER_OPTIONS = frozenset({"-f", "--render-frame", "-a", "--render-anim"})
@@ -27,7 +30,9 @@ OPTION_PREFIX = "--cistern-"
 STATUS_FAILED = 1
 STATUS_BAD_OPTIONS = 2
 
+ENGINE = "CISTERN"
 MAX_THREADS = 1024  # Blender's own limit
+MAX_NAME_BYTES = 240  # of a file, so that what is added to hide it still makes a name
 NUMBER_NAMES = {int: "whole number", float: "number"}
 
 
@@ -45,13 +50,15 @@ class CommandLineRender:
     """What the command line asked for, and how it went."""
 
     options: argparse.Namespace
+    is_under_way: bool = False  # whether a job has begun that has not come to its end
     unwritten: Path | None = None  # the folder of the frame that is being rendered
-    path_in_scene: str = ""
+    path_in_scene: str = ""  # which the one below takes the place of meanwhile
+    path_of_folder: str = ""
     scene_name: str = ""  # whose frame is under way, if any
     has_failed: bool = False
 
     def exit_status(self) -> int:
-        failed = self.has_failed or self.unwritten is not None or report.error_count > 0
+        failed = self.has_failed or self.is_under_way or self.unwritten is not None or report.error_count > 0
         return STATUS_FAILED if failed else 0
 
 
@@ -96,10 +103,11 @@ def parse(argv: list[str]) -> argparse.Namespace:
 
 
 def take_cycles_settings(scene: bpy.types.Scene) -> None:
-    if cycles_settings.is_there(scene):
-        cycles_settings.take_over(scene)
-    else:
+    if not cycles_settings.is_there(scene):
         sys.stderr.write("cistern: Cycles is not enabled: there are no settings to take from it\n")
+        return
+    for words in cycles_settings.take_over(scene):
+        sys.stderr.write(f"cistern: of Cycles' settings: {words}\n")
 
 
 def apply(options: argparse.Namespace, scene: bpy.types.Scene) -> None:
@@ -137,10 +145,30 @@ def is_for_strip(scene: bpy.types.Scene) -> bool:
     return running.scene_name not in ("", scene.name)
 
 
+def is_ours(scene: bpy.types.Scene) -> bool:
+    return scene.render.engine == CisternEngine.bl_idname
+
+
+def hidden_folder(place: Path) -> Path:
+    """Where a file is written that is to come to `place`: beside it, or it could not simply be moved."""
+    is_long = len(os.fsencode(place.name)) > MAX_NAME_BYTES
+    name = hashlib.sha256(os.fsencode(place.name)).hexdigest() if is_long else place.name
+    return place.parent / f".{name}.partial"
+
+
+def as_path_setting(path: Path) -> str:
+    """The path as a setting: since Blender 5.0 braces there stand around names of variables."""
+    text = str(path)
+    return text.replace("{", "{{").replace("}", "}}") if bpy.app.version >= (5, 0, 0) else text
+
+
 @persistent
 def begin_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """Blender copies the scene's render settings after this."""
     apply(running.options, scene)
+    if is_ours(scene) and not is_for_strip(scene):
+        running.has_failed |= running.is_under_way
+        running.is_under_way = True
 
 
 @persistent
@@ -150,14 +178,22 @@ def begin_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
         return
     running.scene_name = scene.name
     running.has_failed |= running.unwritten is not None
-    if scene.render.is_movie_format:
+    if scene.render.is_movie_format or not is_ours(scene):
         return
     place = Path(bpy.path.abspath(scene.render.frame_path(frame=scene.frame_current)))
-    running.unwritten = place.parent / f".{place.name}.partial"
+    running.unwritten = hidden_folder(place)
     shutil.rmtree(running.unwritten, ignore_errors=True)
     running.path_in_scene = scene.render.filepath
     name = os.path.basename(running.path_in_scene)  # noqa: PTH119  (pathlib would drop a slash at the end)
-    scene.render.filepath = f"{running.unwritten}/{name}"
+    running.path_of_folder = scene.render.filepath = f"{as_path_setting(running.unwritten)}/{name}"
+
+
+def restore_path(scene: bpy.types.Scene) -> bool:
+    """Give the scene its own path back, unless a handler of the file has given it another one meanwhile."""
+    is_as_left = scene.render.filepath == running.path_of_folder
+    if is_as_left:
+        scene.render.filepath = running.path_in_scene
+    return is_as_left
 
 
 @persistent
@@ -166,7 +202,8 @@ def end_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     if running.unwritten is None:
         return
     folder, running.unwritten = running.unwritten, None
-    scene.render.filepath = running.path_in_scene
+    if not restore_path(scene) and not folder.exists():
+        return  # it was written where a handler wants it
     try:
         for file in sorted(folder.iterdir()):
             sys.stdout.write(f"Wrote {file.replace(folder.parent / file.name)}\n")
@@ -182,15 +219,16 @@ def abandon_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     if is_for_strip(scene):
         return
     running.scene_name = ""
+    running.has_failed |= is_ours(scene)
     if running.unwritten is not None:
-        scene.render.filepath = running.path_in_scene
-        running.has_failed, running.unwritten = True, None
+        restore_path(scene)
+        running.unwritten = None
 
 
 @persistent
 def end_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     if not is_for_strip(scene):
-        running.scene_name = ""
+        running.scene_name, running.is_under_way = "", False
 
 
 HANDLERS = {

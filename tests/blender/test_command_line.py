@@ -1,5 +1,6 @@
 """Options after `--`; what they do to a render, the version matrix of tests/extension tests in each Blender."""
 
+import contextlib
 from types import SimpleNamespace
 
 import bpy
@@ -121,3 +122,87 @@ def test_frames_of_scene_strips_come_to_their_place(command_line_render, tmp_pat
         assert command_line_render.unwritten is None and not command_line_render.has_failed
     finally:
         bpy.data.scenes.remove(cut)
+
+
+@pytest.fixture
+def plain_scene():
+    scene = fresh_scene()
+    scene.render.engine, scene.cistern.samples = "CISTERN", 1
+    scene.render.resolution_x = scene.render.resolution_y = 4
+    scene.frame_start = scene.frame_end = 1
+    return scene
+
+
+def render_animation() -> None:
+    """Of which Blender's command line goes on after an error, too."""
+    with contextlib.suppress(RuntimeError):
+        bpy.ops.render.render(animation=True)
+
+
+def lose_the_camera(scene: bpy.types.Scene) -> None:
+    scene.camera = None
+    write_a_movie(scene)
+
+
+def make_it_too_small(scene: bpy.types.Scene) -> None:
+    scene.render.resolution_percentage = 1
+
+
+@pytest.mark.parametrize("spoil", [None, lose_the_camera, make_it_too_small])
+def test_renders_that_end_before_their_time_have_failed(command_line_render, plain_scene, tmp_path, spoil):
+    plain_scene.render.filepath = str(tmp_path / "frame_")
+    if spoil:
+        spoil(plain_scene)
+    render_animation()
+    assert command_line_render.exit_status() == (command_line.STATUS_FAILED if spoil else 0)
+
+
+def test_other_engines_write_as_ever(command_line_render, plain_scene, tmp_path):
+    places = []
+    plain_scene.render.engine = "CYCLES"
+    plain_scene.cycles.samples = 1
+    plain_scene.render.filepath = str(tmp_path / "frame_")
+    watch = lambda scene, _=None: places.append(scene.render.filepath)  # noqa: E731
+    bpy.app.handlers.render_post.append(watch)
+    try:
+        render_animation()
+        assert places == [plain_scene.render.filepath]
+        plain_scene.render.engine = "CISTERN"
+        render_animation()
+        assert places[1] != places[0]  # the hidden folder
+    finally:
+        bpy.app.handlers.render_post.remove(watch)
+
+
+def test_a_handler_may_choose_another_place(command_line_render, plain_scene, tmp_path):
+    def choose(scene, _=None):
+        scene.render.filepath = str(tmp_path / "chosen_")
+
+    plain_scene.render.filepath = str(tmp_path / "frame_")
+    bpy.app.handlers.render_pre.append(choose)
+    try:
+        render_animation()
+    finally:
+        bpy.app.handlers.render_pre.remove(choose)
+    assert [file.name for file in tmp_path.iterdir()] == ["chosen_0001.exr"]
+    assert plain_scene.render.filepath == str(tmp_path / "chosen_") and command_line_render.exit_status() == 0
+
+
+@pytest.mark.parametrize("name", ["proj{1}/frame_", "{{x}}/frame_", 240 * "n" + "_"])
+def test_odd_names_come_to_their_place(command_line_render, plain_scene, tmp_path, name):
+    """Braces stand around variables since Blender 5.0; names have 255 bytes at most."""
+    folder = tmp_path / name
+    path = str(folder).replace("{{", "{").replace("}}", "}") if bpy.app.version < (5, 0, 0) else str(folder)
+    if name.startswith("proj"):  # of a file in such a folder
+        bpy.ops.wm.save_as_mainfile(filepath=str(make_folder(folder.parent) / "scene.blend"))
+        path = "//frame_"
+    plain_scene.render.filepath = path
+    render_animation()
+    files = [file for file in tmp_path.rglob("*") if file.suffix == ".exr"]
+    assert len(files) == 1 and not any(".partial" in str(file) for file in files)
+    assert command_line_render.exit_status() == 0
+
+
+def make_folder(folder):
+    folder.mkdir(parents=True)
+    return folder
