@@ -7,6 +7,8 @@ from typing import Any
 
 import bpy
 
+from .properties import MAX_SAMPLES
+
 # Cistern's name and Cycles'. They mean the same, in the same units.
 COPIED = (
     ("samples", "samples"),
@@ -14,7 +16,6 @@ COPIED = (
     ("seed", "seed"),
     ("use_animated_seed", "use_animated_seed"),
     ("use_denoising", "use_denoising"),
-    ("viewport_samples", "preview_samples"),
     ("use_viewport_denoising", "use_preview_denoising"),
     ("max_bounces", "max_bounces"),
     ("max_diffuse_bounces", "diffuse_bounces"),
@@ -58,12 +59,13 @@ def take_over(scene: bpy.types.Scene) -> list[str]:
 
     Returns what else is set there that changes pictures and has no like here, each in a few words."""
     copy(scene.cycles, scene.cistern, COPIED)
+    scene.cistern.viewport_samples = scene.cycles.preview_samples or MAX_SAMPLES  # 0: without end
     scene.cistern.noise_threshold = noise_threshold(scene.cycles, "")
     scene.cistern.viewport_noise_threshold = noise_threshold(scene.cycles, "preview_")
     scene.cistern.min_bounces = scene.cycles.min_light_bounces + SURE_BOUNCES
     for layer in scene.view_layers:
         copy(layer.cycles, layer.cistern, COPIED_OF_LAYERS)
-    return left_out(scene.cycles)
+    return left_out(scene)
 
 
 def copy(source: Any, target: Any, names: tuple[tuple[str, str], ...]) -> None:  # noqa: ANN401
@@ -79,14 +81,18 @@ def noise_threshold(cycles: Any, kind: str) -> float:  # noqa: ANN401
     if not getattr(cycles, f"use_{kind}adaptive_sampling"):
         return 0.0
     threshold, samples = getattr(cycles, f"{kind}adaptive_threshold"), getattr(cycles, f"{kind}samples")
-    return threshold or max(1.0 / max(samples, 1), LEAST_AUTOMATIC_THRESHOLD)
+    automatic = 1.0 / samples if samples > 0 else 0.0
+    return threshold or max(automatic, LEAST_AUTOMATIC_THRESHOLD)
 
 
-def left_out(cycles: Any) -> list[str]:  # noqa: ANN401
+def left_out(scene: bpy.types.Scene) -> list[str]:
     """See `take_over`."""
+    cycles = scene.cycles
+    culls = scene.render.use_simplify and (cycles.use_camera_cull or cycles.use_distance_cull)
     other_glass = cycles.film_transparent_glass and abs(cycles.film_transparent_roughness - GLASS_ROUGHNESS) > 1e-6
     found = (
         (cycles.use_fast_gi, "no Fast GI Approximation"),
+        (culls, "no Culling (Simplify)"),
         (other_glass, f"glass is transparent up to a roughness of {GLASS_ROUGHNESS:g}"),
     )
     return [words for is_set, words in found if is_set]

@@ -339,7 +339,8 @@ class CisternSceneSettings(ReuseSettings, bpy.types.PropertyGroup):
         description="Multiplies all light in the picture and its passes, as Exposure in Cycles' Film panel does",
         default=1.0,
         min=0.0,
-        max=10.0,
+        soft_max=10.0,
+        max=MAX_NUMBER,
     )
     film_transparent_glass: BoolProperty(
         name="Transparent Glass",

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from addon import command_line, cycles_settings
+from addon.properties import MAX_SAMPLES
 from tests.blender.engine_fakes import fresh_scene
 from tests.support import engines
 from tests.support.statistics import block_means
@@ -65,9 +66,21 @@ def test_noise_threshold(scene, is_adaptive, threshold, samples, expected):
     assert scene.cistern.viewport_noise_threshold == (0.0 if is_adaptive else 0.125)
 
 
+def test_viewports_without_end(scene):
+    """Samples of 0 there, whose automatic threshold is the least."""
+    scene.cycles.preview_samples = 0
+    scene.cycles.use_preview_adaptive_sampling, scene.cycles.preview_adaptive_threshold = True, 0.0
+    cycles_settings.take_over(scene)
+    assert scene.cistern.viewport_samples == MAX_SAMPLES
+    assert scene.cistern.viewport_noise_threshold == pytest.approx(cycles_settings.LEAST_AUTOMATIC_THRESHOLD)
+
+
 def test_what_changes_pictures_and_has_no_like_is_named(scene):
+    scene.render.use_simplify = True
     for name, value, words in [
         ("use_fast_gi", True, "no Fast GI Approximation"),
+        ("use_camera_cull", True, "no Culling (Simplify)"),
+        ("use_distance_cull", True, "no Culling (Simplify)"),
     ]:
         before = getattr(scene.cycles, name)
         setattr(scene.cycles, name, value)
@@ -90,6 +103,10 @@ def test_single_options_win_over_those_of_cycles(scene, capsys):
     options = ["blender", "--", "--cistern-cycles-settings", "--cistern-samples", "5"]
     command_line.apply(command_line.parse(options), scene)
     assert (scene.cistern.samples, scene.cistern.max_bounces) == (5, 3)
+    assert capsys.readouterr().err == ""
+    scene.cycles.use_fast_gi = True
+    command_line.apply(command_line.parse(options), scene)
+    assert "no Fast GI Approximation" in capsys.readouterr().err
     command_line.take_cycles_settings(SimpleNamespace())
     assert "Cycles is not enabled" in capsys.readouterr().err
 
