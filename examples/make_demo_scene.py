@@ -3,15 +3,19 @@
 .venv/bin/python examples/make_demo_scene.py [FILE.blend]
 """
 
+import atexit
 import sys
 from pathlib import Path
 
 import bpy
 
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+import addon
 from cistern_hall import hall
 from scene_tools import save
 
-SAMPLES = 32  # per pixel, where the engine is there to be told
+SAMPLES = 32  # per pixel
 
 
 def triangles(scene: bpy.types.Scene) -> tuple[int, int]:
@@ -25,13 +29,12 @@ def triangles(scene: bpy.types.Scene) -> tuple[int, int]:
 
 
 def make(path: Path) -> None:
-    """Replaces what is open in Blender by the demo scene and saves it."""
+    """Replaces what is open in Blender by the demo scene and saves it. The add-on must be registered."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True, load_ui=False)
     scene = bpy.context.scene
     hall.build(scene)
-    if hasattr(scene, "cistern"):
-        scene.render.engine = "CISTERN"
-        scene.cistern.samples, scene.cistern.use_denoising = SAMPLES, True
+    scene.render.engine = "CISTERN"
+    scene.cistern.samples, scene.cistern.use_denoising = SAMPLES, True
     distinct, placed = triangles(scene)
     print(f"Demo scene: {distinct:,} triangles, {placed:,} with all instances, {len(bpy.data.lights)} lamps")
     save(path)
@@ -46,4 +49,6 @@ def ensure(path: Path) -> Path:
 
 
 if __name__ == "__main__":
+    addon.register()
+    atexit.register(addon.unregister)
     make(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("out/cistern_demo.blend"))

@@ -17,10 +17,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import addon
 import make_demo_scene
-from addon import cycles_settings, report
+from addon import cycles_settings, report, techniques
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 PROGRESS_SECONDS = 10.0
+PICTURE = "picture"  # what files are called until they get the name of the scene
 
 
 class UserError(Exception):
@@ -103,7 +104,9 @@ def set_property(owner: bpy.types.bpy_struct, name: str, text: str) -> None:
         else:
             value = {"INT": int, "FLOAT": float, "ENUM": str.upper, "STRING": str}[prop.type](text)
         setattr(owner, name, value)
-    except (KeyError, TypeError, ValueError) as error:
+    except KeyError as error:
+        raise UserError(f"{text!r} is no value for {name}: that is on or off") from error
+    except (TypeError, ValueError) as error:
         raise UserError(f"{text!r} is no value for {name}: {error}") from error
     if prop.type in ("INT", "FLOAT") and not prop.hard_min <= value <= prop.hard_max:  # Blender has clamped it
         raise UserError(f"{name} is {text}, and may be {prop.hard_min} to {prop.hard_max}")
@@ -115,8 +118,13 @@ def set_resolution(render: bpy.types.RenderSettings, width: int | None, height: 
     if width is None and height is None:
         return
     render.resolution_percentage = 100
-    render.resolution_x = width if width is not None else max(1, round(height * aspect))
-    render.resolution_y = height if height is not None else max(1, round(width / aspect))
+    wanted = (
+        width if width is not None else max(1, round(height * aspect)),
+        height if height is not None else max(1, round(width / aspect)),
+    )
+    render.resolution_x, render.resolution_y = wanted
+    if (render.resolution_x, render.resolution_y) != wanted:  # Blender has clamped it
+        raise UserError(f"Blender renders no pictures of {wanted[0]} × {wanted[1]} pixels")
 
 
 def apply_settings(scene: bpy.types.Scene, arguments: argparse.Namespace) -> None:
@@ -124,18 +132,32 @@ def apply_settings(scene: bpy.types.Scene, arguments: argparse.Namespace) -> Non
     set_resolution(scene.render, arguments.width, arguments.height)
     if arguments.frame is not None:
         scene.frame_set(arguments.frame)
+        if scene.frame_current != arguments.frame:
+            raise UserError(f"Blender has no frame {arguments.frame}")
     if arguments.cycles_settings:
-        cycles_settings.take_over(scene)
+        for words in cycles_settings.take_over(scene):
+            print(f"Warning: of Cycles' settings: {words}")
     of_both = [("samples", arguments.samples), ("seed", arguments.seed)]
-    of_cistern = [("preset", arguments.preset), ("light_sampler", arguments.light_sampler)]
+    of_cistern = [("light_sampler", arguments.light_sampler)]
     of_cistern += [tuple(setting.split("=", 1)) for setting in arguments.settings]
     if arguments.engine == "CYCLES":
         set_properties(scene.cycles, of_both)
         if arguments.samples is not None:
             scene.cycles.use_denoising = False
-        warn_of_settings([name for name, value in of_cistern if value is not None])
+        settings = [("preset", arguments.preset), *of_cistern]
+        warn_of_settings([name for name, value in settings if value is not None])
     else:
+        if arguments.preset is not None:
+            choose_preset(scene.cistern, arguments.preset.upper())
         set_properties(scene.cistern, of_both + of_cistern)
+
+
+def choose_preset(settings: bpy.types.PropertyGroup, preset: str) -> None:
+    """Whole: what the file has set besides its own preset would win."""
+    names = [identifier for identifier, *_ in techniques.PRESET_ITEMS]
+    if preset not in names:
+        raise UserError(f"there is no preset {preset}; there are {', '.join(names)}")
+    techniques.choose_preset(settings, preset)
 
 
 def set_properties(owner: bpy.types.bpy_struct, settings: list[tuple[str, object]]) -> None:
@@ -167,12 +189,10 @@ def write_as_one_part(render: bpy.types.RenderSettings) -> None:
 
 
 def check_report(engine: str) -> None:
-    """Passes on what the add-on reported of each view layer; an error ends the script."""
+    """An error that the add-on reported of a view layer ends the script."""
     if engine != "CISTERN":
         return
     for layer in report.last:
-        for warning in layer.warnings:
-            print(f"Warning: {warning}")
         if layer.error:
             raise UserError(f"the render failed: {layer.error}")
 
@@ -190,9 +210,10 @@ def tell_progress() -> None:
     bpy.app.handlers.render_stats.append(tell)
 
 
-def render_files(scene: bpy.types.Scene, folder: Path) -> tuple[Path, Path]:
-    """Renders into `folder`: the multilayer EXR as the render's own file, the PNG from the same result."""
-    exr, png = folder / "picture.exr", folder / "picture.png"
+def render_files(scene: bpy.types.Scene, folder: Path) -> list[Path]:
+    """Renders into `folder`: the multilayer EXR as the render's own file (or several, of several views), the PNG from
+    the same result."""
+    exr, png = folder / f"{PICTURE}.exr", folder / f"{PICTURE}.png"
     scene.render.use_file_extension = False
     scene.render.filepath = str(exr)
     set_format(scene.render.image_settings, "OPEN_EXR_MULTILAYER")
@@ -203,16 +224,22 @@ def render_files(scene: bpy.types.Scene, folder: Path) -> tuple[Path, Path]:
         check_report(scene.render.engine)
         raise UserError(f"the render failed: {sentence(error)}") from error
     check_report(scene.render.engine)
+    if scene.render.use_multiview:
+        print("Warning: of pictures of several views there is no .png")
+        return sorted(folder.iterdir())
     set_format(scene.render.image_settings, "PNG")
     bpy.data.images["Render Result"].save_render(str(png), scene=scene)
-    return exr, png
+    return [exr, png]
 
 
 def deliver(file: Path, destination: Path) -> None:
     """Copies a picture; it gets its name when it is whole, so that no half picture ever carries it."""
     partial = destination.with_name(f".{destination.name}.partial")
-    shutil.copyfile(file, partial)
-    partial.replace(destination)
+    try:
+        shutil.copyfile(file, partial)
+        partial.replace(destination)
+    finally:
+        partial.unlink(missing_ok=True)
     print(f"Wrote {destination}")
 
 
@@ -220,6 +247,8 @@ def run(arguments: argparse.Namespace, scratch: Path) -> None:
     """Opens, sets up, renders, writes. Raises UserError and OSError."""
     output: Path = arguments.output.resolve()
     output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=output):  # or the render would be for nothing
+        pass
     name = open_scene(arguments.blend, output)
     scene = bpy.context.scene
     apply_settings(scene, arguments)
@@ -232,7 +261,7 @@ def run(arguments: argparse.Namespace, scratch: Path) -> None:
     files = render_files(scene, scratch)
     print(f"Rendered in {time.monotonic() - start:.1f} s")
     for file in files:
-        deliver(file, output / f"{name}{file.suffix}")
+        deliver(file, output / file.name.replace(PICTURE, name, 1))
 
 
 def main() -> int:

@@ -5,6 +5,7 @@ from pathlib import Path
 import OpenImageIO
 import pytest
 
+from addon import techniques
 from tests.support.blender_scenes import add_camera
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -95,3 +96,47 @@ def test_files_of_pixels_that_are_not_square(script, empty_scene, tmp_path, aspe
     reader.close()
     has_parts = hasattr(render.image_settings, "use_exr_interleave") and aspect == 1.0
     assert png.is_file() and ("ViewLayer.Direct.R" in names) != has_parts
+
+
+def test_a_preset_wins_over_what_the_file_has_set_by_hand(script, empty_scene):
+    empty_scene.cistern.preset, empty_scene.cistern.direct = "CUSTOM", "RESTIR"
+    script.apply_settings(empty_scene, script.parse_arguments(["--preset", "path_tracing"]))
+    assert techniques.settings_in_force(empty_scene.cistern)["direct"] == "NEE"
+    with pytest.raises(script.UserError, match="there is no preset BEST; there are FINAL"):
+        script.apply_settings(empty_scene, script.parse_arguments(["--preset", "best"]))
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("--width 1", "no pictures of 1 × 1 pixels"),
+        ("--width 70000 --height 8", "no pictures of 70000 × 8 pixels"),
+        ("--frame 2000000", "no frame 2000000"),
+        ("use_denoising=maybe", "'maybe' is no value for use_denoising: that is on or off"),
+    ],
+)
+def test_what_blender_would_clamp_is_refused(script, empty_scene, line, message):
+    with pytest.raises(script.UserError, match=message):
+        script.apply_settings(empty_scene, script.parse_arguments(line.split()))
+
+
+def test_what_cycles_has_set_and_is_left_out_is_told(script, empty_scene, capsys):
+    empty_scene.cycles.use_fast_gi = True
+    script.apply_settings(empty_scene, script.parse_arguments(["--cycles-settings"]))
+    assert "Warning: of Cycles' settings: no Fast GI Approximation" in capsys.readouterr().out
+
+
+def test_views_are_all_written(script, empty_scene, tmp_path):
+    add_camera(empty_scene)
+    render = empty_scene.render
+    render.engine, render.use_multiview = "CISTERN", True
+    render.resolution_x = render.resolution_y = 4
+    empty_scene.cistern.samples = 1
+    files = script.render_files(empty_scene, tmp_path)
+    assert files and all(file.name.startswith("picture") and file.suffix == ".exr" for file in files)
+
+
+def test_no_half_copy_is_left(script, tmp_path):
+    with pytest.raises(OSError):
+        script.deliver(tmp_path, tmp_path / "picture.png")  # a folder cannot be copied as a file
+    assert not list(tmp_path.iterdir())
