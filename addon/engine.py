@@ -20,6 +20,7 @@ from . import passes, report
 from .bake import BakeRender
 from .layer_render import LayerRender
 from .session_render import RenderFailedError
+from .settings import SettingsError
 from .viewport import Viewport
 from .viewport_render import stop_all
 
@@ -168,7 +169,7 @@ def error_sentence(error: Exception) -> str:
     """The sentence for the user; the traceback of an unforeseen error goes to standard error as well."""
     from .sync import SyncError
 
-    if isinstance(error, core_loader.CoreUnavailableError | SyncError | RenderFailedError):
+    if isinstance(error, core_loader.CoreUnavailableError | SettingsError | SyncError | RenderFailedError):
         return str(error)
     if core_loader.is_core_error(error):
         return str(error)

@@ -1,7 +1,7 @@
 """What the panels' buttons do."""
 
 import bpy
-from bpy.props import EnumProperty
+from bpy.props import EnumProperty, StringProperty
 
 from . import cycles_settings, techniques
 
@@ -17,6 +17,21 @@ class CISTERN_OT_choose_preset(bpy.types.Operator):  # noqa: N801  (Blender want
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         techniques.choose_preset(context.scene.cistern, self.preset)
+        return {"FINISHED"}
+
+
+class CISTERN_OT_change_switch(bpy.types.Operator):  # noqa: N801
+    """Change what the preset has decided here"""
+
+    bl_idname = "cistern.change_switch"
+    bl_label = "Change Switch"
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}  # noqa: RUF012
+
+    switch: StringProperty(name="Switch", description="Which of the techniques' switches")
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        settings = context.scene.cistern
+        setattr(settings, self.switch, not techniques.settings_in_force(settings)[self.switch])
         return {"FINISHED"}
 
 
@@ -40,7 +55,7 @@ class CISTERN_OT_take_cycles_settings(bpy.types.Operator):  # noqa: N801
         return {"FINISHED"}
 
 
-CLASSES = (CISTERN_OT_choose_preset, CISTERN_OT_take_cycles_settings)
+CLASSES = (CISTERN_OT_choose_preset, CISTERN_OT_change_switch, CISTERN_OT_take_cycles_settings)
 
 
 def register() -> None:

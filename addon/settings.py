@@ -33,6 +33,10 @@ MIST_POWERS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}
 MIST_WITHOUT_WORLD = (0.0, 100.0, 1.0)  # as in Cycles
 
 
+class SettingsError(RuntimeError):
+    """A setting that cannot be obeyed; the text names the scene and the setting."""
+
+
 @dataclass(frozen=True)
 class Region:
     """The rendered part of the full frame in pixels, y up."""
@@ -75,6 +79,16 @@ def sample_count(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, is_pre
     if is_preview:
         return PREVIEW_SAMPLES
     return view_layer.samples or scene.cistern.samples
+
+
+def check_choices(scene: bpy.types.Scene) -> None:
+    """Raises SettingsError for a choice that a later version of this add-on stored, of which Blender says nothing."""
+    for prop in scene.cistern.bl_rna.properties:
+        if prop.type == "ENUM" and not getattr(scene.cistern, prop.identifier):
+            raise SettingsError(
+                f"Scene '{scene.name}': what was chosen for {prop.name} ({prop.identifier}) is unknown to this version "
+                "of Cistern; choose anew"
+            )
 
 
 def view_mode(scene: bpy.types.Scene, is_preview: bool) -> str:
@@ -151,6 +165,7 @@ def core_settings(
 ) -> dict[str, Any]:
     """The keyword arguments of the core's `Settings`; `size` is the full frame's."""
     scene = depsgraph.scene_eval
+    check_choices(scene)
     technique = technique_arguments(techniques_in_force(scene, is_preview), core)
     core_passes = pass_names(render_passes, view_mode(scene, is_preview))
     sequence = "SOBOL"
@@ -180,6 +195,7 @@ def bake_settings(
     """The keyword arguments of the core's `Settings` for an image of that size to be baked: those of the final render
     but for what a camera has to do with, and without history, which knows pixels only by what a camera sees."""
     scene = depsgraph.scene_eval
+    check_choices(scene)
     technique = technique_arguments(dict(settings_in_force(scene.cistern)), core)
     if "temporal_reuse" in technique:
         technique["temporal_reuse"] = False
@@ -238,6 +254,7 @@ def viewport_limits(scene: bpy.types.Scene) -> dict[str, Any]:
 def viewport_settings(core: ModuleType, scene: bpy.types.Scene, has_catchers: bool = False) -> dict[str, Any]:
     """The same for a 3D viewport, save what depends on the size of its pixels. With shadow catchers nothing is reused:
     shadows are quotients of two pictures by the same random numbers."""
+    check_choices(scene)
     in_force = viewport_settings_in_force(scene.cistern)
     if has_catchers:
         in_force |= NO_REUSE

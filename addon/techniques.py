@@ -293,6 +293,11 @@ def choose_preset(settings: "CisternSceneSettings", preset: str) -> None:
             settings.property_unset(name)
 
 
+def is_changed(settings: "CisternSceneSettings") -> bool:
+    """Whether anything that a preset decides was set by hand besides."""
+    return settings.preset != "CUSTOM" and any(settings.is_property_set(name) for name in SETTINGS)
+
+
 def effective_value(parameter: Parameter, in_force: dict[str, Value]) -> Value:
     """What the core will use: the number in force, or for 0 the default of the system that is."""
     value = in_force[parameter.name]

@@ -35,7 +35,6 @@ CURVE_PRESETS = (
     ("LINE", "LINCURVE"),
     ("MAX", "NOCURVE"),
 )  # shapes of shutter curves, and their icons
-EXCLUDED_MODULES = frozenset({"bl_ui.properties_freestyle"})
 
 # Panels that Blender keeps for its own engines although nothing in them belongs to one.
 INCLUDED_PANELS = frozenset(
@@ -278,7 +277,7 @@ def shared_panels() -> list[type[Panel]]:
     for panel in bpy.types.Panel.__subclasses__():
         engines = getattr(panel, "COMPAT_ENGINES", ())
         is_general = "BLENDER_RENDER" in engines and panel.__name__ not in EXCLUDED_PANELS
-        if panel.__module__ not in EXCLUDED_MODULES and (is_general or panel.__name__ in INCLUDED_PANELS):
+        if is_general or panel.__name__ in INCLUDED_PANELS:
             found.append(panel)
     return found
 

@@ -6,6 +6,7 @@ import textwrap
 from bpy.types import Context, Panel, UILayout
 
 from . import denoise, techniques, view_modes
+from .properties import CisternSceneSettings
 from .settings import techniques_in_force
 from .ui_base import ENGINE, CisternPanel, split_layout
 
@@ -50,6 +51,13 @@ def value_text(value: techniques.Value) -> str:
     return ("on" if value else "off") if isinstance(value, bool) else f"{value:g}"
 
 
+def draw_switch_of_preset(layout: UILayout, settings: CisternSceneSettings, name: str, *, is_on: bool) -> None:
+    """One that was not set, whose own value may be another than what is in force by the preset."""
+    icon = "CHECKBOX_HLT" if is_on else "CHECKBOX_DEHLT"
+    text = settings.bl_rna.properties[name].name
+    layout.operator("cistern.change_switch", text=text, icon=icon, emboss=False).switch = name
+
+
 class CISTERN_RENDER_PT_sampling(CisternPanel, Panel):
     bl_label = "Sampling"
     bl_context = "render"
@@ -58,7 +66,8 @@ class CISTERN_RENDER_PT_sampling(CisternPanel, Panel):
         layout = split_layout(self)
         settings = context.scene.cistern
         name, sentence = item_texts(techniques.PRESET_ITEMS, settings.preset)
-        layout.operator_menu_enum("cistern.choose_preset", "preset", text=name, icon="PRESET")
+        text = f"{name}, changed" if techniques.is_changed(settings) else name
+        layout.operator_menu_enum("cistern.choose_preset", "preset", text=text, icon="PRESET")
         draw_sentence(layout, sentence, context)
         layout.prop(settings, "samples")
         layout.prop(settings, "noise_threshold")
@@ -140,8 +149,11 @@ class CISTERN_RENDER_PT_techniques_advanced(CisternPanel, Panel):
         in_force = techniques_in_force(context.scene)
         for parameter in techniques.used_parameters(in_force):
             row = layout.row(align=True)
-            row.prop(settings, parameter.name)
             shown = techniques.effective_value(parameter, in_force)
+            if parameter.is_switch and not settings.is_property_set(parameter.name):
+                draw_switch_of_preset(row, settings, parameter.name, is_on=shown)
+                continue
+            row.prop(settings, parameter.name)
             if shown != getattr(settings, parameter.name):
                 row.label(text=f"= {value_text(shown)}")
 
@@ -154,8 +166,12 @@ class CISTERN_RENDER_PT_cells(CisternPanel, Panel):
 
     def draw(self, context: Context) -> None:
         layout = split_layout(self)
+        settings = context.scene.cistern
+        layout.active = techniques.works_with_cells(techniques.settings_in_force(settings))
+        if not layout.active:
+            draw_sentence(layout, "These techniques use no cells, or such as have their own size", context)
         for parameter in techniques.CELL_PARAMETERS:
-            layout.prop(context.scene.cistern, parameter.name)
+            layout.prop(settings, parameter.name)
 
 
 class CISTERN_RENDER_PT_seed(CisternPanel, Panel):

@@ -123,6 +123,16 @@ class CISTERN_WORLD_PT_mist(WorldPanel, Panel):
         layout.prop(context.world.mist_settings, "falloff")
 
 
+class CISTERN_WORLD_PT_ambient_occlusion(WorldPanel, Panel):
+    """Of the pass, of baking it, and of nodes that have no distance of their own."""
+
+    bl_label = "Ambient Occlusion"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
+
+    def draw(self, context: Context) -> None:
+        split_layout(self).prop(context.world.light_settings, "distance")
+
+
 class CISTERN_WORLD_PT_ray_visibility(WorldPanel, Panel):
     """The settings of Cycles' add-on, which files have them from."""
 

@@ -2,10 +2,19 @@
 
 namespace cistern {
 
-GridLayout cell_layout(const FrameContext& context, uint32_t frame, bool randomised) {
-  GridSettings grid = context.settings.grid;
-  grid.randomised = randomised;
-  return cell_layout(context, grid, frame);
+GridLayout cell_layout(const FrameContext& context, uint32_t frame) {
+  return cell_layout(context, context.settings.grid, frame);
+}
+
+GridLayout shown_cell_layout(const FrameContext& context) {
+  const Settings& s = context.settings;
+  GridSettings grid = s.grid;
+  if (s.indirect == IndirectAnswer::CELL_SHARED) {
+    grid.cell_pixels = s.path_sharing.visible.pixels;
+    grid.min_cell_size = s.path_sharing.visible.smallest;
+  }
+  grid.randomised = false;
+  return cell_layout(context, grid, 0);
 }
 
 GridLayout cell_layout(const FrameContext& context, GridSettings grid, uint32_t frame) {

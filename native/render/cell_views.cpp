@@ -28,7 +28,7 @@ bool show_cells(const FrameContext& context, const LightCacheCells* cache_cells,
   constexpr std::array kViews{Pass::CELLS, Pass::CELL_OCCUPANCY, Pass::CELL_LEVEL, Pass::NORMAL_BIN};
   if (std::ranges::none_of(kViews, [&](Pass pass) { return film.has(pass); })) return true;
   const Settings& s = context.settings;
-  const GridLayout layout = cell_layout(context, 0, false);
+  const GridLayout layout = shown_cell_layout(context);
   std::vector<CellKey> keys(static_cast<size_t>(film.width()) * static_cast<size_t>(film.height()), kNoCell);
   const auto pixel_of = [&](int x, int y) { return static_cast<uint32_t>(y * film.width() + x); };
   const auto find_key = [&](int x, int y, PathScratch& scratch) {

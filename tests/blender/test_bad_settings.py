@@ -229,3 +229,16 @@ def test_the_core_takes_both_ends_of_every_range(preset, built_core) -> None:
             limits = settings.viewport_limits(scene)
             built_core.Settings(**arguments | limits | {"width": WIDTH, "height": HEIGHT})
         scene.cistern.property_unset(prop.identifier)
+
+
+@pytest.mark.parametrize("name", ["preset", "direct", "pixel_filter", "viewport_preset"])
+def test_choices_of_a_later_version_are_named(name) -> None:
+    """Blender reads a number that no item has as no choice at all."""
+    scene = fresh_scene(WIDTH, HEIGHT)
+    stored = scene.cistern.bl_system_properties_get if hasattr(scene.cistern, "bl_system_properties_get") else None
+    (stored(do_create=True) if stored else scene.cistern)[name] = 77
+    message = f"Scene 'Scene': what was chosen for .* \\({name}\\) is unknown"
+    with pytest.raises(RuntimeError, match=message):
+        bpy.ops.render.render()
+    with pytest.raises(settings.SettingsError, match=message):
+        settings.viewport_settings(None, scene)

@@ -32,6 +32,7 @@ def open_to_us(name):
         "DATA_PT_uv_texture",
         "VIEWLAYER_PT_layer",
         "PARTICLE_PT_render",
+        "VIEWLAYER_PT_freestyle",
     ],
 )
 def test_general_panels_appear(name):
@@ -60,6 +61,17 @@ def test_unregistering_gives_the_panels_back():
         ui.register()
 
 
+class RecordedOperator:
+    """Plays OperatorProperties. A switch that is drawn as a button counts as drawn, and its icon is recorded."""
+
+    def __init__(self, drawn, icon):
+        self.__dict__.update(drawn=drawn, icon=icon)
+
+    def __setattr__(self, name, value):
+        if name == "switch":
+            self.drawn[-1:] = [value, f"icon {self.icon}"]
+
+
 class RecordingLayout:
     """Plays UILayout: every property drawn must exist; its name is recorded."""
 
@@ -85,9 +97,9 @@ class RecordingLayout:
     def template_light_linking_collection(self, _row, owner, name):
         self.prop(owner, name)
 
-    def operator(self, identifier, **_options):
+    def operator(self, identifier, **options):
         self.drawn.append(identifier)
-        return SimpleNamespace()
+        return RecordedOperator(self.drawn, options.get("icon"))
 
     def operator_menu_enum(self, identifier, name, **_options):
         self.operator(identifier)
@@ -189,7 +201,7 @@ def test_advanced_shows_what_the_system_uses(question, answer, count):
     setattr(scene.cistern, question, answer)
     panel = ui_sampling.CISTERN_RENDER_PT_techniques_advanced
     assert panel.poll(SimpleNamespace(engine=ui.ENGINE, scene=scene)) == (count > 0)
-    names = [entry for entry in draw(panel, scene=scene) if not entry.startswith("label ")]
+    names = [entry for entry in draw(panel, scene=scene) if not entry.startswith(("label ", "icon "))]
     assert len(names) == count and set(names) <= {parameter.name for parameter in techniques.PARAMETERS}
 
 
@@ -226,11 +238,38 @@ def test_advanced_says_what_denoising_asks_for():
         drawn = draw(panel, scene=scene)
         return drawn[drawn.index("use_share_for_denoiser") + 1]
 
-    assert shown() != "label = on"
+    assert shown() == "icon CHECKBOX_DEHLT"
     scene.cistern.use_denoising = True
-    assert shown() == "label = on"
+    assert shown() == "icon CHECKBOX_HLT"
     scene.cistern.view = "CELLS"  # which are not denoised
-    assert shown() != "label = on"
+    assert shown() == "icon CHECKBOX_DEHLT"
+
+
+def test_switches_show_what_the_preset_says_and_change_it():
+    scene = fresh_scene()
+    panel = ui_sampling.CISTERN_RENDER_PT_techniques_advanced
+
+    def guide():
+        drawn = draw(panel, scene=scene)
+        return drawn[drawn.index("use_caustic_guide") + 1]
+
+    assert guide() == "icon CHECKBOX_HLT" and not scene.cistern.use_caustic_guide  # Final's, and its own default
+    assert not techniques.is_changed(scene.cistern)
+    assert bpy.ops.cistern.change_switch(switch="use_caustic_guide") == {"FINISHED"}
+    assert not guide().startswith("icon")  # from now on its own
+    assert techniques.settings_in_force(scene.cistern)["use_caustic_guide"] is False
+    assert techniques.is_changed(scene.cistern)
+    bpy.ops.cistern.choose_preset(preset="FINAL")
+    assert guide() == "icon CHECKBOX_HLT" and not techniques.is_changed(scene.cistern)
+
+
+@pytest.mark.parametrize(("preset", "is_active"), [("FINAL", False), ("WORLD_PATHS", True)])
+def test_cells_are_grey_where_they_do_nothing(preset, is_active):
+    scene = fresh_scene()
+    scene.cistern.preset = preset
+    layout = RecordingLayout([])
+    ui_sampling.CISTERN_RENDER_PT_cells.draw(SimpleNamespace(layout=layout), editor(300, scene=scene))
+    assert layout.active is is_active
 
 
 @pytest.mark.parametrize("kind", ["POINT", "SPOT", "SUN", "AREA"])
@@ -253,6 +292,7 @@ def test_material_world_and_object_panels_draw():
     cube = scene.objects["Cube"]
     assert draw(ui_shading.CISTERN_MATERIAL_PT_surface, material=cube.active_material) == ["socket Surface"]
     assert draw(ui_shading.CISTERN_WORLD_PT_surface, world=scene.world) == ["socket Surface"]
+    assert draw(ui_shading.CISTERN_WORLD_PT_ambient_occlusion, world=scene.world) == ["distance"]
     assert {"is_holdout", "is_shadow_catcher"} <= set(draw(ui_data.CISTERN_OBJECT_PT_visibility, object=cube))
     drawn = draw(ui_data.CISTERN_OBJECT_PT_ray_visibility, object=cube)
     assert {"visible_shadow", "visible_volume_scatter"} <= set(drawn)

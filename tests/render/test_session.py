@@ -114,6 +114,20 @@ def test_cell_passes_agree_on_where_there_are_cells() -> None:
         assert len(np.unique(bins[is_cell], axis=0)) < len(np.unique(cells[is_cell], axis=0))
 
 
+def test_cells_are_those_that_paths_are_shared_in() -> None:
+    """They have their own size, whatever `cell_pixels` is."""
+
+    def count(**settings: object) -> int:
+        s = session(samples=1, passes=["Cells"], **settings)
+        s.start(room())
+        assert s.wait(60.0).status is core.Status.DONE
+        return len(np.unique(s.read("Cells").reshape(-1, 3), axis=0))
+
+    assert count(cell_pixels=1.0) > count()
+    shared = {count(indirect="CELL_SHARED", cell_pixels=pixels) for pixels in (1.0, 10.0)}
+    assert len(shared) == 1 and max(shared) < count()
+
+
 def test_the_remaining_time_does_not_grow_while_a_frame_is_made() -> None:
     s = session(width=256, height=256, samples=1000, indirect="CELL_SHARED")
     s.start(room())
