@@ -51,7 +51,8 @@ def check_pythons(versions: Sequence[str]) -> None:
             wheels.find_python(version)
         except PackagingError as error:
             others = " ".join(other for other in versions if other != version)
-            raise PackagingError(f"{error}; with --python {others} the zip goes without it") from error
+            hint = f"; with --python {others} the zip goes without it" if others else ""
+            raise PackagingError(f"{error}{hint}") from error
 
 
 def gather_wheels(versions: Sequence[str], work: Path, target: Path) -> list[Path]:
