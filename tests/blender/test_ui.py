@@ -1,5 +1,6 @@
 """Panels: ours are registered, Blender's general ones appear, other engines' do not."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import bpy
@@ -230,14 +231,15 @@ def test_advanced_says_what_zero_stands_for():
     assert {"label = 10", "label = 8", "label = 5", "label = 4", "label = 1024"} <= set(draw(panel, scene=scene))
 
 
+def drawn_after(switch, scene):
+    """What the panel Advanced draws after it."""
+    drawn = draw(ui_sampling.CISTERN_RENDER_PT_techniques_advanced, scene=scene)
+    return drawn[drawn.index(switch) + 1]
+
+
 def test_advanced_says_what_denoising_asks_for():
     scene = fresh_scene()
-    panel = ui_sampling.CISTERN_RENDER_PT_techniques_advanced
-
-    def shown():
-        drawn = draw(panel, scene=scene)
-        return drawn[drawn.index("use_share_for_denoiser") + 1]
-
+    shown = partial(drawn_after, "use_share_for_denoiser", scene)
     assert shown() == "icon CHECKBOX_DEHLT"
     scene.cistern.use_denoising = True
     assert shown() == "icon CHECKBOX_HLT"
@@ -247,12 +249,7 @@ def test_advanced_says_what_denoising_asks_for():
 
 def test_switches_show_what_the_preset_says_and_change_it():
     scene = fresh_scene()
-    panel = ui_sampling.CISTERN_RENDER_PT_techniques_advanced
-
-    def guide():
-        drawn = draw(panel, scene=scene)
-        return drawn[drawn.index("use_caustic_guide") + 1]
-
+    guide = partial(drawn_after, "use_caustic_guide", scene)
     assert guide() == "icon CHECKBOX_HLT" and not scene.cistern.use_caustic_guide  # Final's, and its own default
     assert not techniques.is_changed(scene.cistern)
     assert bpy.ops.cistern.change_switch(switch="use_caustic_guide") == {"FINISHED"}
