@@ -36,8 +36,10 @@ def camera_arguments(
     scene: bpy.types.Scene, camera_object: bpy.types.Object | None, report: SyncReport
 ) -> dict[str, Any]:
     """Keyword arguments of `SceneBuilder.set_camera` for an evaluated camera object. Raises SyncError without one."""
-    if camera_object is None or camera_object.type != "CAMERA":
+    if camera_object is None:
         raise SyncError(f"Scene '{scene.name}' has no camera")
+    if camera_object.type != "CAMERA":
+        raise SyncError(f"Scene '{scene.name}' has no camera but '{camera_object.name}', which is none")
     camera = camera_object.data
     if camera.type not in CAMERA_TYPES:
         report.warn(f"Camera '{camera_object.name}': type {camera.type} is not supported, rendered as perspective")

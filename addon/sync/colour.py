@@ -30,6 +30,7 @@ _SPACES = {
     "Linear CIE-XYZ D65": ("LINEAR", _XYZ, _D65),
     "Linear CIE-XYZ E": ("LINEAR", _XYZ, _E),
 }
+_REC709_SPACE = "Linear Rec.709"
 _DATA_SPACES = {"Non-Color", "Raw"}
 _UNCHANGED_SPACES = _DATA_SPACES | {"scene_linear", ""}
 
@@ -61,7 +62,7 @@ def image_colour(name: str, working_space: str) -> ImageColour:
     if decode is not None:
         return ImageColour("SRGB", None, is_filtered_linear=True, decode=decode)
     curve, primaries, white = _SPACES[name if known else "sRGB"]
-    _, working_primaries, working_white = _SPACES[working_space]
+    _, working_primaries, working_white = _SPACES[known_space(working_space)]
     is_working = (primaries, white) == (working_primaries, working_white)
     filtered_linear = known and curve != "LINEAR" and not (name == "sRGB" and is_working)
     if is_working:
@@ -69,6 +70,19 @@ def image_colour(name: str, working_space: str) -> ImageColour:
     to_xyz = _adapted(rgb_to_xyz(primaries, white), white)
     from_xyz = np.linalg.inv(_adapted(rgb_to_xyz(working_primaries, working_white), working_white))
     return ImageColour(curve, tuple((from_xyz @ to_xyz).ravel().tolist()), known, is_filtered_linear=filtered_linear)
+
+
+def known_space(working_space: str) -> str:
+    """The one of ours that a working space is: other configurations have longer names for it, as `ACES - ACEScg`. One
+    that is of no name we know is taken for Rec. 709."""
+    linear = (name for name, (curve, *_) in _SPACES.items() if curve == "LINEAR" and name != "Linear")
+    return next((name for name in linear if name.removeprefix("Linear ") in working_space), _REC709_SPACE)
+
+
+def luminance_weights(working_space: str) -> tuple[float, ...]:
+    """What the channels of a colour of the working space add to its luminance; together 1."""
+    _, primaries, white = _SPACES[known_space(working_space)]
+    return tuple(_adapted(rgb_to_xyz(primaries, white), white)[1].tolist())
 
 
 def rgb_to_xyz(primaries: tuple[tuple[float, float], ...], white: tuple[float, float]) -> NDArray[np.float64]:

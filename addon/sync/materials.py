@@ -17,8 +17,7 @@ from .images import ImageCache
 from .instance_values import Rgba, layer_value
 from .nodes import compile_light, compile_material, compile_splats, compile_volume, compile_world
 from .nodes.graph import all_nodes
-from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
-from .nodes.value_names import ATTRIBUTE_OUTPUTS, GENERATED, value_names
+from .nodes.value_names import ATTRIBUTE_OUTPUTS, GENERATED, RENDER_COLOR, value_names
 from .splats import is_splat_cloud
 
 if TYPE_CHECKING:
@@ -312,7 +311,9 @@ def tree_uses(depsgraph: bpy.types.Depsgraph, only_updated: bool = False) -> Tre
         if _reads_generated(node):
             attributes.add(GENERATED)
         if node.bl_idname == "ShaderNodeVertexColor":
-            attributes.add(node.layer_name or DEFAULT_COLOR_ATTRIBUTE)
+            attributes.add(node.layer_name or RENDER_COLOR)
+        if node.bl_idname == "ShaderNodeUVMap":
+            attributes.add(node.uv_map)  # which may be of another kind
         if _has_image(node):
             images.setdefault(node.image.as_pointer(), (node.image, node.image_user))
     return TreeUses(frozenset(attributes - {""}), frozenset(instance_values), tuple(images.values()))

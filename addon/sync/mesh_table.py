@@ -257,11 +257,12 @@ def read_mesh(
     """Arrays of the mesh of an evaluated object; None for one without polygons.
 
     While a mesh is edited, Blender keeps it in another form and has to be asked for a copy."""
+    groups = {group.name: group.index for group in obj.vertex_groups}
     if not obj.data.is_editmode:
         with final_mesh(obj, subdivision) as mesh:
-            return mesh_arrays(mesh, wanted_attributes, subdivision) if len(mesh.polygons) else None
+            return mesh_arrays(mesh, wanted_attributes, subdivision, groups) if len(mesh.polygons) else None
     mesh = obj.to_mesh()
     try:
-        return mesh_arrays(mesh, wanted_attributes) if len(mesh.polygons) else None
+        return mesh_arrays(mesh, wanted_attributes, vertex_groups=groups) if len(mesh.polygons) else None
     finally:
         obj.to_mesh_clear()

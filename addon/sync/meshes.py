@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from .colour import srgb_to_linear
 from .islands import random_per_island
-from .nodes.inputs import DEFAULT_COLOR_ATTRIBUTE
-from .nodes.value_names import GENERATED, POINTINESS, RANDOM_PER_ISLAND
+from .nodes.value_names import GENERATED, POINTINESS, RANDOM_PER_ISLAND, RENDER_COLOR
 from .pointiness import pointiness
 from .subdivision import Subdivision
 
@@ -57,9 +56,13 @@ class MeshArrays:
 
 
 def mesh_arrays(
-    mesh: bpy.types.Mesh, wanted_attributes: Set[str] = frozenset(), subdivision: Subdivision | None = None
+    mesh: bpy.types.Mesh,
+    wanted_attributes: Set[str] = frozenset(),
+    subdivision: Subdivision | None = None,
+    vertex_groups: dict[str, int] | None = None,
 ) -> MeshArrays:
-    """Copy a mesh out. All UV maps come along, the active render one first; other attributes when they are wanted."""
+    """Copy a mesh out. All UV maps come along, the active render one first; other attributes when they are wanted, and
+    so vertex groups, of which the object has the numbers."""
     corner_count, polygon_count = len(mesh.loops), len(mesh.polygons)
     offsets = _polygon_offsets(mesh, polygon_count, corner_count)
     triangle_corners, triangle_polygons = _tessellation(mesh, offsets)
@@ -74,8 +77,8 @@ def mesh_arrays(
         material_indices=_column(mesh, "material_index", "value", np.int32, polygon_count),
         normals=normals,
         normals_domain=normals_domain,
-        sharp_faces=sharp.view(np.uint8) if sharp is not None and normals_domain == "CORNER" else None,
-        attributes=_attributes(mesh, wanted_attributes),
+        sharp_faces=sharp.view(np.uint8) if sharp is not None and normals_domain != "FACE" else None,
+        attributes=_attributes(mesh, wanted_attributes) + _vertex_groups(mesh, vertex_groups or {}, wanted_attributes),
         subdivision=None if subdivision is None else subdivision.arguments(mesh),
     )
 
@@ -164,16 +167,33 @@ def _attributes(mesh: bpy.types.Mesh, wanted: Set[str]) -> list[tuple[str, str, 
     generated = generated_coordinates(mesh) if GENERATED in wanted and len(mesh.polygons) else None
     if generated is not None:
         columns.append((GENERATED, "POINT", generated))
-    return columns + _unnamed_color(mesh, wanted, names)
+    return columns + _unnamed_color(mesh, wanted)
 
 
-def _unnamed_color(mesh: bpy.types.Mesh, wanted: Set[str], names: list[str]) -> list[tuple[str, str, NDArray]]:
+def _unnamed_color(mesh: bpy.types.Mesh, wanted: Set[str]) -> list[tuple[str, str, NDArray]]:
     """The colours a nameless Color Attribute node means, the active render ones, under the name it asks for."""
     index = mesh.color_attributes.render_color_index
-    if DEFAULT_COLOR_ATTRIBUTE not in wanted - set(names) or not 0 <= index < len(mesh.color_attributes):
+    if RENDER_COLOR not in wanted or not 0 <= index < len(mesh.color_attributes):
         return []
     values = _attribute_values(mesh, mesh.color_attributes[index].name)
-    return [(DEFAULT_COLOR_ATTRIBUTE, *values[1:])] if values is not None else []
+    return [(RENDER_COLOR, *values[1:])] if values is not None else []
+
+
+def _vertex_groups(
+    mesh: bpy.types.Mesh, numbers: dict[str, int], wanted: Set[str]
+) -> list[tuple[str, str, NDArray[np.float32]]]:
+    """Weights of the groups that are wanted and whose names no attributes have, by their numbers in the object."""
+    columns = {
+        number: np.zeros((len(mesh.vertices), 1), np.float32)
+        for name, number in numbers.items()
+        if name in wanted and name not in mesh.attributes
+    }
+    for row, vertex in enumerate(mesh.vertices if columns else ()):
+        for element in vertex.groups:
+            if element.group in columns:
+                columns[element.group][row] = element.weight
+    names = {number: name for name, number in numbers.items()}
+    return [(names[number], "POINT", weights) for number, weights in columns.items()]
 
 
 def _attribute_values(mesh: bpy.types.Mesh, name: str) -> tuple[str, str, NDArray[np.float32]] | None:

@@ -28,7 +28,7 @@ struct Rgb {
 };
 
 /// Rec. 709 luminance.
-inline constexpr float luminance(Rgb c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
+inline constexpr float luminance(Rgb c) { return 0.2126391f * c.r + 0.7151691f * c.g + 0.0721928f * c.b; }
 /// Luminance as if nothing were negative, as light of lamps that take away is: 0 for black alone.
 inline constexpr float magnitude(Rgb c) {
   const auto size = [](float x) { return x < 0.0f ? -x : x; };

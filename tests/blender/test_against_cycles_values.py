@@ -126,6 +126,59 @@ def test_meshes(empty_scene) -> None:
     expect_equal(empty_scene, other_pair)
 
 
+def uv_map(name: str) -> Read:
+    def read(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        node = tree.nodes.new("ShaderNodeUVMap")
+        node.uv_map = name
+        return node.outputs["UV"]
+
+    return read
+
+
+def painted(name: str) -> Read:
+    def read(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        node = tree.nodes.new("ShaderNodeVertexColor")
+        node.layer_name = name
+        return node.outputs["Color"]
+
+    return read
+
+
+def test_names_of_what_is_no_attribute_of_its_kind(empty_scene) -> None:
+    """Vertex groups, UV maps that are none, and colours without a name, which are not those called Color. Planted bug:
+    other weights."""
+    reads = [
+        attribute("GEOMETRY", "weights"),
+        attribute("GEOMETRY", "weights", "Fac"),
+        uv_map("a FLOAT_VECTOR"),
+        uv_map("a FLOAT2"),
+        uv_map("a FLOAT_COLOR"),
+        painted(""),
+        painted("Paint"),
+        attribute("GEOMETRY", "Color"),
+    ]
+    add_cards(empty_scene, empty_scene.collection, reads)
+    cards = [thing for thing in empty_scene.objects if thing.type == "MESH"]
+    for index, card in enumerate(cards):
+        card.vertex_groups.new(name="other")
+        card.vertex_groups.new(name="weights").add(range(4), 0.3, "REPLACE")
+        for kind, (member, value) in MESH_VALUES.items():
+            values = card.data.attributes.new(f"a {kind}", kind, "POINT").data
+            for element in values:
+                setattr(element, member, value)
+        for name, value in (("Paint", 0.7), *([("Color", 0.2)] if index < 6 else [])):
+            layer = card.data.color_attributes.new(name, "FLOAT_COLOR", "POINT")
+            layer.data.foreach_set("color", [value] * 16)
+        card.data.color_attributes.render_color_index = card.data.color_attributes.find("Paint")
+    look_down(empty_scene)
+
+    def plant(scene: bpy.types.Scene) -> None:
+        for card in cards:
+            card.vertex_groups["weights"].add(range(4), 0.4, "REPLACE")
+
+    expect_equal(empty_scene, plant)
+
+
 def test_instances_of_a_collection(empty_scene) -> None:
     """Some have a property that their instancer has too."""
     collection = bpy.data.collections.new("cards")

@@ -43,8 +43,13 @@ def along(kind: str, low: float, high: float) -> Make:
     return make
 
 
+def grey(tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket:
+    return build.shader(tree, "ShaderNodeRGBToBW", Color=stored(tree)).outputs[0]
+
+
 CASES = {
     "image": stored,
+    "grey": grey,
     "blackbody": along("ShaderNodeBlackbody", 1500.0, 9000.0),
     "wavelength": along("ShaderNodeWavelength", 380.0, 730.0),
 }
@@ -61,5 +66,7 @@ def test_colours_that_are_not_of_the_working_space(empty_scene: bpy.types.Scene,
     build.add_floor(scene, surface, half=2.0)
     camera = build.add_camera(scene, (0, 0, 5), (0, 0, 0))
     camera.data.type, camera.data.ortho_scale = "ORTHO", 4.0
-    result = compare_with_cycles(scene, (32, 32), samples=32, blocks=8, floor=0.0 if case == "image" else FITS)
+    result = compare_with_cycles(
+        scene, (32, 32), samples=32, blocks=8, floor=0.0 if case in ("image", "grey") else FITS
+    )
     assert result.agrees, result

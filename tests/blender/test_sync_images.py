@@ -9,7 +9,7 @@ import pytest
 from fake_core import SceneBuilder
 
 from addon.sync import SyncReport, colour, colour_config, images, versions
-from addon.sync.colour import image_colour, rgb_to_xyz
+from addon.sync.colour import image_colour, known_space, luminance_weights, rgb_to_xyz
 from addon.sync.image_source import packed_source
 from addon.sync.images import ImageCache, blender_pixels, read_file
 from tests.support.blender_scenes import tiled_image
@@ -333,3 +333,21 @@ def test_greys_of_other_colour_spaces_stay_grey() -> None:
 
 def test_a_space_that_the_configuration_lacks() -> None:
     assert colour_config.decoder("No Such Space", "Linear Rec.709") is None
+
+
+@pytest.mark.parametrize(
+    ("name", "known"),
+    [
+        ("Linear Rec.709", "Linear Rec.709"),
+        ("ACEScg", "ACEScg"),
+        ("ACES - ACEScg", "ACEScg"),
+        ("Utility - Linear - Rec.2020", "Linear Rec.2020"),
+        ("whatever", "Linear Rec.709"),
+    ],
+)
+def test_working_spaces_of_other_configurations(name, known) -> None:
+    """By what of their names is known, else taken for Rec. 709."""
+    assert known_space(name) == known
+    assert luminance_weights(name) == luminance_weights(known)
+    assert sum(luminance_weights(name)) == pytest.approx(1.0)
+    assert image_colour("Linear Rec.709", name).matrix == image_colour("Linear Rec.709", known).matrix

@@ -6,6 +6,7 @@ import pytest
 from fake_core import SceneBuilder
 
 from addon.sync.meshes import generated_coordinates, mesh_arrays
+from addon.sync.nodes.value_names import RENDER_COLOR
 
 
 def evaluated_object(data: bpy.types.ID) -> bpy.types.Object:
@@ -151,8 +152,9 @@ def test_a_nameless_colour_is_the_active_render_one(empty_scene) -> None:
         layer = mesh.color_attributes.new(name, "FLOAT_COLOR", "POINT")
         layer.data.foreach_set("color", np.full(16, value, np.float32))
     mesh.color_attributes.render_color_index = 1
-    name, domain, values = arrays_of(mesh, {"Color"}).attributes[0]
-    assert (name, domain) == ("Color", "POINT") and (values == 0.75).all()
+    assert not arrays_of(mesh, {"Color"}).attributes
+    name, domain, values = arrays_of(mesh, {RENDER_COLOR}).attributes[0]
+    assert (name, domain) == (RENDER_COLOR, "POINT") and (values == 0.75).all()
 
 
 def test_material_indices(empty_scene) -> None:

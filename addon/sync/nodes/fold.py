@@ -13,7 +13,7 @@ from .enums import MATH_OPERATIONS, VECTOR_MATH_OPERATIONS, VECTOR_MATH_VALUES
 Triple = tuple[float, float, float]
 
 FLOAT_EPSILON = 2.0**-23  # smallest tolerance of Compare, as in single precision
-LUMINANCE_WEIGHTS = (0.2126, 0.7152, 0.0722)  # Rec. 709, as the core has them
+LUMINANCE_WEIGHTS = (0.2126391, 0.7151691, 0.0721928)  # Rec. 709, as the core has them
 
 
 def saturate(x: float) -> float:

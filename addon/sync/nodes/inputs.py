@@ -14,8 +14,8 @@ from .vector import NORMAL_TRANSFORM, default_tangent, separate, vector_constant
 _PARTICLE_VECTORS = {"Location", "Velocity", "Angular Velocity"}
 _POWERS_OF_DISTANCE = {"Quadratic": 0, "Linear": 1, "Constant": 2}
 DOT_PRODUCT, _LENGTH = VECTOR_MATH_VALUES.index("DOT_PRODUCT"), VECTOR_MATH_VALUES.index("LENGTH")
+_FARTHEST = 1e30  # metres; what is beyond is a sun or a world
 _DIAGONAL = (3.0**-0.5,) * 3
-DEFAULT_COLOR_ATTRIBUTE = "Color"  # Blender's name for a new colour attribute
 
 
 @value_node("ShaderNodeRGB", "ShaderNodeValue")
@@ -223,10 +223,7 @@ def volume_info(node: NodeView, output: str) -> Value | None:
 
 @value_node("ShaderNodeVertexColor")
 def color_attribute(node: NodeView, output: str) -> Value:
-    name = node.node.layer_name
-    if not name:
-        node.warn(f"a Color Attribute node without a name reads '{DEFAULT_COLOR_ATTRIBUTE}'")
-    return mesh_attribute(node, name or DEFAULT_COLOR_ATTRIBUTE, output, missing_alpha=0)
+    return mesh_attribute(node, node.node.layer_name or value_names.RENDER_COLOR, output, missing_alpha=0)
 
 
 def mesh_attribute(node: NodeView, name: str, output: str, missing_alpha: int) -> Value:
@@ -241,7 +238,8 @@ def mesh_attribute(node: NodeView, name: str, output: str, missing_alpha: int) -
 
 @value_node("ShaderNodeCameraData")
 def camera_data(node: NodeView, output: str) -> Value | None:
-    at = _direction_in_camera(node) if node.compiler.is_world else node.at_shift("CAMERA_COORDINATE")
+    """Below bumps as well, heights of which it therefore is none: Cycles has it where the surface is."""
+    at = _direction_in_camera(node) if node.compiler.is_world else node.emit("CAMERA_COORDINATE", (), (0,))
     if output == "View Vector":
         return node.vector_math("NORMALIZE", at)
     if output == "View Z Depth":
@@ -276,8 +274,11 @@ def light_falloff(node: NodeView, output: str) -> Value:
     """svm_node_light_falloff of Cycles, with 1 / (1 + s / d^2) in place of d^2 / (s + d^2): suns are 1e38 m away."""
     strength, smooth = node.value("Strength"), node.value("Smooth")
     length = node.emit("LIGHT_PATH", (), (LIGHT_PATH_OUTPUTS["Ray Length"],))
-    for _ in range(_POWERS_OF_DISTANCE[output]):
-        strength = node.math("MULTIPLY", strength, length)
+    if _POWERS_OF_DISTANCE[output] > 0:
+        is_near = node.math("LESS_THAN", length, constant(_FARTHEST))
+        factor = node.math("POWER", length, is_near)  # 1 for what is endlessly far
+        for _ in range(_POWERS_OF_DISTANCE[output]):
+            strength = node.math("MULTIPLY", strength, factor)
     if smooth.constant is not None and smooth.constant[0] <= 0.0:
         return strength
     part = node.math("DIVIDE", node.math("MAXIMUM", smooth, constant(0.0)), node.math("MULTIPLY", length, length))

@@ -7,6 +7,7 @@ import bpy
 # Mesh attributes that outputs of the Geometry node read.
 RANDOM_PER_ISLAND, POINTINESS = "INFO:island", "INFO:pointiness"
 GENERATED = "INFO:generated"  # read by many nodes where nothing is linked; the core knows it by this name
+RENDER_COLOR = "INFO:render color"  # what a Color Attribute node without a name reads
 GEOMETRY_OUTPUTS = {"Random Per Island": RANDOM_PER_ISLAND, "Pointiness": POINTINESS}
 # Attributes of strands that outputs of the Hair Info node read; on meshes they are 0.
 STRAND, STRAND_INTERCEPT, STRAND_LENGTH = "INFO:strand", "INFO:intercept", "INFO:length"

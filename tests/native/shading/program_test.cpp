@@ -176,7 +176,7 @@ TEST(Program, ConversionsAndMixes) {
   ProgramBuilder b;
   const Operand color = b.add(Op::COMBINE_XYZ, {b.constant(0.1f), b.constant(0.5f), b.constant(0.9f)});
   const auto grey = [&](Op op) { return value_of(b, b.add(Op::BROADCAST, {b.add(op, {color})})).x; };
-  EXPECT_NEAR(grey(Op::LUMINANCE), 0.02126f + 0.3576f + 0.06498f, 1e-6f);
+  EXPECT_NEAR(grey(Op::LUMINANCE), 0.1f * 0.2126391f + 0.5f * 0.7151691f + 0.9f * 0.0721928f, 1e-6f);
   EXPECT_NEAR(grey(Op::AVERAGE), 0.5f, 1e-6f);
   EXPECT_NEAR(grey(Op::SEPARATE_Z), 0.9f, 1e-6f);
   const Operand two = b.constant(2);
