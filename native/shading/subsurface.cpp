@@ -93,16 +93,22 @@ Rgb tissue_scale(const Subsurface& subsurface) {
   return {scale(subsurface.albedo.r), scale(subsurface.albedo.g), scale(subsurface.albedo.b)};
 }
 
+void scatter_at_least(float least, SubsurfaceMedium& medium) {
+  const Rgb raised = max(medium.single_scatter, Rgb(least));
+  medium.kept = medium.single_scatter / raised;
+  medium.single_scatter = raised;
+}
+
 }  // namespace
 
 SubsurfaceMedium similar_isotropic(const SubsurfaceMedium& medium) {
   const Rgb sigma_s = medium.sigma_t * medium.single_scatter * (1.0f - medium.g);
   const Rgb sigma_t = medium.sigma_t * (Rgb(1.0f) - medium.single_scatter) + sigma_s;
-  return {sigma_t, sigma_s / sigma_t, 0.0f};
+  return {sigma_t, sigma_s / sigma_t, 0.0f, medium.kept};
 }
 
 SubsurfaceMedium subsurface_medium(const Subsurface& subsurface) {
-  constexpr float kProfileWidth = 0.25f * kInvPi, kShortest = 1e-16f;
+  constexpr float kProfileWidth = 0.25f * kInvPi, kShortest = 1e-16f, kLeastScatter = 0.2f;
   const Rgb albedo = subsurface.albedo;
   const float g = subsurface.anisotropy;
   const bool is_free_path = subsurface.method == SubsurfaceMethod::RANDOM_WALK;
@@ -114,11 +120,12 @@ SubsurfaceMedium subsurface_medium(const Subsurface& subsurface) {
   if (is_free_path || g < 0.0f) {
     medium.single_scatter = {single_scatter_of_half_space(albedo.r, g), single_scatter_of_half_space(albedo.g, g),
                              single_scatter_of_half_space(albedo.b, g)};
-    return medium;
+  } else {
+    const AlbedoInversion single_scatter(g);
+    medium.sigma_t *= Rgb(1.0f / (1.0f - g));
+    medium.single_scatter = {single_scatter(albedo.r), single_scatter(albedo.g), single_scatter(albedo.b)};
   }
-  const AlbedoInversion single_scatter(g);
-  medium.sigma_t *= Rgb(1.0f / (1.0f - g));
-  medium.single_scatter = {single_scatter(albedo.r), single_scatter(albedo.g), single_scatter(albedo.b)};
+  scatter_at_least(kLeastScatter, medium);
   return medium;
 }
 

@@ -33,12 +33,14 @@ struct SubsurfaceMedium {
   Rgb sigma_t;         // 1/m
   Rgb single_scatter;  // albedo of one scattering, below 1
   float g = 0.0f;
+  Rgb kept{1.0f};  // of the light that enters
 };
 
 /// The medium whose half space has the albedo, as far as a fit can say. The radius is its mean free path with
 /// RANDOM_WALK. With RANDOM_WALK_LEGACY it is 4 pi mean free paths, Blender's custom since its profiles had that width,
 /// corrected for how far scattering leads forward; with skin, the diffusion length of a dipole of that albedo [Jensen
 /// et al. 2001]. These two know no medium that scatters backward: for such, their mean free paths are not corrected.
+/// As in Cycles, no channel scatters less than 0.2 of what it meets: darker ones keep less of the light instead.
 SubsurfaceMedium subsurface_medium(const Subsurface& subsurface);
 
 /// The medium without preferred direction in which light that was scattered often goes as far. [van de Hulst 1980:

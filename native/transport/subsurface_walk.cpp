@@ -77,7 +77,8 @@ class SubsurfaceWalk {
         medium_(subsurface_medium(subsurface)),
         escape_share_(std::min(0.5f, 1.0f - std::pow(std::abs(medium_.g), 0.125f))),
         escape_(max_component(medium_.single_scatter)),
-        sampler_(sampler) {}
+        sampler_(sampler),
+        throughput_(medium_.kept) {}
 
   std::optional<SubsurfaceExit> run(const Vec3& direction) {
     ray_.direction = direction;
@@ -193,7 +194,7 @@ class SubsurfaceWalk {
   Escape escape_;
   PathSampler& sampler_;
   Ray ray_;
-  Rgb throughput_{1.0f};
+  Rgb throughput_;
   Rgb channel_probability_;
   int channel_ = 0, step_ = 0;
   float thickness_ = INFINITY;

@@ -31,6 +31,7 @@ PRINCIPLED = {
     "coat": {"Coat_Weight": 0.8, "Coat_Tint": (0.9, 0.7, 0.5, 1.0)},
     "alpha": {"Alpha": 0.5},
     "white": {"Base_Color": (1.0, 1.0, 1.0, 1.0)},
+    "dark channels, thin": {"Base_Color": (0.8, 0.02, 0.01, 1.0), "Subsurface_Scale": 3.0},
 }
 
 

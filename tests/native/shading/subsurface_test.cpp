@@ -22,12 +22,25 @@ TEST(Subsurface, BrighterMediaScatterMore) {
   for (const float g : {0.0f, 0.4f, 0.9f}) {
     float last = -1.0f;
     for (float albedo = 0.0f; albedo <= 1.0f; albedo += 0.0625f) {
-      const float scatter = subsurface_medium(below(Rgb(albedo), g)).single_scatter.g;
+      const SubsurfaceMedium medium = subsurface_medium(below(Rgb(albedo), g));
+      const float scatter = medium.single_scatter.g * medium.kept.g;
       EXPECT_GE(scatter, last) << albedo << " " << g;
-      EXPECT_LT(scatter, 1.0f);
+      EXPECT_LT(medium.single_scatter.g, 1.0f);
       last = scatter;
     }
-    EXPECT_EQ(subsurface_medium(below(Rgb(0.0f), g)).single_scatter, Rgb(0.0f));
+    EXPECT_EQ(subsurface_medium(below(Rgb(0.0f), g)).kept, Rgb(0.0f));
+  }
+}
+
+TEST(Subsurface, DarkChannelsKeepLessOfTheLightInPlaceOfScatteringLess) {
+  for (const SubsurfaceMethod method : {SubsurfaceMethod::RANDOM_WALK, SubsurfaceMethod::RANDOM_WALK_LEGACY}) {
+    Subsurface red = below({0.8f, 0.3f, 0.01f});
+    red.method = method;
+    const SubsurfaceMedium medium = subsurface_medium(red);
+    EXPECT_EQ(medium.single_scatter.b, 0.2f);
+    EXPECT_LT(medium.kept.b, 0.5f);
+    EXPECT_EQ(medium.kept.r, 1.0f);
+    EXPECT_EQ(similar_isotropic(medium).kept, medium.kept);
   }
 }
 
