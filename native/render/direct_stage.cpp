@@ -18,13 +18,15 @@ DirectStage::DirectStage(const FrameContext& context, std::shared_ptr<const Ligh
 
 void DirectStage::take_over(DirectStage&& earlier, const HistorySource& source) {
   const size_t pixels = reservoirs_.size(), scratch_pixels = scratch_.size();
+  // A frame that was cancelled had other lights than its history, which is what is compared with.
+  const bool has_lights_of_history = !earlier.history_.world;
   std::swap(reservoirs_, earlier.reservoirs_);
   std::swap(scratch_, earlier.scratch_);
   std::swap(history_, earlier.history_);
   reservoirs_.resize(pixels);
   scratch_.resize(scratch_pixels);
   set_source(source);
-  if (cached_ && !source.earlier()) cached_->take_over(std::move(*earlier.cached_));
+  if (cached_ && has_lights_of_history && !source.earlier()) cached_->take_over(std::move(*earlier.cached_));
 }
 
 void DirectStage::set_source(const HistorySource& source) {

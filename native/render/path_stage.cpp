@@ -60,7 +60,8 @@ class ScreenPathStage final : public PathStage {
 
   bool reuse(const FrameRun& run, std::span<const VisiblePoint> visible,
              std::span<const VisiblePoint> previous) override {
-    if (run.frame >= cameras_.size()) cameras_.resize(run.frame + 1, context_.paths.scene.camera);
+    if (run.frame >= cameras_.size()) cameras_.resize(run.frame + 1);
+    cameras_[run.frame] = context_.paths.scene.camera;  // again for a frame that was cancelled
     if (must_validate_ || is_validation_frame(run.frame)) {
       if (!drop_invalid(run, must_validate_ ? Nulls::DROP : Nulls::KEEP)) return false;
       must_validate_ = false;

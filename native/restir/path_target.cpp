@@ -106,7 +106,8 @@ float path_target(const VisiblePoint& visible, const PathSample& sample, PathTar
   if (share == 0.0f || is_black(response.f_cos)) return 0.0f;
   const Rgb sent =
       reflection == Reflection::AS_FOUND ? sample.radiance_as_found() : sent_radiance_guess(sample, -way->wi);
-  return magnitude(target == PathTarget::RADIANCE ? sent : response.f_cos * sent) * share * way->geometry;
+  const float reflected = target == PathTarget::RADIANCE ? 1.0f : magnitude(response.f_cos);
+  return reflected * magnitude(sent) * share * way->geometry;
 }
 
 Rgb path_transmittance(const PathContext& context, const VisiblePoint& visible, const PathSample& sample) {

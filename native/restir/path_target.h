@@ -19,8 +19,10 @@ using PathReference = Reservoir<const PathSample*>;
 /// as it was when found, as if the sample point were Lambertian (the papers).
 enum class Reflection : uint8_t { EVALUATED, AS_FOUND };
 
-/// What targets of path samples are proportional to, [Ouyang 2021] Eqs. 9 and 10, magnitude of: F_r without
-/// transmittance; or of the radiance sent alone, noisier for the receiver and of more use to others.
+/// What targets of path samples are proportional to, [Ouyang 2021] Eqs. 9 and 10: F_r without transmittance; or the
+/// radiance sent alone, noisier for the receiver and of more use to others. The first is the product of two magnitudes,
+/// not that of a product of colours: how bright and of what colour the light is that a path brings depends on who found
+/// it, by roulette, and targets of different points may differ by a factor that does not.
 enum class PathTarget : uint8_t { REFLECTED, RADIANCE };
 
 /// The way from a point to a sample point: unit direction, distance, and |cos| / d^2 at the sample point. Empty where

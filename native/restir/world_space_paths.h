@@ -45,7 +45,8 @@ struct PathCells {
 /// vertices of paths, which lie anywhere. Cells are divided by the direction of the surface.
 ///
 /// Departures: weights per area at the sample point (path_target.h); sample points are evaluated anew towards each
-/// receiver (FAST: as found); UNBIASED merges by pairwise MIS with a visibility ray in each target, FAST by 1/M;
+/// receiver (FAST: as found); UNBIASED merges by pairwise MIS with a visibility ray in each target, FAST by 1/M,
+/// without the visibility ray before a merge (§4.3);
 /// R_sp starts from the temporal reservoir (Alg. 2; the text says the previous spatial one); the target at deep
 /// vertices uses their own direction to the eye, which is stored; cell sizes by [Boissé 2021] Alg. 4, since Eq. (11)
 /// exchanges width and height; bins of signed normals centred on the axes instead of Eq. (10); smallest cell 1 % of the

@@ -117,6 +117,18 @@ TEST(PathTarget, RadianceAloneIsATargetToo) {
   EXPECT_NEAR(target(dark, sample), 0.1f * target(kNear, sample), 1e-6f);
 }
 
+TEST(PathTarget, SharesOfPointsDoNotDependOnTheColourOfTheLight) {
+  // Roulette makes a red path of a white one for a finder that is red.
+  VisiblePoint red = kNear, blue = kFar;
+  red.receiver.diffuse = {0.5f, 0.02f, 0.02f};
+  blue.receiver.diffuse = {0.05f, 0.05f, 0.6f};
+  PathSample white = on_square({0.2f, 0.7f}), reddish = white;
+  reddish.light.radiance *= Rgb(1.0f, 0.01f, 0.01f);
+  reddish.continuation.radiance *= Rgb(1.0f, 0.01f, 0.01f);
+  EXPECT_LT(target(red, reddish), 0.5f * target(red, white));
+  EXPECT_FLOAT_EQ(target(red, reddish) / target(blue, reddish), target(red, white) / target(blue, white));
+}
+
 // --- two receivers of traced paths ----------------------------------------------------------------------------------
 
 /// A box with a lamp that scattered rays meet and one that they do not. Walls of this roughness, or paint below 0.
