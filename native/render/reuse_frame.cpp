@@ -141,7 +141,8 @@ bool ReuseFrame::shade(const FrameRun& run, Film& film) {
 
 void ReuseFrame::add_direct_light(const VisiblePoint& visible, uint32_t pixel, PathRecord& record, PixelLight* by_kind,
                                   std::span<Rgb> by_group) const {
-  const Rgb light = clamp_contribution(direct_->shade(visible, pixel), context_.paths.limits.clamp_direct);
+  const float limit = context_.paths.limits.clamp_after(visible.state.depth + 1);
+  const Rgb light = clamp_contribution(direct_->shade(visible, pixel), limit);
   record.direct += light;
   if (!by_group.empty() && record.caught == 0.0f && !is_black(light))
     add_to_group(by_group, light_group_of(context_.paths, direct_->reservoir(pixel).sample.emitter), light);

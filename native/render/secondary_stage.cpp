@@ -145,8 +145,9 @@ void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSam
     if (!light) continue;
     const Rgb reflected = light->f_cos * light->radiance;
     const LightGroup group = group_of(cells_.reservoirs[i].sample);
-    const Rgb direct = clamp_contribution(vertex.to_direct * reflected, limits.clamp_direct);
-    const Rgb indirect = clamp_contribution(vertex.to_indirect * reflected, limits.clamp_indirect);
+    const float limit = limits.clamp_after(vertex.point.state.depth + 1);
+    const Rgb direct = clamp_contribution(vertex.to_direct * reflected, limit);
+    const Rgb indirect = clamp_contribution(vertex.to_indirect * reflected, limit);
     record.direct += direct;
     record.indirect += indirect;
     if (record.caught == 0.0f) add_to_group(groups.light, group, direct + indirect);
@@ -170,13 +171,14 @@ void SecondaryStage::add_by_kind(uint32_t i, const ArrivingLight& light, LightBy
   const PathLimits& limits = context_.paths.limits;
   const LightVertex& vertex = vertices_[i];
   const Rgb reflected = light.f_cos * light.radiance;
-  const Rgb direct = reflected * clamp_factor(vertex.to_direct * reflected, limits.clamp_direct);
+  const float limit = limits.clamp_after(vertex.point.state.depth + 1);
+  const Rgb direct = reflected * clamp_factor(vertex.to_direct * reflected, limit);
   if (is_first_vertex(vertex.point)) {
     const KindColors shares =
         rough_shares(context_.paths.scene, vertex.point, light.wi, light.visibility, &context_.paths.accel);
     return by_kind.add_direct(shares * (vertex.to_direct * direct));
   }
-  const Rgb indirect = reflected * clamp_factor(vertex.to_indirect * reflected, limits.clamp_indirect);
+  const Rgb indirect = reflected * clamp_factor(vertex.to_indirect * reflected, limit);
   by_kind.add_indirect(kinds_[i].to_direct * direct);
   by_kind.add_indirect(kinds_[i].to_indirect * indirect);
 }

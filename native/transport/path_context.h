@@ -19,6 +19,9 @@ struct PathLimits {
   int min_bounces = 1;        // Russian roulette starts after these
   float clamp_direct = 0.0f;  // largest mean radiance of one contribution, 0: off
   float clamp_indirect = 0.0f;
+  /// Of light that has turned so often, at whatever surfaces: as in Cycles, indirect is what has turned twice. Light
+  /// that is seen straight has no limit.
+  float clamp_after(int bounces) const { return bounces == 0 ? 0.0f : bounces == 1 ? clamp_direct : clamp_indirect; }
   /// Softens lobes met after a scattering of a density (per solid angle) below this, more the lower it is; 0: none.
   float filter_glossy = 0.0f;
   /// Without: what diffuse scattering sends their way is not reflected by gloss, not refracted.

@@ -314,6 +314,9 @@ class Walk {
                            const LightSource& source);
   /// Adds what the current vertex reflects of a light sample that passed so many faces of panes; by each it was
   /// scattered once more.
+  /// The limit for what one light sample brings to the current vertex by panes of so many faces: it is for all
+  /// together.
+  float clamp_of_reflected(int faces = 0) const;
   void add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, const LightSource& source, int faces = 0);
 
   /// Sets the chooser of the current vertex; false where the light set chooses.

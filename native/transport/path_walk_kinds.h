@@ -27,11 +27,11 @@ inline void Walk<Kind>::split_met_light(Rgb radiance, SourceKind source) {
     (source == SourceKind::ENVIRONMENT ? sum.environment : sum.emission) += tinted(throughput_.smooth * radiance);
     return;
   }
-  const PathLimits& limits = context_.limits;
+  const float limit = context_.limits.clamp_after(state_.depth);
   const Rgb light = tinted(radiance);
-  const Rgb seen = light * clamp_factor(throughput_.smooth * radiance, limits.clamp_direct);
-  const Rgb direct = light * clamp_factor(throughput_.direct * radiance, limits.clamp_direct);
-  const Rgb indirect = light * clamp_factor(throughput_.indirect * radiance, limits.clamp_indirect);
+  const Rgb seen = light * clamp_factor(throughput_.smooth * radiance, limit);
+  const Rgb direct = light * clamp_factor(throughput_.direct * radiance, limit);
+  const Rgb indirect = light * clamp_factor(throughput_.indirect * radiance, limit);
   auto& of_kinds = state_.depth == 1 ? sum.direct : sum.indirect;
   for (size_t kind = 0; kind < kLightKinds; ++kind) {
     const Throughput& part = kinds_.throughput[kind];
@@ -52,35 +52,32 @@ inline void Walk<Kind>::split_reflected_light(const BsdfKinds& f, Rgb rough_cos,
                                               int faces) {
   if (record_.caught > 0.0f) return;
   if (!is_unscattered()) return split_later_light(rough_cos, smooth_cos, radiance, faces);
-  const PathLimits& limits = context_.limits;
-  const auto add = [&](const KindColors& kinds, Rgb f_cos, float limit) {
+  const auto add = [&](const KindColors& kinds, Rgb f_cos) {
     const Rgb light = throughput_.smooth * f_cos * radiance;
-    const KindColors parts =
-        shares_of(kinds) * tinted(light * clamp_factor(light, limit / static_cast<float>(light_samples())));
+    const KindColors parts = shares_of(kinds) * tinted(light * clamp_factor(light, clamp_of_reflected(faces)));
     faces > 0 ? light_by_kind().add_indirect(parts) : light_by_kind().add_direct(parts);
   };
-  add(f.rough, rough_cos, faces > 0 ? limits.clamp_indirect : limits.clamp_direct);
-  add(f.smooth, smooth_cos, limits.clamp_direct);
+  add(f.rough, rough_cos);
+  add(f.smooth, smooth_cos);
 }
 
 template <class Kind>
 inline void Walk<Kind>::split_scattered_light(Rgb phase_cos, Rgb radiance) {
   if (!context_.splits_kinds || record_.caught > 0.0f) return;
   if (!is_unscattered()) return split_later_light(phase_cos, {}, radiance);
-  const float limit = context_.limits.clamp_direct / static_cast<float>(light_samples());
   const Rgb light = throughput_.smooth * phase_cos * radiance;
-  light_by_kind().direct[kVolumeLight] += tinted(light * clamp_factor(light, limit));
+  light_by_kind().direct[kVolumeLight] += tinted(light * clamp_factor(light, clamp_of_reflected()));
 }
 
 template <class Kind>
 inline void Walk<Kind>::split_later_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, int faces) {
-  const PathLimits& limits = context_.limits;
+  const float limit = clamp_of_reflected(faces);
   const Rgb indirect_cos = vertex_use().sample_point_of == 0 ? smooth_cos : rough_cos + smooth_cos;
   const Rgb smooth = smooth_cos * radiance, rough = rough_cos * radiance, reflected = indirect_cos * radiance;
-  const float of_smooth = clamp_factor(throughput_.smooth * smooth, limits.clamp_direct);
+  const float of_smooth = clamp_factor(throughput_.smooth * smooth, limit);
   const Rgb once = throughput_.smooth * rough, again = (throughput_.direct + throughput_.indirect) * reflected;
-  const float of_indirect = clamp_factor(faces > 0 ? once + again : again, limits.clamp_indirect);
-  const float of_rough = faces > 0 ? of_indirect : clamp_factor(once, limits.clamp_direct);
+  const float of_indirect = clamp_factor(faces > 0 ? once + again : again, limit);
+  const float of_rough = faces > 0 ? of_indirect : clamp_factor(once, limit);
   for (size_t kind = 0; kind < kLightKinds; ++kind) {
     const Throughput& part = kinds_.throughput[kind];
     light_by_kind().indirect[kind] += tinted(part.smooth * (smooth * of_smooth + rough * of_rough) +

@@ -69,11 +69,10 @@ inline float Walk<Kind>::captured_emitter_weight(uint32_t emitter, float pdf) co
 
 template <class Kind>
 inline void Walk<Kind>::add(Rgb radiance, const LightSource& source) {
-  const PathLimits& limits = context_.limits;
-  const Rgb seen_light = throughput_.smooth * radiance;
-  const Rgb seen = tinted(state_.depth == 0 ? seen_light : clamp_contribution(seen_light, limits.clamp_direct));
-  const Rgb direct = tinted(clamp_contribution(throughput_.direct * radiance, limits.clamp_direct));
-  const Rgb indirect = tinted(clamp_contribution(throughput_.indirect * radiance, limits.clamp_indirect));
+  const float limit = context_.limits.clamp_after(state_.depth);
+  const Rgb seen = tinted(clamp_contribution(throughput_.smooth * radiance, limit));
+  const Rgb direct = tinted(clamp_contribution(throughput_.direct * radiance, limit));
+  const Rgb indirect = tinted(clamp_contribution(throughput_.indirect * radiance, limit));
   (source.kind == SourceKind::ENVIRONMENT ? record_.environment : record_.emission) += seen;
   record_.direct += direct;
   record_.indirect += indirect;
@@ -283,19 +282,22 @@ inline void Walk<Kind>::keep_incident_light(const IncidentLight& light, Rgb radi
 }
 
 template <class Kind>
+inline float Walk<Kind>::clamp_of_reflected(int faces) const {
+  const float limit = context_.limits.clamp_after(state_.depth + 1 + (faces > 0 ? 1 : 0));
+  return limit / static_cast<float>(light_samples());
+}
+
+template <class Kind>
 inline void Walk<Kind>::add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, const LightSource& source,
                                             int faces) {
-  const PathLimits& limits = context_.limits;
   const Rgb total_cos = rough_cos + smooth_cos;
-  const auto samples = static_cast<float>(light_samples());  // limits are of all together
+  const float limit = clamp_of_reflected(faces);
   const bool is_captured = vertex_use().sample_point_of == 0;
   const Rgb once = throughput_.smooth * rough_cos;
   const Rgb again = (throughput_.direct + throughput_.indirect) * (is_captured ? smooth_cos : total_cos);
-  const Rgb seen =
-      tinted(clamp_contribution(throughput_.smooth * smooth_cos * radiance, limits.clamp_direct / samples));
-  const Rgb direct = faces > 0 ? Rgb() : tinted(clamp_contribution(once * radiance, limits.clamp_direct / samples));
-  const Rgb indirect =
-      tinted(clamp_contribution((faces > 0 ? once + again : again) * radiance, limits.clamp_indirect / samples));
+  const Rgb seen = tinted(clamp_contribution(throughput_.smooth * smooth_cos * radiance, limit));
+  const Rgb direct = faces > 0 ? Rgb() : tinted(clamp_contribution(once * radiance, limit));
+  const Rgb indirect = tinted(clamp_contribution((faces > 0 ? once + again : again) * radiance, limit));
   (source.kind == SourceKind::ENVIRONMENT ? record_.environment : record_.emission) += seen;
   record_.direct += direct;
   record_.indirect += indirect;
