@@ -202,9 +202,16 @@ int add_light(SceneBuilder& builder, LightCommon arguments, decltype(Light::shap
   return builder.add_light(std::move(arguments.light), arguments.replace);
 }
 
+/// Of a lamp: balls whose square no float holds are points.
+float lamp_radius(float radius) {
+  constexpr float kLeast = 1e-15f;  // metres
+  return radius > 0.0f && radius < kLeast ? 0.0f : radius;
+}
+
 int add_point_light(SceneBuilder& builder, const std::string& name, const Color& position, float radius,
                     const Color& intensity, bool soft, const py::kwargs& common) {
-  return add_light(builder, light_common(name, common), PointLight{to_vec3(position), radius, to_rgb(intensity), soft});
+  return add_light(builder, light_common(name, common),
+                   PointLight{to_vec3(position), lamp_radius(radius), to_rgb(intensity), soft});
 }
 
 int add_spot_light(SceneBuilder& builder, const std::string& name, const Array<float>& object_to_world, float radius,
@@ -212,8 +219,10 @@ int add_spot_light(SceneBuilder& builder, const std::string& name, const Array<f
   const Transform placed = to_transform(object_to_world, name);
   if (placed.determinant() == 0.0f || !std::isfinite(placed.determinant()))
     throw Error(name, "the spot light's matrix cannot be inverted");
-  SpotLight spot{
-      {placed.translation, radius, to_rgb(intensity), soft}, inverse(placed), std::cos(0.5f * spot_size), blend};
+  SpotLight spot{{placed.translation, lamp_radius(radius), to_rgb(intensity), soft},
+                 inverse(placed),
+                 std::cos(0.5f * spot_size),
+                 blend};
   LightCommon arguments = light_common(name, common);
   arguments.light.object_to_world = placed;
   return add_light(builder, std::move(arguments), spot);

@@ -15,7 +15,7 @@ constexpr int kWidth = LightTree::kWidth;
 /// can reach the receiver at a grazing angle.
 constexpr float kCosineSlack = 1e-3f;
 /// Squared distances below this (m^2) count as this, so that a receiver on a point lamp gets finite estimates.
-constexpr float kSmallestDistance2 = 1e-12f;
+constexpr float kSmallestDistance2 = 1e-24f;
 
 // One lane per child. GCC and Clang give the vector type the arithmetic operators.
 using Lanes = __m256;

@@ -218,7 +218,8 @@ float srgb_to_linear(float c) {
 Texel decode(const Image& image, Rgba stored, ColorAlpha color_alpha) {
   Rgb color{stored[0], stored[1], stored[2]};
   const float alpha = stored[3];
-  const bool is_multiplied = image.alpha != AlphaMode::INDEPENDENT && alpha != 0.0f && alpha != 1.0f;
+  const bool has_factor = image.alpha != AlphaMode::INDEPENDENT && image.alpha != AlphaMode::IGNORED;
+  const bool is_multiplied = has_factor && alpha != 0.0f && alpha != 1.0f;
   if (is_multiplied && color_alpha == ColorAlpha::DIVIDED) color = color / alpha;
   if (image.transfer == TransferCurve::SRGB)
     color = {srgb_to_linear(color.r), srgb_to_linear(color.g), srgb_to_linear(color.b)};

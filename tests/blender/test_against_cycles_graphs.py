@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import bpy
 import pytest
+from test_against_cycles_textures import byte_image
 from test_against_cycles_values import add_cards, expect_equal, look_down
 
 from tests.support import blender_scenes as build
@@ -120,6 +121,40 @@ def limited(tree: Tree) -> Socket:
     return node.outputs[0]
 
 
+def flattened(tree: Tree) -> Socket:
+    """By the same panel, which divides by a scale of 0."""
+    node = tree.nodes.new("ShaderNodeTexNoise")
+    node.texture_mapping.vector_type, node.texture_mapping.scale = "TEXTURE", (1.0, 0.0, 1.0)
+    return node.outputs[0]
+
+
+def faced(tree: Tree, **inputs: Socket) -> Socket:
+    """What a bump leads to, by a node that takes its length for what it is."""
+    bump = build.shader(tree, "ShaderNodeBump", **inputs).outputs[0]
+    return build.shader(tree, "ShaderNodeVectorMath", Vector=bump).outputs[0]
+
+
+def bumped_by_distance(tree: Tree) -> Socket:
+    """To the camera: of that Cycles knows no slope."""
+    return faced(tree, Height=tree.nodes.new("ShaderNodeCameraData").outputs["View Distance"])
+
+
+def long_normal(tree: Tree) -> Socket:
+    """Through a bump without a slope, but not without a height."""
+    return faced(tree, Height=zero(tree), Normal=vector(tree, 0.3, 0.6, 2.0))
+
+
+def clipped(tree: Tree) -> Socket:
+    """An image without alpha, which it has at its border alone, where something reads that."""
+    node = tree.nodes.new("ShaderNodeTexImage")
+    node.image, node.extension = byte_image(alpha=True), "CLIP"
+    node.image.alpha_mode = "NONE"
+    both = tree.nodes.new("ShaderNodeVectorMath")
+    for output, socket in zip(("Color", "Alpha"), both.inputs, strict=False):
+        tree.links.new(node.outputs[output], socket)
+    return both.outputs[0]
+
+
 GRAPHS: list[Callable[[Tree], Socket]] = [
     *(through_group(kind, color) for kind in ("Float", "Vector")),
     *(through_group(kind, lambda tree: vector(tree, *COLOR)) for kind in ("Float", "Vector", "Color")),
@@ -134,6 +169,10 @@ GRAPHS: list[Callable[[Tree], Socket]] = [
     empty_range("FLOAT"),
     empty_range("FLOAT_VECTOR"),
     limited,
+    flattened,
+    bumped_by_distance,
+    long_normal,
+    clipped,
 ]
 
 

@@ -107,7 +107,13 @@ def falling_off(tree: bpy.types.NodeTree, output: str, smooth: float) -> None:
 FALLOFFS = [
     (lamp, *how) for lamp in ("point soft", "spot", "area square") for how in (("Linear", 0.0), ("Constant", 2.0))
 ]
-FALLOFFS += [("point sphere", "Quadratic", 3.0), ("sun wide", "Quadratic", 1.0), ("point", "Constant", -1.0)]
+FALLOFFS += [
+    ("point sphere", "Quadratic", 3.0),
+    ("sun wide", "Quadratic", 1.0),
+    ("sun wide", "Linear", 0.0),
+    ("sun wide", "Constant", 2.0),
+    ("point", "Constant", -1.0),
+]
 
 
 @pytest.mark.parametrize(("lamp", "output", "smooth"), FALLOFFS)

@@ -37,6 +37,13 @@ def add_shader(node: NodeView, weight: Value) -> None:
         flatten_shader(node.compiler, node.port(identifier), weight)
 
 
+def _emission_color(node: NodeView) -> Value:
+    """Cycles emits nothing where none of the channels is above 0, if that is known beforehand."""
+    color = node.value("Emission Color")
+    is_dark = color.constant is not None and max(color.constant) <= 0.0
+    return constant(0.0, 0.0, 0.0, COLOR) if is_dark else color
+
+
 @closure_node("ShaderNodeBsdfPrincipled")
 def principled(node: NodeView, weight: Value) -> None:
     thick = _thick_wall(node)
@@ -51,7 +58,8 @@ def principled(node: NodeView, weight: Value) -> None:
         _tangent(node, anisotropic),
         *node.values("Transmission Weight, Coat Weight, Coat Roughness, Coat IOR, Coat Tint"),
         _coat_normal(node),
-        *node.values("Sheen Weight, Sheen Roughness, Sheen Tint, Emission Color"),
+        *node.values("Sheen Weight, Sheen Roughness, Sheen Tint"),
+        _emission_color(node),
         node.math("MAXIMUM", value("Emission Strength"), constant(0.0)),  # Cycles emits nothing below 0
         *_subsurface(node),
         *_thin_film(node),

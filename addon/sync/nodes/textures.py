@@ -14,6 +14,7 @@ from .instructions import COLOR, VECTOR, Value, constant
 from .vector import separate, vector_constant
 
 MISSING_IMAGE = (1.0, 0.0, 1.0)  # magenta, as everywhere in Blender
+_LEAST_SCALE = 1e-5  # as in Cycles
 UNCHANGED = [(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)]  # translation, rotation, scale
 AXES = {"X": 0, "Y": 1, "Z": 2}
 COLOR_STAYS_MULTIPLIED = 1 << 16  # by alpha, as in Cycles where nothing reads the alpha; see native/scene/op_table.cpp
@@ -39,6 +40,10 @@ def _texture_mapping(node: NodeView, vector: Value, mapping: bpy.types.TexMappin
     placement = [tuple(xyz) for xyz in (mapping.translation, mapping.rotation, mapping.scale)]
     if axes == ("X", "Y", "Z") and placement == UNCHANGED:
         return vector
+    if mapping.vector_type in ("TEXTURE", "NORMAL"):  # which divide by it
+        placement[2] = tuple(
+            s if abs(s) > _LEAST_SCALE else _LEAST_SCALE * (-1.0 if s < 0.0 else 1.0) for s in placement[2]
+        )
     parts = [vector_constant(*xyz) for xyz in placement]
     return node.emit("MAPPING", (vector, *parts), (enums.MAPPING_TYPES.index(mapping.vector_type),))
 

@@ -55,8 +55,10 @@ def bump(node: NodeView, output: str) -> Value:
     for step in (0, 1, 2):
         with compiler.shifted(bump_shift(step, width)):
             heights.append(node.linked("Height"))
-    if heights[0] is None or heights[0] == heights[1] == heights[2]:
+    if heights[0] is None or heights[0].constant is not None:
         return normal
+    if heights[0] == heights[1] == heights[2]:
+        return normal if normal == node.shading_normal() else node.vector_math("NORMALIZE", normal)
     inputs = (*heights, node.value("Strength"), node.value("Distance"), normal)
     return node.emit("BUMP", inputs, (int(node.node.invert), bump_shift(0, width)))
 

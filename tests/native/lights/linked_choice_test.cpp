@@ -79,7 +79,7 @@ double choice_p_value(const LightSet& lights, uint8_t set, uint8_t asked_for) {
   for (int i = 0; i < kDraws; ++i) {
     const auto choice = lights.choose(position, n, rng.next_float(), {}, set);
     ++observed[choice->sample.emitter];
-    EXPECT_EQ(choice->pmf, lights.pmf(choice->sample.emitter, position, n, set));
+    EXPECT_FLOAT_EQ(choice->pmf, lights.pmf(choice->sample.emitter, position, n, set));
   }
   for (uint32_t e = 0; e < kEmitters; ++e) expected[e] = kDraws * double{lights.pmf(e, position, n, asked_for)};
   return chi_square_p_value(observed, expected);
