@@ -157,9 +157,9 @@ def hidden_folder(place: Path) -> Path:
 
 
 def as_path_setting(path: Path) -> str:
-    """The path as a setting: since Blender 5.0 braces there stand around names of variables."""
+    """The path as a setting: since Blender 4.5 braces there stand around names of variables."""
     text = str(path)
-    return text.replace("{", "{{").replace("}", "}}") if bpy.app.version >= (5, 0, 0) else text
+    return text.replace("{", "{{").replace("}", "}}") if bpy.app.version >= (4, 5, 0) else text
 
 
 @persistent

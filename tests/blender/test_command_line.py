@@ -190,9 +190,9 @@ def test_a_handler_may_choose_another_place(command_line_render, plain_scene, tm
 
 @pytest.mark.parametrize("name", ["proj{1}/frame_", "{{x}}/frame_", 240 * "n" + "_"])
 def test_odd_names_come_to_their_place(command_line_render, plain_scene, tmp_path, name):
-    """Braces stand around variables since Blender 5.0; names have 255 bytes at most."""
+    """Braces stand around variables since Blender 4.5; names have 255 bytes at most."""
     folder = tmp_path / name
-    path = str(folder).replace("{{", "{").replace("}}", "}") if bpy.app.version < (5, 0, 0) else str(folder)
+    path = str(folder).replace("{{", "{").replace("}}", "}") if bpy.app.version < (4, 5, 0) else str(folder)
     if name.startswith("proj"):  # of a file in such a folder
         bpy.ops.wm.save_as_mainfile(filepath=str(make_folder(folder.parent) / "scene.blend"))
         path = "//frame_"
