@@ -225,6 +225,18 @@ def test_sheen_over_a_base_differs_within_bounds(empty_scene: bpy.types.Scene) -
     assert result.largest_difference < 0.007, result
 
 
+def test_emission_of_what_is_below_black(empty_scene: bpy.types.Scene) -> None:
+    """If that is known beforehand, there is none."""
+    surface = build.principled("dark", Emission_Strength=1.0)
+    tree = surface.node_tree
+    color = build.shader(tree, "ShaderNodeCombineXYZ", X=-1.0, Y=-0.5, Z=-0.1).outputs[0]
+    node = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
+    tree.links.new(color, node.inputs["Emission Color"])
+    build.stage(empty_scene, surface)
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
 def test_outline_of_a_coarse_smooth_mesh(empty_scene: bpy.types.Scene) -> None:
     """Interpolated normals that look away from the camera still reflect. 0.4 % of the picture's mean was measured in a
     block of the outline, of 24 replicas in Blenders 4.5 and 5.0."""

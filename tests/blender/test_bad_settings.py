@@ -129,6 +129,7 @@ def material_index_of_no_slot(scene: bpy.types.Scene) -> None:
         pytest.param(flat_lamp("POINT"), id="point scaled to 0"),
         pytest.param(flat_lamp("SUN"), id="sun scaled to 0"),
         pytest.param(light("SPOT", spot_size=0.0), id="spot of no cone"),
+        pytest.param(light(shadow_soft_size=1e-20), id="radius whose square is no number"),
         pytest.param(light(energy=-10.0), id="negative light"),
         pytest.param(camera(lens=0.0), id="lens clamped by Blender"),
         pytest.param(camera(clip_end=math.inf), id="endless clip"),

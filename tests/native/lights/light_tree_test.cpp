@@ -58,6 +58,21 @@ TEST(LightTree, ProbabilitiesSumToOne) {
   }
 }
 
+TEST(LightTree, ChoosesAlikeInScenesOfMicrometres) {
+  constexpr uint32_t kCount = 200;
+  constexpr float kScale = 0x1p-24f;
+  std::vector<LightBounds> emitters = random_emitters(7, kCount);
+  const LightTree large(emitters);
+  for (LightBounds& e : emitters) e.box = {e.box.lower * kScale, e.box.upper * kScale};
+  const LightTree small(emitters);
+  Rng rng(8, 0, 0, 0);
+  for (int i = 0; i < 20; ++i) {
+    const Receiver r = random_receiver(rng);
+    for (uint32_t e = 0; e < kCount; ++e)
+      EXPECT_NEAR(small.pmf(e, r.position * kScale, r.n), large.pmf(e, r.position, r.n), 1e-5f) << i << " " << e;
+  }
+}
+
 double choice_p_value(const LightTree& tree, uint32_t count, Receiver chosen_for, Receiver density_for) {
   constexpr int kDraws = 100000;
   std::vector<double> observed(count), expected(count);
