@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from addon import command_line, core, preferences
+from addon import command_line, core, preferences, report
 from tests.blender.engine_fakes import fresh_scene
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -86,6 +86,7 @@ def test_missing_core_names_what_is_supported(tmp_path):
 def command_line_render(monkeypatch):
     """Renders of this process are watched as those of the command line are."""
     monkeypatch.setattr(command_line, "running", command_line.CommandLineRender(parse()))
+    monkeypatch.setattr(report, "error_count", 0)  # of other tests in this process
     for event, handler in command_line.HANDLERS.items():
         getattr(bpy.app.handlers, event).append(handler)
     yield command_line.running
