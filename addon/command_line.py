@@ -2,7 +2,7 @@
 
 Options come after `--`, as those of Cycles do. Each frame is written into a hidden folder beside its place and moved
 there when it is whole, since Blender killed while it writes leaves half a file; what a killed render left in such a
-such a folder goes when the frame is rendered again. Blender's exit status is 1 when any frame failed. Renders of other
+folder goes when the frame is rendered again. Blender's exit status is 1 when any frame failed. Renders of other
 engines are none of our business.
 """
 
@@ -30,7 +30,6 @@ OPTION_PREFIX = "--cistern-"
 STATUS_FAILED = 1
 STATUS_BAD_OPTIONS = 2
 
-ENGINE = "CISTERN"
 MAX_THREADS = 1024  # Blender's own limit
 MAX_NAME_BYTES = 240  # of a file, so that what is added to hide it still makes a name
 NUMBER_NAMES = {int: "whole number", float: "number"}

@@ -21,6 +21,7 @@ from addon import cycles_settings, report, techniques
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 PROGRESS_SECONDS = 10.0
+SWITCHES = {"1": True, "true": True, "on": True, "0": False, "false": False, "off": False}
 PICTURE = "picture"  # what files are called until they get the name of the scene
 
 
@@ -100,13 +101,13 @@ def set_property(owner: bpy.types.bpy_struct, name: str, text: str) -> None:
         raise UserError(f"there is no setting {name!r}; there are {names}")
     try:
         if prop.type == "BOOLEAN":
-            value = {"1": True, "true": True, "on": True, "0": False, "false": False, "off": False}[text.lower()]
+            if text.lower() not in SWITCHES:
+                raise ValueError("that is on or off")
+            value = SWITCHES[text.lower()]
         else:
             value = {"INT": int, "FLOAT": float, "ENUM": str.upper, "STRING": str}[prop.type](text)
         setattr(owner, name, value)
-    except KeyError as error:
-        raise UserError(f"{text!r} is no value for {name}: that is on or off") from error
-    except (TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise UserError(f"{text!r} is no value for {name}: {error}") from error
     if prop.type in ("INT", "FLOAT") and not prop.hard_min <= value <= prop.hard_max:  # Blender has clamped it
         raise UserError(f"{name} is {text}, and may be {prop.hard_min} to {prop.hard_max}")

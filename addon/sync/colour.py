@@ -30,7 +30,7 @@ _SPACES = {
     "Linear CIE-XYZ D65": ("LINEAR", _XYZ, _D65),
     "Linear CIE-XYZ E": ("LINEAR", _XYZ, _E),
 }
-_REC709_SPACE = "Linear Rec.709"
+REC709_SPACE = "Linear Rec.709"
 _DATA_SPACES = {"Non-Color", "Raw"}
 _UNCHANGED_SPACES = _DATA_SPACES | {"scene_linear", ""}
 
@@ -76,7 +76,7 @@ def known_space(working_space: str) -> str:
     """The one of ours that a working space is: other configurations have longer names for it, as `ACES - ACEScg`. One
     that is of no name we know is taken for Rec. 709."""
     linear = (name for name, (curve, *_) in _SPACES.items() if curve == "LINEAR" and name != "Linear")
-    return next((name for name in linear if name.removeprefix("Linear ") in working_space), _REC709_SPACE)
+    return next((name for name in linear if name.removeprefix("Linear ") in working_space), REC709_SPACE)
 
 
 def luminance_weights(working_space: str) -> tuple[float, ...]:

@@ -3,6 +3,7 @@
 Cards shine evenly, one to a block: what is compared are numbers, within `ROUNDING` of them."""
 
 from collections.abc import Callable
+from functools import partial
 
 import bpy
 import pytest
@@ -126,22 +127,19 @@ def test_meshes(empty_scene) -> None:
     expect_equal(empty_scene, other_pair)
 
 
-def uv_map(name: str) -> Read:
+def named(kind: str, member: str, name: str) -> Read:
+    """The first output of such a node, one of whose members is a name."""
+
     def read(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
-        node = tree.nodes.new("ShaderNodeUVMap")
-        node.uv_map = name
-        return node.outputs["UV"]
+        node = tree.nodes.new(kind)
+        setattr(node, member, name)
+        return node.outputs[0]
 
     return read
 
 
-def painted(name: str) -> Read:
-    def read(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
-        node = tree.nodes.new("ShaderNodeVertexColor")
-        node.layer_name = name
-        return node.outputs["Color"]
-
-    return read
+uv_map = partial(named, "ShaderNodeUVMap", "uv_map")
+painted = partial(named, "ShaderNodeVertexColor", "layer_name")
 
 
 def test_names_of_what_is_no_attribute_of_its_kind(empty_scene) -> None:

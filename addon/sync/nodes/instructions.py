@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import versions
-from ..colour import known_space, luminance_weights
+from ..colour import REC709_SPACE, known_space, luminance_weights
 from . import blend  # noqa: F401 - completes FOLDERS
 from .enums import VECTOR_MATH_VALUES
 from .fold import FOLDERS, Triple
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 FLOAT, COLOR, VECTOR = "f", "c", "v"
 MAX_REGISTERS = 256  # kMaxRegisters of native/scene/material_program.h
 TABLE_SIZE = 257  # kTableSize there
-REC709 = "Linear Rec.709"  # whose luminance the core knows
 LARGEST_FLOAT = float(np.finfo(np.float32).max)
 
 
@@ -64,7 +63,7 @@ class InstructionList:
         self._tables: dict[bytes, int] = {}
 
     def emit(self, op: str, inputs: Sequence[Value] = (), parameters: Sequence[int] = ()) -> Value:
-        if op == "LUMINANCE" and known_space(versions.working_space()) != REC709:
+        if op == "LUMINANCE" and known_space(versions.working_space()) != REC709_SPACE:  # whose weights the core has
             weights = constant(*luminance_weights(versions.working_space()), letter=VECTOR)
             color = self.convert(inputs[0], COLOR).retyped(VECTOR)
             return self.emit("VECTOR_MATH_VALUE", (color, weights), (VECTOR_MATH_VALUES.index("DOT_PRODUCT"),))
