@@ -45,10 +45,10 @@ struct PathFrame {
 /// Departures: weights per area at the sample point (path_target.h), so no Jacobian: Alg. 4 l.11 prints it upside down.
 /// Sample points keep what they received, so glossy ones are evaluated towards each receiver (FAST: AS_FOUND, as
 /// printed). UNBIASED merges by the balance heuristic and pairwise MIS with a visibility ray in each target instead of
-/// 1/Z (Alg. 4 l.15-19, where Q is also intersected instead of united); FAST is 1/M, and
-/// takes neighbours' samples that the point does not see (l.12-13), which then bring it nothing. Paths that see nothing
-/// are merged as null samples. Validation traces old paths besides the new ones of its frame instead of in their place,
-/// so that points that lose their history have a sample.
+/// 1/Z (Alg. 4 l.15-19, where Q is also intersected instead of united); FAST is 1/M, and takes neighbours' samples that
+/// the point does not see (l.12-13), which then bring it nothing. Paths that see nothing are merged as null samples.
+/// Validation traces old paths besides the new ones of its frame instead of in their place, so that points that lose
+/// their history have a sample.
 ///
 /// Members are pure functions of their arguments. `others` counts the reservoirs that were merged besides the point's
 /// own of this frame.
