@@ -16,8 +16,8 @@ inline constexpr uint32_t any_surface_mask(uint8_t visibility) { return visibili
 inline constexpr uint32_t opaque_mask(uint8_t visibility) { return uint32_t{visibility} << 8; }
 inline constexpr uint32_t transparent_mask(uint8_t visibility) { return uint32_t{visibility} << 16; }
 inline constexpr uint32_t surface_mask(uint8_t visibility) { return uint32_t{visibility} << 24; }
-inline constexpr uint32_t kMediumMask = 1u << 30, kPaneMask = 1u << 31, kSplatMask = 1u << 22;
-static_assert((transparent_mask(kVisibleToAll) & kSplatMask) == 0);
+inline constexpr uint32_t kMediumMask = 1u << 7, kPaneMask = 1u << 15, kSplatMask = 1u << 23;
+static_assert((kVisibleToAll & 1u << 7) == 0, "the masks overlap");
 
 using MeshScenes = std::unordered_map<const Mesh*, std::shared_ptr<const MeshScene>>;
 

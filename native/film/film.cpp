@@ -85,7 +85,7 @@ bool fits(const LightByKind& light) {
 struct KindPasses {
   Pass direct, indirect, color;
 };
-constexpr std::array<KindPasses, kScatterKinds> kKindPasses{{
+constexpr std::array<KindPasses, kPassKinds> kKindPasses{{
     {Pass::DIFFUSE_DIRECT, Pass::DIFFUSE_INDIRECT, Pass::DIFFUSE_COLOR},
     {Pass::GLOSSY_DIRECT, Pass::GLOSSY_INDIRECT, Pass::GLOSSY_COLOR},
     {Pass::TRANSMISSION_DIRECT, Pass::TRANSMISSION_INDIRECT, Pass::TRANSMISSION_COLOR},

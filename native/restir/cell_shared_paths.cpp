@@ -347,7 +347,7 @@ void CellSharedPaths::hand_out_divided(Group& group, size_t finder, float weight
 /// Of kinds of scattering in what a vertex makes of a direction.
 KindColors CellSharedPaths::pair_shares(size_t receiver, const Scratch& scratch, FoundKind kind) const {
   const Bsdf& bsdf = scratch.bsdfs[receiver];
-  if (!bsdf.scatters()) return all_of(ScatterKind::DIFFUSE);
+  if (!bsdf.scatters()) return all_of(PassKind::DIFFUSE);
   const Vec3 wi = scratch.pairs[block_of(receiver)].wi.at(lane_of(receiver));
   return shares_of(evaluate_kinds(bsdf, wi, lobes_of_kind(context_, kind)).rough);
 }

@@ -5,14 +5,17 @@
 namespace cistern {
 namespace {
 
+uint8_t kinds_towards(bool is_below) { return is_below ? kVisibleToTransmitted : kVisibleToReflected; }
+
 /// Guess of it, which knows the rough lobes only: zero where it is zero, and nowhere else.
 float kind_share_guess(const VisiblePoint& point, const Response& response, Vec3 wi, FoundKind kind) {
   constexpr float kSmallestShare = 0.1f;
   if (kind == 0) return 1.0f;
-  const bool is_transmission = kind == kVisibleToTransmission, is_below = dot(point.ng, wi) < 0.0f;
-  if ((point.scattered_kinds & kind) == 0 || is_transmission != is_below) return 0.0f;
-  const bool is_only_kind = is_transmission || (point.scattered_kinds & ~kVisibleToTransmission) == kind;
-  if (is_only_kind) return 1.0f;
+  const bool is_below = dot(point.ng, wi) < 0.0f;
+  const uint8_t kinds_there = point.scattered_kinds & kinds_towards(is_below);
+  if ((kinds_there & kind) == 0) return 0.0f;
+  if (kinds_there == kind) return 1.0f;
+  if (is_below) return 0.5f;
   const float glossy = response.pdf > 0.0f ? response.glossy_pdf / response.pdf : 0.0f;
   return std::max(kind == kVisibleToGlossy ? glossy : 1.0f - glossy, kSmallestShare);
 }
@@ -51,8 +54,8 @@ Rgb sent_radiance_guess(const PathSample& sample, Vec3 wo) {
 float kind_share(const BsdfEvaluation& evaluation, FoundKind kind) {
   if (kind == 0) return 1.0f;
   float pdf = 0.0f;
-  for (const ScatterKind k : {ScatterKind::DIFFUSE, ScatterKind::GLOSSY, ScatterKind::TRANSMISSION})
-    if (ray_kind(k) == kind) pdf = evaluation.pdf_by_kind[static_cast<size_t>(k)];
+  for (size_t k = 0; k < kScatterKinds; ++k)
+    if (ray_kind(static_cast<ScatterKind>(k)) == kind) pdf = evaluation.pdf_by_kind[k];
   return evaluation.pdf > 0.0f ? pdf / evaluation.pdf : 0.0f;
 }
 
@@ -99,8 +102,7 @@ float path_target(const VisiblePoint& visible, const PathSample& sample, PathTar
   // Paths do not leave a smooth-shaded surface through its flat triangles.
   const bool is_one_sided = visible.receiver.side != Vec3{}, is_below = dot(visible.ng, way->wi) < 0.0f;
   if (is_one_sided && !(dot(visible.ng, way->wi) > 0.0f)) return 0.0f;
-  const uint8_t kinds_there = is_below ? kVisibleToTransmission : kVisibleToDiffuse | kVisibleToGlossy;
-  if ((visible.scattered_kinds & kinds_there) == 0) return 0.0f;
+  if ((visible.scattered_kinds & kinds_towards(is_below)) == 0) return 0.0f;
   const Response response = respond(visible.receiver, way->wi);
   const float share = kind_share_guess(visible, response, way->wi, sample.kind);
   if (share == 0.0f || is_black(response.f_cos)) return 0.0f;

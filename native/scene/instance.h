@@ -5,27 +5,16 @@
 #include "base/transform.h"
 #include "scene/light_group.h"
 #include "scene/light_linking.h"
+#include "scene/ray_visibility.h"
 
 namespace cistern {
 
-/// Kinds of ray an object can be seen by.
-enum RayVisibility : uint8_t {
-  kVisibleToCamera = 1,
-  kVisibleToDiffuse = 2,
-  kVisibleToGlossy = 4,
-  kVisibleToTransmission = 8,
-  kVisibleToShadow = 16,
-  kVisibleToVolume = 32,  // rays that a medium scattered
-  kVisibleToAll = 63,
-  kVisibleToScattered = kVisibleToDiffuse | kVisibleToGlossy | kVisibleToTransmission | kVisibleToVolume,
-};
-
 /// A mesh placed in the world. Plain values only: scenes hold hundreds of thousands.
 struct Instance {
-  int mesh = -1;          // -1: removed
-  int material_set = -1;  // index into Scene::material_sets
-  int object = -1;        // index into Scene::object_names
-  uint8_t visibility = kVisibleToAll;
+  int mesh = -1;                       // -1: removed
+  int material_set = -1;               // index into Scene::material_sets
+  int object = -1;                     // index into Scene::object_names
+  uint8_t visibility = kVisibleToAll;  // RayVisibility bits
   bool is_holdout = false, is_shadow_catcher = false;
   uint8_t light_set = 0, shadow_set = 0;   // as a receiver and as a blocker of light: below kLightSets
   LightGroup light_group = kNoLightGroup;  // as an emitter

@@ -177,6 +177,7 @@ int SceneBuilder::add_instance(const Instance& instance, std::optional<int> repl
   check_handle(name, "shadow set", instance.shadow_set, kLightSets);
   check_transform(name, "matrix", instance.object_to_world);
   Instance stored = instance;
+  stored.visibility = object_visibility(instance.visibility);
   if (is_singular(instance.object_to_world)) {
     stored.mesh = -1;
     ++singular_instances_;
@@ -212,12 +213,14 @@ int SceneBuilder::add_light(Light light, std::optional<int> replace) {
   check_light(light);
   if (light.material != -1) check_handle(light.name, "material", light.material, scene_.materials.size());
   light.removed = false;
+  light.visibility = light_visibility(light.visibility);
   return store(scene_.lights, std::move(light), replace);
 }
 
 void SceneBuilder::set_environment(const Environment& environment) {
   if (environment.material != -1) check_handle("World", "material", environment.material, scene_.materials.size());
   scene_.environment = environment;
+  scene_.environment.visibility = light_visibility(environment.visibility);
 }
 
 void SceneBuilder::set_camera(const Camera& camera, const std::string& name) {

@@ -49,19 +49,19 @@ const ToonCone* as_cone(const Lobe& lobe) {
 float width_of(const ToonCone& cone) { return 0.5f * half_angle(cone); }
 
 ScatterKind kind_of(const Lobe& lobe, bool is_transmission) {
-  if (is_transmission) return ScatterKind::TRANSMISSION;
+  if (is_transmission)
+    return is_any_of<TranslucentLobe, RoughTranslucentLobe>(lobe) ? ScatterKind::TRANSLUCENT
+                                                                  : ScatterKind::TRANSMISSION;
   const bool is_glossy = is_any_of<MicrofacetLobe, HairLobe, SimpleHairLobe, ToonGlossyLobe>(lobe);
   return is_glossy ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
 }
 
-/// See KindColors.
-ScatterKind pass_kind(const Lobe& lobe, bool is_below) {
+PassKind pass_kind(const Lobe& lobe, bool is_below) {
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
   if (const SimpleHairLobe* hair = as_simple_hair(lobe))
-    return hair->passes ? ScatterKind::TRANSMISSION : ScatterKind::GLOSSY;
-  if (!microfacet)
-    return is_any_of<HairLobe, ToonGlossyLobe, VelvetLobe>(lobe) ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
-  return is_below ? ScatterKind::TRANSMISSION : ScatterKind::GLOSSY;
+    return hair->passes ? PassKind::TRANSMISSION : PassKind::GLOSSY;
+  if (!microfacet) return is_any_of<HairLobe, ToonGlossyLobe, VelvetLobe>(lobe) ? PassKind::GLOSSY : PassKind::DIFFUSE;
+  return is_below ? PassKind::TRANSMISSION : PassKind::GLOSSY;
 }
 
 bool is_clear(const Lobe& lobe, ScatterKind kind) {
@@ -410,21 +410,21 @@ BsdfKinds evaluate_kinds(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility) {
 
 KindColors albedo_by_kind(const Bsdf& bsdf) {
   KindColors colors;
-  const auto of = [&](ScatterKind kind) -> Rgb& { return colors[static_cast<size_t>(kind)]; };
+  const auto of = [&](PassKind kind) -> Rgb& { return colors[static_cast<size_t>(kind)]; };
   for (int i = 0; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
     if (const HairLobe* hair = as_hair(lobe)) {
-      of(ScatterKind::GLOSSY) += lobe.weight * hair_color(*hair, bsdf.wo);
+      of(PassKind::GLOSSY) += lobe.weight * hair_color(*hair, bsdf.wo);
     } else if (const MicrofacetLobe* microfacet = as_microfacet(lobe)) {
       const SidedAlbedo albedo = microfacet_albedo_by_side(*microfacet, bsdf.wo);
-      of(ScatterKind::GLOSSY) += lobe.weight * albedo.reflected;
-      of(ScatterKind::TRANSMISSION) += lobe.weight * albedo.transmitted;
+      of(PassKind::GLOSSY) += lobe.weight * albedo.reflected;
+      of(PassKind::TRANSMISSION) += lobe.weight * albedo.transmitted;
     } else {
       of(pass_kind(lobe, false)) += lobe.weight;
     }
   }
   for (const Subsurface& subsurface : subsurfaces_of(bsdf))
-    of(ScatterKind::DIFFUSE) += subsurface.weight * subsurface.albedo;
+    of(PassKind::DIFFUSE) += subsurface.weight * subsurface.albedo;
   return colors;
 }
 
@@ -438,7 +438,7 @@ KindColors shares_of(const KindColors& colors) {
   return shares;
 }
 
-KindColors all_of(ScatterKind kind) {
+KindColors all_of(PassKind kind) {
   KindColors shares;
   shares[static_cast<size_t>(kind)] = Rgb(1.0f);
   return shares;
@@ -450,7 +450,7 @@ uint8_t scattered_kinds(const Bsdf& bsdf) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
     const MicrofacetLobe* microfacet = as_microfacet(lobe);
     if (microfacet && is_delta(*microfacet)) continue;
-    if (transmits(lobe)) kinds |= kVisibleToTransmission;
+    if (transmits(lobe)) kinds |= ray_kind(kind_of(lobe, true));
     if (microfacet ? microfacet->reflects : as_hair(lobe) || !transmits(lobe)) kinds |= ray_kind(kind_of(lobe, false));
   }
   return kinds;

@@ -14,12 +14,14 @@
 
 namespace cistern {
 
-/// How a scattering event counts for max bounces, ray visibility and Light Path nodes.
-enum class ScatterKind : uint8_t { DIFFUSE, GLOSSY, TRANSMISSION };
-inline constexpr size_t kScatterKinds = 3;
+/// How a scattering event counts for max bounces, ray visibility and Light Path nodes: reflection and transmission,
+/// each diffuse or glossy.
+enum class ScatterKind : uint8_t { DIFFUSE, GLOSSY, TRANSMISSION, TRANSLUCENT };
+inline constexpr size_t kScatterKinds = 4;
 /// The RayVisibility bit of rays scattered so.
 constexpr uint8_t ray_kind(ScatterKind kind) {
-  constexpr uint8_t kKinds[kScatterKinds] = {kVisibleToDiffuse, kVisibleToGlossy, kVisibleToTransmission};
+  constexpr uint8_t kKinds[kScatterKinds] = {kVisibleToDiffuse, kVisibleToGlossy, kVisibleToTransmission,
+                                             kVisibleToTranslucent};
   return kKinds[static_cast<size_t>(kind)];
 }
 
@@ -253,7 +255,7 @@ struct BsdfEvaluation {
   std::array<float, kScatterKinds> pdf_by_kind{};
   Rgb total_cos() const { return rough_cos + smooth_cos; }
 };
-/// Lobes whose kind (diffuse, glossy, transmission) is not among the RayVisibility bits of `visibility` add nothing to
+/// Lobes whose kind is not among the RayVisibility bits of `visibility` add nothing to
 /// f but stay in the pdf: so lights can be hidden from a kind of scattering.
 BsdfEvaluation evaluate_bsdf(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility = kVisibleToAll);
 
@@ -285,10 +287,13 @@ struct BsdfSample {
 /// and one for the lobe. Transparency is not sampled here.
 std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_direction);
 
-/// What render passes call diffuse, glossy and transmission, indexed by ScatterKind. Unlike kinds of rays these are
-/// kinds of lobes, as in Cycles: all light of diffuse lobes is diffuse, the translucent ones included, and all of
-/// hair glossy but for what a simple one lets pass; of glass, what goes through is transmission.
-using KindColors = std::array<Rgb, kScatterKinds>;
+/// What render passes call diffuse, glossy and transmission. Unlike kinds of rays these are kinds of lobes, as in
+/// Cycles: all light of diffuse lobes is diffuse, the translucent ones included, and all of hair glossy but for what a
+/// simple one lets pass; of glass, what goes through is transmission.
+enum class PassKind : uint8_t { DIFFUSE, GLOSSY, TRANSMISSION };
+inline constexpr size_t kPassKinds = 3;
+/// Indexed by PassKind.
+using KindColors = std::array<Rgb, kPassKinds>;
 /// The parts of BsdfEvaluation::rough_cos and smooth_cos.
 struct BsdfKinds {
   KindColors rough{}, smooth{};
@@ -299,7 +304,7 @@ KindColors albedo_by_kind(const Bsdf& bsdf);
 /// Each over the sum of all, by channel; 0 where that is 0.
 KindColors shares_of(const KindColors& colors);
 /// All of one kind.
-KindColors all_of(ScatterKind kind);
+KindColors all_of(PassKind kind);
 
 /// Whether the lobe is below kReconnectRoughness.
 bool is_smooth(const Lobe& lobe);
@@ -310,7 +315,7 @@ bool transmits(const Lobe& lobe);
 
 /// Kinds of rays that lobes which are not delta lobes can scatter, as RayVisibility bits.
 uint8_t scattered_kinds(const Bsdf& bsdf);
-/// Kind of the lobe that is sampled most; of those that transmit, transmission. The Bsdf must scatter.
+/// Kind of the lobe that is sampled most; of those that transmit, of what passes. The Bsdf must scatter.
 ScatterKind strongest_kind(const Bsdf& bsdf);
 
 /// What users set, mean over the lobes that reflect or refract by their weights; 1 without any. Hair counts as rough.

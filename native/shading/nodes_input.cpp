@@ -251,15 +251,15 @@ float light_path_node(int output, const PathState& path) {
     case 1:
       return is_kind(kVisibleToShadow);
     case 2:
-      return is_kind(kVisibleToDiffuse);
+      return is_kind(kVisibleToDiffuse | kVisibleToTranslucent);
     case 3:
-      return is_kind(kVisibleToGlossy);
+      return is_kind(kVisibleToGlossy | kVisibleToTransmission);
     case 4:
       return path.is_singular ? 1.0f : 0.0f;
     case 5:
-      return is_kind(kVisibleToDiffuse | kVisibleToGlossy);
+      return is_kind(kVisibleToReflected);
     case 6:
-      return is_kind(kVisibleToTransmission);
+      return is_kind(kVisibleToTransmitted);
     case 7:
       return path.ray_length;
     case 8:

@@ -4,9 +4,9 @@
 
 namespace cistern {
 
-/// How light left the first vertex of its path, where it was scattered for the first time: as ScatterKind, of lobes
-/// (see KindColors), or by a medium.
-inline constexpr size_t kLightKinds = kScatterKinds + 1, kVolumeLight = kScatterKinds;
+/// How light left the first vertex of its path, where it was scattered for the first time: as PassKind, or by a
+/// medium.
+inline constexpr size_t kLightKinds = kPassKinds + 1, kVolumeLight = kPassKinds;
 
 /// What a path found, by the kind of its first scattering as render passes want it: `direct` after one scattering,
 /// whatever that was, and `indirect` after more. So mirrors have direct light, unlike PathRecord::direct, which is that

@@ -13,7 +13,9 @@ namespace cistern {
 /// PathContext::divides_kinds what their lobes of this kind scatter. 0: any kind.
 using FoundKind = uint8_t;
 /// What rays of that kind find of an even part: its lobes scatter diffusely.
-inline Rgb even_part(Rgb even_cos, FoundKind kind) { return kind == kVisibleToGlossy ? Rgb() : even_cos; }
+inline Rgb even_part(Rgb even_cos, FoundKind kind) {
+  return (kind & (kVisibleToGlossy | kVisibleToTransmission)) != 0 ? Rgb() : even_cos;
+}
 
 /// Light that arrives from one direction, over the density with which it was found: what a surface makes of it is
 /// f cos(theta) times `radiance`. Black: nothing.

@@ -6,7 +6,7 @@
 namespace cistern {
 namespace {
 
-constexpr uint8_t kScattered = kVisibleToDiffuse | kVisibleToGlossy | kVisibleToTransmission;
+constexpr uint8_t kScattered = kVisibleToReflected | kVisibleToTransmitted;
 
 bool may_emit(const Scene& scene, const Instance& instance) {
   if (instance.mesh < 0) return false;
@@ -25,7 +25,7 @@ bool tells_kinds(uint8_t visibility) {
 
 GlossLimits gloss_limits(const PathLimits& limits, uint8_t ray_kind, float least_pdf) {
   GlossLimits gloss;
-  if (ray_kind == kVisibleToDiffuse) {
+  if ((ray_kind & (kVisibleToDiffuse | kVisibleToTranslucent)) != 0) {
     gloss.has_reflection = limits.caustics_reflective;
     gloss.has_refraction = limits.caustics_refractive;
   }

@@ -91,13 +91,13 @@ inline void Walk<Kind>::scatter_kinds(const Bsdf& bsdf, const BsdfSample& sample
   if (!is_unscattered()) return scatter_kinds(rough_weight, smooth_weight);
   BsdfKinds shares;
   if (sample.is_delta) {
-    shares.smooth = all_of(sample.kind);  // a microfacet's: GLOSSY or TRANSMISSION
+    shares.smooth = all_of(sample.kind == ScatterKind::TRANSMISSION ? PassKind::TRANSMISSION : PassKind::GLOSSY);
   } else {
     const BsdfKinds f =
         evaluate_kinds(bsdf, sample.wi, context_.divides_kinds ? ray_kind(sample.kind) : uint8_t{kVisibleToAll});
     shares = {shares_of(f.rough), shares_of(f.smooth)};
   }
-  for (size_t kind = 0; kind < kScatterKinds; ++kind)
+  for (size_t kind = 0; kind < kPassKinds; ++kind)
     kinds_.throughput[kind] = {throughput_.smooth * smooth_weight * shares.smooth[kind],
                                throughput_.smooth * rough_weight * shares.rough[kind],
                                {}};
@@ -124,14 +124,14 @@ inline void Walk<Kind>::scatter_kinds_in_medium() {
 template <class Kind>
 inline KindColors Walk<Kind>::kind_shares_of_seen() const {
   KindColors seen;
-  for (size_t kind = 0; kind < kScatterKinds; ++kind) seen[kind] = kinds_.throughput[kind].smooth;
+  for (size_t kind = 0; kind < kPassKinds; ++kind) seen[kind] = kinds_.throughput[kind].smooth;
   return shares_of(seen);
 }
 
 template <class Kind>
 inline LightVertexKinds Walk<Kind>::kinds_of_vertex() const {
   LightVertexKinds kinds;
-  for (size_t kind = 0; kind < kScatterKinds; ++kind) {
+  for (size_t kind = 0; kind < kPassKinds; ++kind) {
     const Throughput& part = kinds_.throughput[kind];
     kinds.to_direct[kind] = part.smooth;
     if (vertex_use().sample_point_of != 0) kinds.to_indirect[kind] = part.direct + part.indirect;

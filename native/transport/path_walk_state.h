@@ -148,6 +148,7 @@ inline void count_scattering(PathState& state, ScatterKind kind) {
       ++state.glossy_depth;
       break;
     case ScatterKind::TRANSMISSION:
+    case ScatterKind::TRANSLUCENT:
       ++state.transmission_depth;
       break;
   }

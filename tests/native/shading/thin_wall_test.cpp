@@ -193,7 +193,7 @@ TEST(ThinWall, SubsurfaceLeavesOnBothSidesAsAnisotropySays) {
         const std::optional<BsdfSample> sample = sample_bsdf(bsdf, u, rng.next_vec2());
         if (!sample) continue;
         const bool is_above = dot(sample->wi, kTestNormal) > 0.0f;
-        EXPECT_EQ(sample->kind, is_above ? ScatterKind::DIFFUSE : ScatterKind::TRANSMISSION);
+        EXPECT_EQ(sample->kind, is_above ? ScatterKind::DIFFUSE : ScatterKind::TRANSLUCENT);
         (is_above ? reflected : passed) += average(sample->total_weight()) / kSamples;
       }
       EXPECT_NEAR(reflected, 0.5 * (1.0 - anisotropy), 0.01) << anisotropy;
