@@ -229,8 +229,8 @@ class LayerRender(SessionRender):
         return picture if clean is None else clean
 
     def denoised_by(self, run: Callable[..., view_modes.Picture | None]) -> view_modes.Picture | None:
-        scene = self.depsgraph.scene_eval
-        if self.is_cancelled or not settings.is_denoised(scene, self.engine.is_preview):
+        scene, layer = self.depsgraph.scene_eval, self.depsgraph.view_layer_eval
+        if self.is_cancelled or not settings.is_denoised(scene, layer, self.engine.is_preview):
             return None
         self.engine.update_stats("", "Denoising")
         try:

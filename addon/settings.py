@@ -10,6 +10,7 @@ import numpy as np
 from . import denoise, properties, view_modes
 from .passes import CELL_PASSES, RenderPass
 from .shadow_catchers import SHADOW_PASS
+from .sync import versions
 from .techniques import (
     CELL_PARAMETERS,
     NO_REUSE,
@@ -101,9 +102,11 @@ def thread_count(scene: bpy.types.Scene) -> int:
     return scene.render.threads if scene.render.threads_mode == "FIXED" else 0
 
 
-def is_denoised(scene: bpy.types.Scene, is_preview: bool) -> bool:
-    """Whether Combined is to be denoised: not where it shows something else than the render."""
-    return scene.cistern.use_denoising and not is_preview and scene.cistern.view == "COMBINED"
+def is_denoised(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, is_preview: bool) -> bool:
+    """Whether Combined is to be denoised: not where it shows something else than the render. Layers have a switch of
+    their own, with Cycles."""
+    is_wanted = scene.cistern.use_denoising and versions.cycles_setting(layer, "use_denoising", True)
+    return is_wanted and not is_preview and scene.cistern.view == "COMBINED"
 
 
 def is_viewport_denoised(scene: bpy.types.Scene) -> bool:
@@ -111,12 +114,12 @@ def is_viewport_denoised(scene: bpy.types.Scene) -> bool:
     return scene.cistern.use_viewport_denoising and scene.cistern.viewport_view == "COMBINED"
 
 
-def techniques_in_force(scene: bpy.types.Scene, is_preview: bool = False) -> dict[str, Any]:
+def techniques_in_force(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, is_preview: bool = False) -> dict[str, Any]:
     """Techniques and parameters of a final render; icons, being small, reuse nothing."""
     in_force: dict[str, Any] = dict(settings_in_force(scene.cistern))
     if is_preview:
         in_force |= NO_REUSE
-    if is_denoised(scene, is_preview):
+    if is_denoised(scene, layer, is_preview):
         in_force |= denoise.TECHNIQUES
     return in_force
 
@@ -164,12 +167,12 @@ def core_settings(
     is_preview: bool,
 ) -> dict[str, Any]:
     """The keyword arguments of the core's `Settings`; `size` is the full frame's."""
-    scene = depsgraph.scene_eval
+    scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     check_choices(scene)
-    technique = technique_arguments(techniques_in_force(scene, is_preview), core)
+    technique = technique_arguments(techniques_in_force(scene, layer, is_preview), core)
     core_passes = pass_names(render_passes, view_mode(scene, is_preview))
     sequence = "SOBOL"
-    if is_denoised(scene, is_preview):
+    if is_denoised(scene, layer, is_preview):
         core_passes = denoise.with_needed_passes(core_passes)
         sequence = denoise.SEQUENCE
     return {
@@ -177,7 +180,7 @@ def core_settings(
         "width": size[0],
         "height": size[1],
         "region": (region.x, region.y, region.width, region.height),
-        "samples": sample_count(scene, depsgraph.view_layer_eval, is_preview),
+        "samples": sample_count(scene, layer, is_preview),
         "time_limit": scene.cistern.time_limit,
         **noise_settings(scene, 0.0 if is_preview else scene.cistern.noise_threshold),
         "adaptive_sampling": scene.cistern.use_adaptive_sampling,

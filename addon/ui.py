@@ -191,6 +191,10 @@ class CISTERN_VIEWLAYER_PT_filter(CisternPanel, Panel):
         column = layout.column(heading="Use")
         column.active = context.scene.render.use_motion_blur
         draw_existing(column, layer, "use_motion_blur")
+        if hasattr(layer, "cycles"):
+            column = layout.column()
+            column.active = context.scene.cistern.use_denoising
+            column.prop(layer.cycles, "use_denoising")
 
 
 class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):

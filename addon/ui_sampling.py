@@ -146,7 +146,7 @@ class CISTERN_RENDER_PT_techniques_advanced(CisternPanel, Panel):
         """The parameters of the chosen systems; beside those that count for something else, what that is."""
         layout = split_layout(self)
         settings = context.scene.cistern
-        in_force = techniques_in_force(context.scene)
+        in_force = techniques_in_force(context.scene, context.view_layer)
         for parameter in techniques.used_parameters(in_force):
             row = layout.row(align=True)
             shown = techniques.effective_value(parameter, in_force)

@@ -118,13 +118,23 @@ def test_each_layer_and_each_view_is_denoised(core, stand_in, tmp_path):
     assert len(stand_in) == 4
 
 
+def test_a_layer_may_be_left_noisy(core, stand_in, tmp_path):
+    scene = denoised_scene()
+    scene.view_layers.new("Second").cycles.use_denoising = False
+    render(scene, tmp_path)
+    assert len(stand_in) == 1
+    assert [made.share_for_denoiser for made in core.settings] == [True, False]
+
+
 def test_views_and_icons_are_not_denoised(core, stand_in, tmp_path):
     scene = denoised_scene()
     scene.cistern.view = "CELLS"
     render(scene, tmp_path)
     assert stand_in == []
     scene.cistern.view = "COMBINED"
-    assert settings.is_denoised(scene, is_preview=False) and not settings.is_denoised(scene, is_preview=True)
+    layer = scene.view_layers[0]
+    assert settings.is_denoised(scene, layer, is_preview=False)
+    assert not settings.is_denoised(scene, layer, is_preview=True)
 
 
 @pytest.mark.parametrize("breaks", [[False, False, True], [False, False, False, False]], ids=["rendering", "done"])

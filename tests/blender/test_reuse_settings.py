@@ -118,7 +118,7 @@ def test_icons_reuse_nothing(core):
     scene = fresh_scene()
     scene.cistern.guiding = "ON"
     scene.cistern.direct, scene.cistern.secondary, scene.cistern.indirect = "RESTIR", "CELL_RESERVOIRS", "WORLD_REUSE"
-    arguments = technique_arguments(techniques_in_force(scene, is_preview=True), core)
+    arguments = technique_arguments(techniques_in_force(scene, scene.view_layers[0], is_preview=True), core)
     assert set(arguments) == {"direct", "secondary", "indirect", "light_sampling", "light_samples", "caustic_guide"}
     assert not arguments["caustic_guide"]
     assert (arguments["direct"], arguments["secondary"], arguments["indirect"]) == ("NEE", "NEE", "PATH")

@@ -138,6 +138,8 @@ def draw(cls, **context):
 def editor(width, ui_scale=1.0, **context):
     """The context of a properties editor of this width in pixels."""
     preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=ui_scale))
+    if "scene" in context:
+        context = {"view_layer": context["scene"].view_layers[0], **context}
     return SimpleNamespace(engine=ui.ENGINE, region=SimpleNamespace(width=width), preferences=preferences, **context)
 
 
@@ -299,7 +301,7 @@ def test_view_layers_have_a_filter():
     scene = fresh_scene()
     drawn = draw(ui.CISTERN_VIEWLAYER_PT_filter, scene=scene, view_layer=scene.view_layers[0])
     blur = ["use_motion_blur"] if "use_motion_blur" in bpy.types.ViewLayer.bl_rna.properties else []
-    assert drawn == ["use_sky", "use_solid", "use_strand", "use_volumes", *blur]
+    assert drawn == ["use_sky", "use_solid", "use_strand", "use_volumes", *blur, "use_denoising"]
 
 
 def test_materials_have_panels_of_all_sockets_and_of_settings():

@@ -320,7 +320,9 @@ def test_the_render_alone_is_denoised(is_on, view, is_denoised):
     arguments = settings.viewport_settings(FakeViewportCore(), scene)
     assert settings.is_viewport_denoised(scene) is is_denoised
     assert (set(denoise.QUICK_PASSES) <= set(arguments["passes"])) is is_denoised
-    assert not settings.is_denoised(scene, is_preview=False), "final renders have a switch of their own"
+    assert not settings.is_denoised(scene, scene.view_layers[0], is_preview=False), (
+        "final renders have a switch of their own"
+    )
 
 
 @pytest.mark.usefixtures("registered_addon")

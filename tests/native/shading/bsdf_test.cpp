@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "shading/bsdf_statistics.h"
 #include "shading/lobe_microfacet.h"
 
