@@ -130,7 +130,7 @@ class InstanceLevels:
     def _instances(self, owner: bpy.types.Object) -> _Instances | None:
         if owner not in self._instances_of:
             # Of an empty, bpy makes instances of its collection, which Blender's own numbers do not count.
-            geometry = owner.evaluated_geometry() if owner.type in _GEOMETRY_TYPES else None
+            geometry = _evaluated_geometry(owner) if owner.type in _GEOMETRY_TYPES else None
             self._instances_of[owner] = None if geometry is None else self._read(geometry, owner.type)
         return self._instances_of[owner]
 
@@ -167,6 +167,14 @@ class InstanceLevels:
                 f"Object '{owner.name}': attribute '{name}' that geometry nodes give instances inside of its particles "
                 "or children is not supported"
             )
+
+
+def _evaluated_geometry(owner: bpy.types.Object) -> bpy.types.GeometrySet | None:
+    """None for one that is in the dependency graph without having been evaluated: hidden objects may be."""
+    try:
+        return owner.evaluated_geometry()
+    except TypeError:
+        return None
 
 
 def _outermost_first(depsgraph: bpy.types.Depsgraph, count: int) -> tuple[NDArray[np.int32], NDArray[np.intp]]:

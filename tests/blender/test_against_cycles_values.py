@@ -372,12 +372,19 @@ def test_instances_in_instances(empty_scene, case, has_mesh) -> None:
 
 
 @pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="bpy tells nothing of instances of geometry nodes")
-def test_instances_inside_of_children_warn(empty_scene, recorded_sync) -> None:
+@pytest.mark.parametrize("has_hidden", [False, True])
+def test_instances_inside_of_children_warn(empty_scene, recorded_sync, has_hidden) -> None:
+    """Also beside what an animation hides: the dependency graph has it, not evaluated."""
     hidden = bpy.data.collections.new("hidden")
     add_cards(empty_scene, hidden, [attribute("INSTANCER", "tint")])
     holder = instances_on_points(empty_scene, hidden.objects[0], "FLOAT_COLOR", False)
     parent = build.add_floor(empty_scene, half=1)
     parent.name, parent.instance_type, holder.parent = "parent", "VERTS", parent
+    if has_hidden:
+        other = build.add_floor(empty_scene)
+        for switch in ("hide_render", "hide_viewport"):
+            setattr(other, switch, True)
+            other.keyframe_insert(switch)
     look_down(empty_scene)
     _, report = recorded_sync()
     assert [w for w in report.warnings if "tint" in w] == [
