@@ -21,8 +21,8 @@ NOTHING: Rgba = (0.0, 0.0, 0.0, 0.0)
 _INHERITED = "color"  # instances have that of what instances them
 
 
-def may_follow_moves(names: Iterable[str]) -> bool:
-    """Whether values may change with nothing but the place of an object."""
+def may_follow_others(names: Iterable[str]) -> bool:
+    """Whether values may change with an object, its place included, whose they are not: paths lead anywhere."""
     return any(split_value_name(name)[0] in (OBJECT, INSTANCER) for name in names)
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from . import SyncReport
 from .changes import EVERYTHING, Changes, data_uid, original_uid
 from .fluid_grids import gas_domain
-from .instance_values import item_values, may_follow_moves, object_values
+from .instance_values import item_values, may_follow_others, object_values
 from .lamp_table import KeptLamps, LampTable, edited_lamps
 from .light_groups import group_of_object
 from .light_linking import LightLinks
@@ -33,11 +33,13 @@ from .placements import (
     is_flattened,
     name_random,
 )
+from .shutter import bends
 from .subdivision import Subdivision, subdivision_of
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
 
+    from .drift import Drift
     from .shutter import Moment
 
 # Bits of native/scene/instance.h by the names Blender gives an object's `visible_*` flags.
@@ -88,7 +90,7 @@ class InstanceSync:
     """One pass over the instances of a dependency graph; every geometry, material set and name is added once.
 
     Everything is where `kept` has it unless `changes` touched it. `space`: a 3D viewport that may hide objects.
-    `moment`: of an open shutter, at which only what is blurred is looked at."""
+    `moment`: of an open shutter, at which only what is blurred is looked at; `drift`: of its middle."""
 
     def __init__(
         self,
@@ -102,6 +104,7 @@ class InstanceSync:
         space: bpy.types.SpaceView3D | None = None,
         light_groups: Mapping[str, int] | None = None,
         moment: Moment | None = None,
+        drift: Drift | None = None,
         subdivides: bool = True,
     ) -> None:
         self._depsgraph = depsgraph
@@ -112,12 +115,12 @@ class InstanceSync:
         self._changes = changes
         self._space = space
         self._light_groups = light_groups or {}
-        self._moment = moment
+        self._moment, self._drift = moment, drift
         self._subdivides = subdivides
         self._value_names = tuple(sorted(wanted.instance_values))
         # Whether the values of objects that were not edited may be those of the last sync.
         self._knows_values = self._value_names == self._kept.placements.value_names
-        self._knows_values &= not (changes.moved and may_follow_moves(self._value_names))
+        self._knows_values &= not ((changes.moved or changes.objects) and may_follow_others(self._value_names))
         self._knows_materials = not materials.has_new_layer_values
         self._prototypes: dict[PrototypeKey, Surface | Lamp | None] = {}
         self._traits: dict[int, Traits] = {}
@@ -299,7 +302,9 @@ class InstanceSync:
     def _mesh(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> PlacedMesh | None:
         if not self._has_shape(obj, instancer) and isinstance(obj.data, bpy.types.Mesh) and len(obj.data.polygons):
             return self.meshes.empty()
-        return self.meshes.placed(obj, original_uid(obj), self._subdivision(obj))
+        subdivision = self._subdivision(obj)
+        drifts = self._drift is not None and subdivision is None and bends(obj, instancer)
+        return self.meshes.placed(obj, original_uid(obj), subdivision, self._drift if drifts else None)
 
     def _subdivision(self, obj: bpy.types.Object) -> Subdivision | None:
         if not self._subdivides:
@@ -469,7 +474,7 @@ def follow_moves(
     if kept.lamps.are_any(moved):
         return False
     matrices, random_ids = read_places(depsgraph)
-    may_change = may_follow_moves(kept.placements.value_names)
+    may_change = may_follow_others(kept.placements.value_names)
     if may_change or not np.array_equal(random_ids, kept.random_ids) or kept.lamps.have_moved(matrices):
         return False
     if replace_instances(builder, kept, kept.placements, instance_arrays(kept.placements, matrices, random_ids)):

@@ -105,7 +105,9 @@ class LiveSync:
         changes = kept.instances.with_new_traits(depsgraph, changes)
         placed = kept.instances.arrays
         if not (
-            changes.are_moves_only and follow_moves(depsgraph, kept.builder, kept.instances, changes.moved, report)
+            changes.are_moves_only
+            and not kept.materials.have_new_layer_values(depsgraph)
+            and follow_moves(depsgraph, kept.builder, kept.instances, changes.moved, report)
         ):
             self._sync(depsgraph, kept, changes, space, report)
         kept.take_warnings(report)

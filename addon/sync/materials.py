@@ -93,6 +93,9 @@ class CompiledMaterial:
     grids: frozenset[str] = frozenset()
     """Of volume objects: the names that are read."""
 
+    def has_new_layer_values(self, depsgraph: bpy.types.Depsgraph) -> bool:
+        return any(layer_value(depsgraph, name) != value for name, value in self.layer_values.items())
+
 
 @dataclass
 class KeptMaterials:
@@ -103,6 +106,10 @@ class KeptMaterials:
     free_handles: list[int] = field(default_factory=list)
     frame: int = 0
     """Of the scene, when animations were last looked at."""
+
+    def have_new_layer_values(self, depsgraph: bpy.types.Depsgraph) -> bool:
+        """Whether what any was made with has changed, which may be of whatever a path leads to."""
+        return any(compiled.has_new_layer_values(depsgraph) for compiled in self.compiled.values())
 
     def with_new_frames(self, depsgraph: bpy.types.Depsgraph) -> frozenset[int]:
         """Data-blocks whose images show another frame now, which Blender does not list."""
@@ -137,7 +144,7 @@ class MaterialTable:
         self._asked: set[int] = set()
         self._in_use: set[int] = set()
         self.compiled = 0
-        self.has_new_layer_values = any(map(self._has_new_layer_values, self._kept.compiled.values()))
+        self.has_new_layer_values = self._kept.have_new_layer_values(context.depsgraph)
         """Whether programs may be out of date although nothing that asks for them was touched."""
 
     def refresh(self) -> None:
@@ -219,10 +226,7 @@ class MaterialTable:
     def _is_touched(self, uid: int, before: CompiledMaterial) -> bool:
         changes = self._changes
         is_listed = data_block_uid(uid) in changes.shading or (changes.has_images and bool(before.images))
-        return changes.is_everything or is_listed or self._has_new_layer_values(before)
-
-    def _has_new_layer_values(self, before: CompiledMaterial) -> bool:
-        return any(layer_value(self._context.depsgraph, name) != value for name, value in before.layer_values.items())
+        return changes.is_everything or is_listed or before.has_new_layer_values(self._context.depsgraph)
 
     def _compile(
         self, uid: int, data_block: bpy.types.ID | None, compile_tree: CompileTree, before: CompiledMaterial | None

@@ -13,6 +13,7 @@ import numpy as np
 
 from . import SyncReport
 from .changes import original_uid
+from .drift import Drift
 from .fluid_grids import gas_arrays, gas_domain
 from .meshes import MeshArrays, mesh_arrays
 from .points import point_arrays
@@ -81,13 +82,15 @@ class MeshTable:
         self.seconds = 0.0
         self.exported = 0
 
-    def placed(self, obj: bpy.types.Object, owner: int, subdivision: Subdivision | None = None) -> PlacedMesh | None:
+    def placed(
+        self, obj: bpy.types.Object, owner: int, subdivision: Subdivision | None = None, drift: Drift | None = None
+    ) -> PlacedMesh | None:
         """The mesh that an evaluated object shows; None for one without polygons. `owner` is the object's id."""
-        address = (obj.data.as_pointer(), subdivision)
+        address = (obj.data.as_pointer(), (subdivision, drift))
         if address not in self._by_address:
             self._report.look_up()
             start = time.perf_counter()
-            self._by_address[address] = self._place(obj, owner, subdivision)
+            self._by_address[address] = self._place(obj, owner, subdivision, drift)
             self.seconds += time.perf_counter() - start
         return self._by_address[address]
 
@@ -151,7 +154,11 @@ class MeshTable:
         """Strands of the last sync that are shown again."""
         if handle not in self._used:
             self._used.add(handle)
-            self._by_owner.update((key, mesh) for key, mesh in self._kept.by_owner.items() if mesh.handle == handle)
+            for key, mesh in self._kept.by_owner.items():
+                if mesh.handle == handle:
+                    owner, number = key
+                    self._by_owner[key] = mesh
+                    self._counts[owner] = max(self._counts[owner], number + 1)  # the key is taken
 
     def finish(self) -> None:
         """Free what no object showed, and remember the rest for the next sync."""
@@ -161,19 +168,21 @@ class MeshTable:
             kept.free_handles.append(handle)
         kept.by_owner, kept.attributes = self._by_owner, self._wanted_attributes
 
-    def _place(self, obj: bpy.types.Object, owner: int, subdivision: Subdivision | None) -> PlacedMesh | None:
+    def _place(
+        self, obj: bpy.types.Object, owner: int, subdivision: Subdivision | None, drift: Drift | None
+    ) -> PlacedMesh | None:
         if isinstance(obj.data, bpy.types.Curves):
-            arrays = curve_arrays(obj.data, self._wanted_attributes)
+            arrays = curve_arrays(obj.data, self._wanted_attributes, drift)
             return self._place_strands(arrays, f"Curves '{obj.data.name}'", obj.data.name, owner)
         if isinstance(obj.data, bpy.types.PointCloud):
             label = f"Point cloud '{obj.data.name}'"
             if is_splat_cloud(obj.data):
                 return self._place_splats(splat_arrays(obj.data, self._wanted_attributes), label, obj.data.name, owner)
-            arrays = point_arrays(obj.data, self._wanted_attributes)
+            arrays = point_arrays(obj.data, self._wanted_attributes, drift)
             return self._place_strands(arrays, label, obj.data.name, owner)
         key = self._next_key(owner)
         version = mesh_version(obj.data, self._kept.editions)
-        mesh = self._by_version.get((version, subdivision)) or self._export(obj, key, subdivision)
+        mesh = self._by_version.get((version, subdivision)) or self._export(obj, key, subdivision, drift)
         if mesh is not None:
             self._used.add(mesh.handle)
             self._by_owner[key] = mesh
@@ -188,9 +197,9 @@ class MeshTable:
         return self._kept.free_handles.pop() if self._kept.free_handles else None
 
     def _export(
-        self, obj: bpy.types.Object, key: tuple[int, int], subdivision: Subdivision | None
+        self, obj: bpy.types.Object, key: tuple[int, int], subdivision: Subdivision | None, drift: Drift | None
     ) -> PlacedMesh | None:
-        arrays = read_mesh(obj, self._wanted_attributes, subdivision)
+        arrays = read_mesh(obj, self._wanted_attributes, subdivision, drift)
         if arrays is None:
             return None
         self.exported += 1
@@ -252,7 +261,10 @@ def mesh_version(mesh: bpy.types.Mesh, editions: Counter[int]) -> int:
 
 
 def read_mesh(
-    obj: bpy.types.Object, wanted_attributes: Set[str], subdivision: Subdivision | None = None
+    obj: bpy.types.Object,
+    wanted_attributes: Set[str],
+    subdivision: Subdivision | None = None,
+    drift: Drift | None = None,
 ) -> MeshArrays | None:
     """Arrays of the mesh of an evaluated object; None for one without polygons.
 
@@ -260,7 +272,7 @@ def read_mesh(
     groups = {group.name: group.index for group in obj.vertex_groups}
     if not obj.data.is_editmode:
         with final_mesh(obj, subdivision) as mesh:
-            return mesh_arrays(mesh, wanted_attributes, subdivision, groups) if len(mesh.polygons) else None
+            return mesh_arrays(mesh, wanted_attributes, subdivision, groups, drift) if len(mesh.polygons) else None
     mesh = obj.to_mesh()
     try:
         return mesh_arrays(mesh, wanted_attributes, vertex_groups=groups) if len(mesh.polygons) else None

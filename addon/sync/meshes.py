@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .colour import srgb_to_linear
+from .drift import Drift
 from .islands import random_per_island
 from .nodes.value_names import GENERATED, POINTINESS, RANDOM_PER_ISLAND, RENDER_COLOR
 from .pointiness import pointiness
@@ -60,6 +61,7 @@ def mesh_arrays(
     wanted_attributes: Set[str] = frozenset(),
     subdivision: Subdivision | None = None,
     vertex_groups: dict[str, int] | None = None,
+    drift: Drift | None = None,
 ) -> MeshArrays:
     """Copy a mesh out. All UV maps come along, the active render one first; other attributes when they are wanted, and
     so vertex groups, of which the object has the numbers."""
@@ -68,6 +70,9 @@ def mesh_arrays(
     triangle_corners, triangle_polygons = _tessellation(mesh, offsets)
     normals, normals_domain = _normals(mesh, corner_count)
     sharp = _column(mesh, "sharp_face", "value", np.bool_, polygon_count)
+    attributes = _attributes(mesh, wanted_attributes) + _vertex_groups(mesh, vertex_groups or {}, wanted_attributes)
+    if drift is not None:
+        attributes += drift.columns(mesh)
     return MeshArrays(
         positions=_positions(mesh),
         corner_vertices=_corner_vertices(mesh, corner_count),
@@ -78,7 +83,7 @@ def mesh_arrays(
         normals=normals,
         normals_domain=normals_domain,
         sharp_faces=sharp.view(np.uint8) if sharp is not None and normals_domain != "FACE" else None,
-        attributes=_attributes(mesh, wanted_attributes) + _vertex_groups(mesh, vertex_groups or {}, wanted_attributes),
+        attributes=attributes,
         subdivision=None if subdivision is None else subdivision.arguments(mesh),
     )
 

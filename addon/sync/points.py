@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .drift import Drift
 from .meshes import read_attribute_values
 from .nodes.value_names import POINT_POSITION, POINT_RADIUS, POINT_RANDOM
 from .strands import StrandArrays, random_of_numbers
@@ -16,7 +17,7 @@ from .strands import StrandArrays, random_of_numbers
 _DEFAULT_RADIUS = 0.01  # of points without radii, as in Cycles
 
 
-def point_arrays(cloud: bpy.types.PointCloud, wanted: Set[str]) -> StrandArrays | None:
+def point_arrays(cloud: bpy.types.PointCloud, wanted: Set[str], drift: Drift | None = None) -> StrandArrays | None:
     """None for a cloud without points."""
     count = len(cloud.points)
     if not count:
@@ -28,6 +29,8 @@ def point_arrays(cloud: bpy.types.PointCloud, wanted: Set[str]) -> StrandArrays 
     if radius is not None and len(radius.data) == count:
         radius.data.foreach_get("value", radii)
     attributes = point_attributes(cloud, positions, radii, wanted)
+    if drift is not None:
+        attributes += drift.columns(cloud)
     return StrandArrays(positions, radii, np.arange(count + 1, dtype=np.int32), shape="BALLS", attributes=attributes)
 
 

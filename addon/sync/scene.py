@@ -24,6 +24,7 @@ from .world import environment_arguments
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
 
+    from .drift import Drift
     from .shutter import Moment
 
 
@@ -46,8 +47,11 @@ class SceneSync:
         motion: Sequence[MotionStep] = (),
         is_stopped: Callable[[], bool] = lambda: False,
         needs_camera: bool = True,
+        frame: int | None = None,
+        drift: Drift | None = None,
     ) -> SyncReport:
-        """Fill `builder`. `camera` overrides the scene's. Raises SyncError, the core's Error, or SyncStoppedError once
+        """Fill `builder`. `camera` overrides the scene's. `frame`: which movies and sequences show, if not the scene's;
+        `drift`: of what is blurred. Raises SyncError, the core's Error, or SyncStoppedError once
         `is_stopped` says so."""
         self.builder = self._core.SceneBuilder()
         return sync_scene(
@@ -59,6 +63,8 @@ class SceneSync:
             motion=motion,
             is_stopped=is_stopped,
             needs_camera=needs_camera,
+            frame=frame,
+            drift=drift,
         )
 
     def sync_moment(
@@ -67,6 +73,7 @@ class SceneSync:
         moment: Moment,
         camera: bpy.types.Object | None = None,
         is_stopped: Callable[[], bool] = lambda: False,
+        frame: int | None = None,
     ) -> SceneBuilder:
         """A builder with what the dependency graph, at another moment of the same frame, shows of what is blurred."""
         builder = self._core.SceneBuilder()
@@ -78,6 +85,7 @@ class SceneSync:
             images=self._images,
             moment=moment,
             is_stopped=is_stopped,
+            frame=frame,
         )
         return builder
 
@@ -98,6 +106,8 @@ def sync_scene(
     is_stopped: Callable[[], bool] = lambda: False,
     needs_camera: bool = True,
     moment: Moment | None = None,
+    frame: int | None = None,
+    drift: Drift | None = None,
 ) -> SyncReport:
     """Add everything the dependency graph shows to an empty builder. `camera` overrides the scene's, `moment`
     leaves out what is not looked at then.
@@ -107,7 +117,7 @@ def sync_scene(
     report = SyncReport(is_stopped=is_stopped)
     cache = images if images is not None else ImageCache()
     try:
-        _sync(depsgraph, builder, core, camera, cache, report, motion, needs_camera, moment)
+        _sync(depsgraph, builder, core, camera, cache, report, motion, needs_camera, moment, frame, drift)
     finally:
         if images is None:
             cache.close()
@@ -124,6 +134,8 @@ def _sync(
     motion: Sequence[MotionStep],
     needs_camera: bool,
     moment: Moment | None,
+    frame: int | None,
+    drift: Drift | None,
 ) -> None:
     scene = depsgraph.scene_eval
     with timed(report, "camera"):
@@ -137,7 +149,7 @@ def _sync(
             dice_for_render(builder, depsgraph, camera_now, report)
     with timed(report, "trees"):
         uses = tree_uses(depsgraph)
-        images.begin(scene.frame_current)
+        images.begin(scene.frame_current if frame is None else frame)
         for image, image_user in uses.images:
             images.prefetch(image, image_user)
     view_layer = depsgraph.view_layer_eval
@@ -156,6 +168,7 @@ def _sync(
             report,
             light_groups=light_groups,
             moment=moment,
+            drift=drift,
             subdivides=needs_camera,
         )
         instances.run()

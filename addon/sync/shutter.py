@@ -10,6 +10,7 @@ import bpy
 
 from . import SyncReport, versions
 from .camera import camera_arguments
+from .drift import Drift
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -74,9 +75,11 @@ def _doublings(obj: bpy.types.Object, instancer: bpy.types.Object | None = None)
     return max(versions.cycles_setting(one, "motion_steps", 1) for one in shown)
 
 
-def _bends(obj: bpy.types.Object, instancer: bpy.types.Object | None) -> bool:
+def bends(obj: bpy.types.Object, instancer: bpy.types.Object | None) -> bool:
     """Whether blur follows changes of its shape, too."""
-    return all(versions.cycles_setting(one, "use_deform_motion", True) for one in (obj, instancer) if one is not None)
+    return _doublings(obj, instancer) > 0 and all(
+        versions.cycles_setting(one, "use_deform_motion", True) for one in (obj, instancer) if one is not None
+    )
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,7 @@ class Moment:
         return own > 0 and self.step % (1 << (self.doublings - own)) == 0
 
     def has_shape_of(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> bool:
-        return self.has(obj, instancer) and _bends(obj, instancer)
+        return self.has(obj, instancer) and bends(obj, instancer)
 
 
 def moments_of(depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None) -> list[Moment]:
@@ -131,9 +134,11 @@ class MotionBlur:
         try:
             for moment in moments_of(depsgraph, seen_by):
                 self._go_to(self.times.at(moment))
-                self.moments.append(exported.sync_moment(depsgraph, moment, camera, is_stopped=is_stopped))
+                builder = exported.sync_moment(depsgraph, moment, camera, is_stopped=is_stopped, frame=self._frame)
+                self.moments.append(builder)
             self._go_to(self.times.middle)
-            report = exported.sync(depsgraph, camera, is_stopped=is_stopped, **motion)
+            drift = Drift.during(self.times, depsgraph.scene_eval.render)
+            report = exported.sync(depsgraph, camera, is_stopped=is_stopped, frame=self._frame, drift=drift, **motion)
             if seen_by is not None and not _doublings(seen_by):
                 resting = camera_arguments(depsgraph.scene_eval, seen_by.evaluated_get(depsgraph), SyncReport())
                 for builder in self.moments:

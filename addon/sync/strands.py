@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import versions
 from .colour import srgb_to_linear
+from .drift import Drift
 from .meshes import read_attribute_values
 from .nodes.value_names import STRAND, STRAND_INTERCEPT, STRAND_LENGTH, STRAND_RANDOM, STRAND_THICKNESS
 from .placements import hash_pair
@@ -33,7 +34,7 @@ class StrandArrays:
     attributes: list[tuple[str, str, NDArray[np.float32]]] = field(default_factory=list)
 
 
-def curve_arrays(curves: bpy.types.Curves, wanted: Set[str]) -> StrandArrays | None:
+def curve_arrays(curves: bpy.types.Curves, wanted: Set[str], drift: Drift | None = None) -> StrandArrays | None:
     """Of a data-block of hair curves; None for one without keys."""
     if not len(curves.points) or not len(curves.curves):
         return None
@@ -46,6 +47,8 @@ def curve_arrays(curves: bpy.types.Curves, wanted: Set[str]) -> StrandArrays | N
     if radius is not None and len(radius.data) == len(radii):
         radius.data.foreach_get("value", radii)
     attributes = _curve_attributes(curves, wanted)
+    if drift is not None:
+        attributes += drift.columns(curves)
     shape = "LINES" if _are_straight(curves) else "SPLINES"
     strands = StrandArrays(positions, radii, offsets, None, shape, attributes)
     return _with_info(strands, wanted)

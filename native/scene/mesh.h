@@ -27,6 +27,10 @@ inline uint32_t attribute_name_hash(const std::string& name) {
 /// bounds mapped to [0, 1].
 inline constexpr std::string_view kGeneratedAttribute = "INFO:generated";
 
+/// Name of the attribute, three floats to a point, that tells how far points go in the second half of an exposure where
+/// other moments of that do not tell; as far in the first half. In object space.
+inline constexpr std::string_view kDriftAttribute = "INFO:drift";
+
 /// A named per-corner or per-point attribute of 1 to 4 floats (UV maps have 2, colours 4).
 struct MeshAttribute {
   std::string name;

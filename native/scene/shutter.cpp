@@ -9,6 +9,7 @@
 #include "base/parallel.h"
 #include "scene/diced_mesh.h"
 #include "scene/scene_checks.h"
+#include "scene/smooth_normals.h"
 
 namespace cistern {
 namespace {
@@ -50,6 +51,46 @@ Place place_of(float time, const std::vector<float>& times) {
   const auto next = std::upper_bound(times.begin() + 1, times.end() - 1, time);
   const auto step = static_cast<size_t>(next - times.begin()) - 1;
   return {step, std::clamp((time - times[step]) / (times[step + 1] - times[step]), 0.0f, 1.0f)};
+}
+
+/// What tells how its points go; null for a mesh without. Diced ones have other points.
+const MeshAttribute* drift_of(const Mesh& mesh) {
+  if (mesh.cage || mesh.dicing) return nullptr;
+  const auto tells = [](const MeshAttribute& attribute) {
+    return attribute.name == kDriftAttribute && attribute.domain == Domain::POINT && attribute.components == 3;
+  };
+  const auto found = std::ranges::find_if(mesh.attributes, tells);
+  return found == mesh.attributes.end() ? nullptr : &*found;
+}
+
+/// Bends normals as the smooth normals of the vertices bend from one shape to another.
+void bend_normals(const Mesh& from, Mesh& to) {
+  if (to.normals_domain == Domain::FACE || to.is_strands()) return;
+  const std::vector<Vec3> before = smooth_normals(from), after = smooth_normals(to);
+  const auto bend = [&](size_t normal, uint32_t vertex) {
+    const Vec3 at_rest = decode_octahedral(from.normals[normal]);
+    to.normals[normal] = encode_octahedral(normalize_or(at_rest + after[vertex] - before[vertex], at_rest));
+  };
+  if (to.normals_domain == Domain::POINT) {
+    for (uint32_t v = 0; v < to.normals.size(); ++v) bend(v, v);
+  } else {
+    for (size_t t = 0; t < to.triangle_count(); ++t)
+      for (size_t j = 0; j < 3; ++j) bend(to.corners[t][j], to.vertices[t][j]);
+  }
+}
+
+/// What points `times` their drift away are; those whose drift is not finite rest.
+std::shared_ptr<const Mesh> drifted(const Mesh& mesh, const MeshAttribute& drift, float times) {
+  auto moved = std::make_shared<Mesh>(mesh);
+  moved->positions.reserve(mesh.positions.size() + 1);  // see Mesh
+  parallel_blocks(mesh.positions.size(), kBlockSize, [&](size_t, size_t first, size_t last) {
+    for (size_t i = first; i < last; ++i) {
+      const Vec3 way = times * Vec3{drift.values[3 * i], drift.values[3 * i + 1], drift.values[3 * i + 2]};
+      if (is_finite(way)) moved->positions[i] = mesh.positions[i] + way;
+    }
+  });
+  bend_normals(mesh, *moved);
+  return moved;
 }
 
 /// With the triangles of the middle, and points between those of two moments.
@@ -174,8 +215,11 @@ void Shutter::add_mesh(size_t handle, std::span<const size_t> instances, std::sp
     const bool is_same = then && then->positions == shape->positions && then->normals == shape->normals;
     return then ? std::optional(is_same ? shape : then) : std::nullopt;
   });
-  if (std::all_of(shapes.values.begin(), shapes.values.end(), [&](const Shape& other) { return other == shape; }))
-    return;
+  if (std::all_of(shapes.values.begin(), shapes.values.end(), [&](const Shape& other) { return other == shape; })) {
+    const MeshAttribute* drift = drift_of(*shape);
+    if (!drift) return;
+    shapes = {{0.0f, 1.0f}, {drifted(*shape, *drift, -1.0f), drifted(*shape, *drift, 1.0f)}};
+  }
   meshes_.push_back({handle, std::move(shapes)});
 }
 

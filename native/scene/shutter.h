@@ -11,8 +11,9 @@ namespace cistern {
 /// and instances go by MovingTransform, and points of meshes straight. Instances are the same thing where their keys
 /// are equal, those without a key where their handles are. What is not there at a moment, meshes that are more than
 /// other points and normals then, and cameras that are mirrored pass from the moment before to the one after, and stand
-/// where there is none; lamps, materials and the environment stand as in the middle (as in Cycles). What is shrunk to
-/// nothing is there.
+/// where there is none; but points of meshes that have a kDriftAttribute go as that says, where no moment knows them or
+/// all have them as the middle has; lamps, materials and the environment stand as in the middle (as in Cycles). What is
+/// shrunk to nothing is there.
 class Shutter {
  public:
   /// `moments`: at even steps from when the shutter opens to when it closes, without the middle one: an even number of

@@ -4,6 +4,7 @@
 #include <unordered_map>
 
 #include "base/parallel.h"
+#include "scene/smooth_normals.h"
 #include "shading/material.h"
 #include "shading/mesh_interpolation.h"
 
@@ -25,21 +26,6 @@ MeshAttribute gather(const MeshAttribute& attribute, const std::vector<uint32_t>
   for (size_t i = 0; i < points.size(); ++i)
     std::copy_n(&attribute.values[points[i] * components], components, &values[i * components]);
   return {attribute.name, attribute.domain, attribute.components, values, attribute.name_hash};
-}
-
-/// Of all vertices, each triangle weighed by its angle there, as Blender has them.
-std::vector<Vec3> smooth_normals(const Mesh& mesh) {
-  std::vector<Vec3> sums(mesh.positions.size());
-  for (size_t t = 0; t < mesh.triangle_count(); ++t) {
-    const std::array<Vec3, 3> p = mesh.triangle_positions(t);
-    const Vec3 normal = normalize_or(area_vector(mesh, t), {});
-    for (size_t j = 0; j < 3; ++j) {
-      const Vec3 a = normalize_or(p[(j + 1) % 3] - p[j], {}), b = normalize_or(p[(j + 2) % 3] - p[j], {});
-      sums[mesh.vertices[t][j]] += std::acos(std::clamp(dot(a, b), -1.0f, 1.0f)) * normal;
-    }
-  }
-  for (Vec3& sum : sums) sum = normalize_or(sum, {0.0f, 0.0f, 1.0f});
-  return sums;
 }
 
 /// The vertices that take the place of points: one for each normal that a point has at its corners, but a single one of

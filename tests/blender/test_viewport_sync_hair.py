@@ -98,3 +98,20 @@ def test_hair_beside_what_geometry_nodes_instance_keeps_its_material(hairy) -> N
     hairy.expect_truth()
     hairy.after(lambda: setattr(bpy.data.objects["Object 0"], "visible_camera", False))
     hairy.expect_truth()
+
+
+@pytest.mark.parametrize("name", ["Object 1", "Fur"])
+def test_hair_that_collections_instance_is_not_kept_for_ever(hairy, name) -> None:
+    collection = bpy.data.collections.new("Hairy")
+    collection.objects.link(bpy.data.objects[name])
+    empties = [link(f"Instancer {k}", None) for k in range(2)]
+    for empty in empties:
+        empty.instance_type, empty.instance_collection = "COLLECTION", collection
+    bpy.context.view_layer.update()
+    counts = []
+    for edit in range(8):
+        empty = empties[edit % 2]
+        hairy.after(lambda empty=empty: setattr(empty, "visible_camera", not empty.visible_camera))
+        counts.append(len(stored_radii(hairy)))
+        hairy.expect_truth()
+    assert len(set(counts[1:])) == 1, counts

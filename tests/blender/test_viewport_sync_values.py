@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import bpy
 import pytest
+from small_objects import link
 
 ONE = "Object 1"
 
@@ -42,6 +43,14 @@ def occlude_as_the_world() -> None:
         for node in surface.node_tree.nodes if surface.node_tree else ():
             if node.type == "AMBIENT_OCCLUSION":
                 node.inputs["Distance"].default_value = 0.0
+
+
+def with_camera() -> None:
+    bpy.context.scene.camera = link("Camera", bpy.data.cameras.new("Camera"))
+
+
+def with_parent() -> None:
+    bpy.data.objects[ONE].parent = link("Parent", None)
 
 
 EDITS = {
@@ -84,6 +93,14 @@ EDITS = {
     "property of a world": (
         lambda: read_attribute("VIEW_LAYER", "tint"),
         lambda: set_property(lambda: bpy.context.scene.world, 0.5),
+    ),
+    "place of the scene's camera": (
+        lambda: (with_camera(), read_attribute("VIEW_LAYER", "camera.location")),
+        lambda: setattr(bpy.context.scene.camera, "location", (7, 8, 9)),
+    ),
+    "colour of a parent": (
+        lambda: (with_parent(), read_attribute("OBJECT", "parent.color")),
+        lambda: setattr(bpy.data.objects[ONE].parent, "color", (0.1, 0.2, 0.3, 1.0)),
     ),
     "distance of a world's occlusion": (
         occlude_as_the_world,

@@ -147,6 +147,46 @@ TEST(Shutter, MeshesAreAsWhatShowsThemHasThem) {
     EXPECT_FLOAT_EQ(shutter.at(time)->meshes[0]->positions[0].z, 2.0f * time);
 }
 
+/// Its points go up, of an exposure each half by its drift.
+std::shared_ptr<const Scene> drifting_scene(const std::vector<float>& drift, int extra = 0, float height = 0.5f) {
+  auto scene = std::make_shared<Scene>(*scene_at(0.0f, height, 0.0f, 7, extra));
+  auto mesh = std::make_shared<Mesh>(*scene->meshes[0]);
+  auto values = std::make_shared<float[]>(drift.size());
+  std::copy(drift.begin(), drift.end(), values.get());
+  mesh->attributes.push_back({std::string(kDriftAttribute), Domain::POINT, 3, values, 1});
+  scene->meshes[0] = mesh;
+  return scene;
+}
+
+TEST(Shutter, PointsDriftWhereMomentsDoNotTell) {
+  const float kNan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<float> drift{0, 0, 0.25f, 0, 0, 1.0f, 0, 0, kNan, 0, 0, 0};
+  const auto height = [](const Shutter& shutter, float time, size_t point) {
+    return shutter.at(time)->meshes[0]->positions[point].z;
+  };
+  const std::shared_ptr<const Scene> same = scene_at(0.0f, 0.5f), other = scene_at(0.0f, 0.5f, 0.0f, 7, 3);
+  for (const auto& moment : {same, other}) {
+    const Shutter shutter = opened(drifting_scene(drift), {moment, moment});
+    EXPECT_FLOAT_EQ(height(shutter, 0.0f, 0), 0.25f);
+    EXPECT_FLOAT_EQ(height(shutter, 0.5f, 0), 0.5f);
+    EXPECT_FLOAT_EQ(height(shutter, 1.0f, 0), 0.75f);
+    EXPECT_FLOAT_EQ(height(shutter, 0.75f, 1), 1.0f);
+    EXPECT_FLOAT_EQ(height(shutter, 1.0f, 2), 0.5f) << "not finite: rests";
+    EXPECT_FLOAT_EQ(shutter.at(1.0f)->meshes[0]->bounds.upper.z, 1.5f);
+  }
+  // Two points of a side rise by 1: the flat square leans, and its normals with it.
+  auto smooth = std::make_shared<Scene>(*drifting_scene({0, 0, 0, 0, 0, 2, 0, 0, 2, 0, 0, 0}));
+  auto mesh = std::make_shared<Mesh>(*smooth->meshes[0]);
+  mesh->normals_domain = Domain::POINT;
+  mesh->normals.assign(mesh->positions.size(), encode_octahedral({0, 0, 1}));
+  smooth->meshes[0] = mesh;
+  const Vec3 leaning = decode_octahedral(opened(smooth, {smooth, smooth}).at(1.0f)->meshes[0]->normals[0]);
+  EXPECT_NEAR(leaning.x, -std::sqrt(0.5f), 1e-4f);
+  EXPECT_NEAR(leaning.z, std::sqrt(0.5f), 1e-4f);
+  const Shutter told = opened(drifting_scene(drift), {scene_at(0.0f, 0.5f), scene_at(0.0f, 2.5f)});
+  EXPECT_FLOAT_EQ(height(told, 1.0f, 0), 2.5f) << "the moment knows better";
+}
+
 TEST(Shutter, WhatShrinksToNothingOrIsMirroredGoesStraight) {
   const auto scaled = [](float x, float rest) {
     SceneBuilder builder(*scene_at(0.0f));

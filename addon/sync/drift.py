@@ -1,0 +1,41 @@
+"""How far points go while a shutter is open, where geometry tells it by an attribute `velocity`: as fluids and files of
+simulations do, whose points are others in each frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .shutter import ShutterTimes
+
+DRIFT = "INFO:drift"
+"""The attribute's name in the core (native/scene/mesh.h)."""
+_VELOCITY = "velocity"  # [Cycles, blender/mesh.cpp, attr_create_motion_from_velocity]
+
+
+@dataclass(frozen=True)
+class Drift:
+    """What is blurred by it, of a render."""
+
+    seconds: float
+    """Half of the exposure."""
+
+    @staticmethod
+    def during(times: ShutterTimes, render: bpy.types.RenderSettings) -> Drift:
+        return Drift(0.5 * (times.closing - times.opening) * render.fps_base / render.fps)
+
+    def columns(
+        self, geometry: bpy.types.Mesh | bpy.types.Curves | bpy.types.PointCloud
+    ) -> list[tuple[str, str, NDArray[np.float32]]]:
+        """The attribute that tells how far each point goes in the second half; none where nothing does."""
+        velocity = geometry.attributes.get(_VELOCITY)
+        if velocity is None or velocity.domain != "POINT" or velocity.data_type != "FLOAT_VECTOR":
+            return []
+        values = np.empty((len(velocity.data), 3), np.float32)
+        velocity.data.foreach_get("vector", values.ravel())
+        return [(DRIFT, "POINT", values * np.float32(self.seconds))]
