@@ -49,7 +49,7 @@ struct Camera {
   float aperture_radius = 0.0f;               // metres; 0 = pinhole
   float focus_distance = 1.0f;                // along the view axis
   int blades = 0;                             // < 3: round
-  float blade_rotation = 0.0f;                // radians
+  float blade_rotation = 0.0f;                // radians; 0: the middle of an edge on the right
   float aperture_ratio = 1.0f;                // > 1: anamorphic, narrower in x
   Panorama panorama;                          // of PANORAMIC ones
   // Of SHEET ones. What they see has the size of the sheet; the rest of a camera says where materials take it to be.

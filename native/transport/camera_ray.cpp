@@ -15,7 +15,7 @@ Vec2 sample_aperture(const Camera& camera, Vec2 u) {
     const float blade = std::min(std::floor(scaled), blades - 1.0f);
     const float angle = 2.0f * kPi / blades;
     const Vec2 b = square_to_triangle({std::min(scaled - blade, kOneMinusEpsilon), u.y});
-    const float a0 = blade * angle + camera.blade_rotation, a1 = a0 + angle;
+    const float a0 = (blade - 0.5f) * angle + camera.blade_rotation, a1 = a0 + angle;
     p = b.x * Vec2{std::cos(a0), std::sin(a0)} + b.y * Vec2{std::cos(a1), std::sin(a1)};
   }
   return {p.x / camera.aperture_ratio, p.y};

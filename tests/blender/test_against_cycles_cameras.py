@@ -55,6 +55,37 @@ def test_camera(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+def spark(scene: bpy.types.Scene, blades: int, rotation: float) -> None:
+    """A small light far behind what is in focus: it shows as the shape of the aperture."""
+    glow = build.material("glow", lambda tree: build.shader(tree, "ShaderNodeEmission", Strength=100.0).outputs[0])
+    build.add_floor(scene, glow, half=0.5)
+    lens = build.add_camera(scene, (0.0, 0.0, 20.0), (0.0, 0.0, 0.0)).data.dof
+    lens.use_dof, lens.focus_distance, lens.aperture_fstop = True, 2.0, 0.05
+    lens.aperture_blades, lens.aperture_rotation = blades, rotation
+
+
+APERTURES = {"triangle": (3, 0.0), "square": (4, 0.0), "hexagon, turned": (6, 0.2)}
+
+
+@pytest.mark.parametrize("case", APERTURES)
+def test_shapes_of_apertures(empty_scene: bpy.types.Scene, case: str) -> None:
+    spark(empty_scene, *APERTURES[case])
+    result = compare_with_cycles(empty_scene, samples=256, blocks=8)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("case", APERTURES)
+def test_apertures_turned_by_half_a_blade_are_seen(empty_scene: bpy.types.Scene, case: str) -> None:
+    """Planted."""
+    blades, rotation = APERTURES[case]
+    spark(empty_scene, blades, rotation)
+
+    def plant(scene: bpy.types.Scene) -> None:
+        scene.camera.data.dof.aperture_rotation = rotation + math.pi / blades
+
+    assert not compare_with_cycles(empty_scene, samples=256, blocks=8, plant=plant).agrees
+
+
 @pytest.mark.parametrize("case", LENSES)
 def test_depth_of_field(empty_scene: bpy.types.Scene, case: str) -> None:
     camera = textured_stage(empty_scene)

@@ -95,7 +95,7 @@ bool is_inside(const Camera& camera, Vec2 p) {
   if (camera.blades < 3) return p.x * p.x + p.y * p.y <= 1.0f;
   const float step = 2.0f * kPi / static_cast<float>(camera.blades);
   for (int i = 0; i < camera.blades; ++i) {
-    const float middle = (static_cast<float>(i) + 0.5f) * step + camera.blade_rotation;
+    const float middle = static_cast<float>(i) * step + camera.blade_rotation;
     if (p.x * std::cos(middle) + p.y * std::sin(middle) > std::cos(0.5f * step)) return false;
   }
   return true;
