@@ -333,12 +333,14 @@ void LightSet::Impl::look_through(Portals openings) {
   is_for_portals_alone = true;
 }
 
-LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling, EnvironmentDensity density) {
+LightSet::LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling, EnvironmentDensity density,
+                   const LightSet* same_sky) {
   auto impl = std::make_unique<Impl>();
   impl->scene = std::move(scene);
   impl->lamps = emitting_lamps(*impl->scene);
   impl->triangles = std::make_shared<const EmissiveTriangles>(*impl->scene);
-  impl->environment = build_environment(*impl->scene, density);
+  const bool is_known = same_sky && !same_sky->impl_->is_for_portals_alone;
+  impl->environment = is_known ? same_sky->impl_->environment : build_environment(*impl->scene, density);
   if (density == EnvironmentDensity::COMPENSATED) impl->look_through(Portals(impl->scene->lights));
   impl->sampling = sampling;
   impl->prepare_choice();

@@ -66,8 +66,9 @@ struct EmitterPlace {
 /// All emitters of a scene, ready for sampling. Immutable.
 class LightSet {
  public:
+  /// `same_sky`: lights of the same density of a scene with the same environment, whose map these share.
   LightSet(std::shared_ptr<const Scene> scene, LightSampling sampling,
-           EnvironmentDensity density = EnvironmentDensity::COMPLETE);
+           EnvironmentDensity density = EnvironmentDensity::COMPLETE, const LightSet* same_sky = nullptr);
   /// The same with openings for portals, in place of what portals it has; shares most of what the other holds. Of an
   /// even sky they are all that is sampled, so for lights of COMPENSATED density alone.
   LightSet(const LightSet& lights, std::span<const AreaLight> openings);

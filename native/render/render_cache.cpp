@@ -26,12 +26,16 @@ std::shared_ptr<const LightSet> RenderCache::lights(const std::shared_ptr<const 
     const std::lock_guard lock(mutex_);
     previous = kept;
   }
-  const bool fits = previous.lights && previous.sampling == sampling && previous.density == density &&
-                    previous.openings == openings &&
-                    has_same_emitters(*previous.scene, *scene, compare_scenes(*previous.scene, *scene));
-  if (fits) return previous.lights;
+  const LightSet* same_sky = nullptr;
+  if (previous.lights && previous.density == density) {
+    const SceneChange change = compare_scenes(*previous.scene, *scene);
+    if (previous.sampling == sampling && previous.openings == openings &&
+        has_same_emitters(*previous.scene, *scene, change))
+      return previous.lights;
+    if (!change.environment && !(change.camera && change.camera_is_shaded)) same_sky = previous.lights.get();
+  }
   auto lights = openings.empty()
-                    ? std::make_shared<const LightSet>(scene, sampling, density)
+                    ? std::make_shared<const LightSet>(scene, sampling, density, same_sky)
                     : std::make_shared<const LightSet>(*this->lights(scene, sampling, density), std::span(openings));
   const std::lock_guard lock(mutex_);
   kept = {scene, sampling, density, openings, lights};

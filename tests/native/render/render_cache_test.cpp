@@ -29,6 +29,38 @@ TEST(RenderCache, KeepsCellsWhileSurfacesStay) {
   EXPECT_EQ(cache.light_cache_cells(*scene.builder.snapshot(), kPoints, 1, {}), second);
 }
 
+/// The map of the sky is shared, so there is nothing to tell it by but that all is as if it had been made anew.
+TEST(RenderCache, LightsThatMoveUnderASkyAreThoseOfTheirScene) {
+  PathScene scene;
+  scene.glowing_environment(0.5f, 3.0f);
+  const Instance panel = scene.floor(2.0f, 0.5f, scene.emission({4, 4, 4}));
+  RenderCache cache;
+  const auto compare = [&] {
+    const std::shared_ptr<const Scene> now = scene.builder.snapshot();
+    const auto cached = cache.lights(now, LightSampling::TREE, EnvironmentDensity::COMPLETE, {});
+    const LightSet fresh(now, LightSampling::TREE);
+    Rng rng(4, 0, 0, 0);
+    for (int i = 0; i < 200; ++i) {
+      const float u = rng.next_float();
+      const Vec2 u_emitter = rng.next_vec2();
+      const auto a = cached->choose({}, {0, 0, 1}, u, u_emitter), b = fresh.choose({}, {0, 0, 1}, u, u_emitter);
+      ASSERT_TRUE(a && b);
+      EXPECT_EQ(a->pmf, b->pmf);
+      const auto lit = cached->evaluate(a->sample, {}, {}), expected = fresh.evaluate(b->sample, {}, {});
+      ASSERT_EQ(lit.has_value(), expected.has_value());
+      if (lit) EXPECT_EQ(lit->wi, expected->wi);
+      if (lit) EXPECT_EQ(lit->pdf, expected->pdf);
+    }
+  };
+  compare();
+  Instance moved = panel;
+  moved.object_to_world.translation.x = 3.0f;
+  scene.replace_last(moved);
+  compare();
+  scene.glowing_environment(3.0f, 0.5f);
+  compare();
+}
+
 TEST(RenderCache, LosesNothingToAStoppedRender) {
   PathScene scene;
   const Instance floor = scene.floor(0.0f, 1.0f, scene.diffuse(0.5f));
