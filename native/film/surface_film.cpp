@@ -80,7 +80,8 @@ void SurfaceFilm::add(uint32_t pixel, const Scene& scene, std::span<const SeenSu
   const Sample sample{pixel, {pixel, samples_[pixel]++}};
   bool is_found = false;
   for (const SeenSurface& surface : seen) {
-    if (!is_found && !aovs_.empty()) add_aovs(sample, scene, surface, accel);
+    const bool is_passed = surface.is_held_out && &surface != &seen.back();
+    if (!is_found && !is_passed && !aovs_.empty()) add_aovs(sample, scene, surface, accel);
     if (surface.is_environment || surface.is_held_out) continue;
     if (passes_.mist)
       sample.rounding.add((1.0f - mist_of(scene.camera, surface.point.position)) * surface.contribution,

@@ -23,13 +23,14 @@ std::optional<SurfacePoint> first_opaque(const PathContext& paths, Ray ray) {
   PathState state;
   for (; state.transparent_depth <= paths.limits.max_transparent_bounces; ++state.transparent_depth) {
     const std::optional<Hit> hit = paths.accel.intersect_surface(ray, state.ray_kind);
-    if (!hit || paths.scene.instances[hit->instance].is_holdout) return std::nullopt;
+    if (!hit) return std::nullopt;
     state.ray_length += hit->t;
     SurfacePoint point = make_surface_point(paths.scene, ray, *hit);
     set_footprint(point, paths.pixel.size + paths.pixel.angle * state.ray_length, paths.scene, state);
     const Bsdf bsdf = evaluate_material(paths.scene, point, state, &paths.accel);
-    if (bsdf.holdout >= 1.0f) return std::nullopt;
-    if (average(bsdf.transparency) <= kMostTransparency) return point;
+    const bool is_held_out = paths.scene.instances[hit->instance].is_holdout;
+    if (bsdf.holdout >= 1.0f || (is_held_out && is_black(bsdf.transparency))) return std::nullopt;
+    if (!is_held_out && average(bsdf.transparency) <= kMostTransparency) return point;
     ray = ray_behind(ray, hit->t, point, bsdf, state);
   }
   return std::nullopt;

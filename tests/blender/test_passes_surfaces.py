@@ -159,3 +159,24 @@ def test_time_limit_ends_passes_with_the_picture(cards):
     first, _ = pass_scenes.render_layers(scene, "CISTERN", 1 << 20)
     assert np.abs(first["ViewLayer.Mist.Z"] - full["ViewLayer.Mist.Z"]).mean() < 0.1
     assert set(np.unique(first["ViewLayer.UV.A"])) <= {0.0, 1.0}
+
+
+def test_what_lies_behind_half_transparent_holdouts(empty_scene):
+    """All data are of that, whatever share of the light it is."""
+    empty_scene.render.film_transparent = True
+    pass_scenes.build_cards(empty_scene)
+    bpy.data.objects["Thick"].is_holdout = True
+    pass_scenes.write_aovs(empty_scene)
+    pass_scenes.prepare_layers(empty_scene, "PATH_TRACING")
+    layer = empty_scene.view_layers[0]
+    for name in ("uv", "object_index", "material_index", "z"):
+        setattr(layer, f"use_pass_{name}", True)
+    shown, _ = pass_scenes.render_layers(empty_scene, "CISTERN", 16, 1)
+    bpy.data.objects["Thick"].hide_render = True
+    bare, _ = pass_scenes.render_layers(empty_scene, "CISTERN", 16, 1)
+    names = [*INDICES, "UV.U", "Depth.Z", "Level.X", "Tint.R"]
+    row, column = 8, 20  # of Thick
+    found = {name: [float(layers[f"{layer.name}.{name}"][row, column]) for layers in (shown, bare)] for name in names}
+    for name, (one, other) in found.items():
+        assert one == pytest.approx(other, rel=0.02), name
+    assert found[INDICES[0]][0] == 3
