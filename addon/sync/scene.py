@@ -6,6 +6,7 @@ import importlib
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -13,10 +14,11 @@ import bpy
 
 from . import SyncReport
 from .camera import camera_arguments
+from .changes import EVERYTHING, UNLISTED, Changes
 from .images import ImageCache
 from .instances import InstanceSync
 from .light_groups import group_numbers
-from .materials import MaterialContext, MaterialTable, tree_uses
+from .materials import KeptMaterials, MaterialContext, MaterialTable, data_block_uid, tree_uses
 from .motion import MotionStep, place_steps
 from .subdivision import dice_for_render
 from .world import environment_arguments
@@ -39,6 +41,7 @@ class SceneSync:
         self._core = core if core is not None else importlib.import_module("cistern_core")
         self._images = ImageCache()
         self.builder: SceneBuilder | None = None
+        self._shading: Shading | None = None
 
     def sync(
         self,
@@ -54,18 +57,24 @@ class SceneSync:
         `drift`: of what is blurred. Raises SyncError, the core's Error, or SyncStoppedError once
         `is_stopped` says so."""
         self.builder = self._core.SceneBuilder()
-        return sync_scene(
+        report = SyncReport(is_stopped=is_stopped)
+        self._shading = _sync(
             depsgraph,
             self.builder,
-            core=self._core,
-            camera=camera,
-            images=self._images,
+            self._core,
+            camera,
+            self._images,
+            report,
             motion=motion,
-            is_stopped=is_stopped,
             needs_camera=needs_camera,
             frame=frame,
             drift=drift,
         )
+        return report
+
+    def shade_anew(self) -> None:
+        """Make the materials and the world again that were synced last, of the dependency graph as it is now."""
+        self._shading.renew()
 
     def sync_moment(
         self,
@@ -91,7 +100,7 @@ class SceneSync:
 
     def close(self) -> None:
         """Drop the scene and stop the decoding threads."""
-        self.builder = None
+        self.builder = self._shading = None
         self._images.close()
 
 
@@ -107,7 +116,6 @@ def sync_scene(
     needs_camera: bool = True,
     moment: Moment | None = None,
     frame: int | None = None,
-    drift: Drift | None = None,
 ) -> SyncReport:
     """Add everything the dependency graph shows to an empty builder. `camera` overrides the scene's, `moment`
     leaves out what is not looked at then.
@@ -117,11 +125,44 @@ def sync_scene(
     report = SyncReport(is_stopped=is_stopped)
     cache = images if images is not None else ImageCache()
     try:
-        _sync(depsgraph, builder, core, camera, cache, report, motion, needs_camera, moment, frame, drift)
+        _sync(
+            depsgraph,
+            builder,
+            core,
+            camera,
+            cache,
+            report,
+            motion=motion,
+            needs_camera=needs_camera,
+            moment=moment,
+            frame=frame,
+        )
     finally:
         if images is None:
             cache.close()
     return report
+
+
+@dataclass(frozen=True)
+class Shading:
+    """The materials and the world of a synced scene."""
+
+    context: MaterialContext
+    kept: KeptMaterials
+    light_groups: dict[str, int]
+
+    def table(self, changes: Changes = EVERYTHING) -> MaterialTable:
+        override = self.context.depsgraph.view_layer_eval.material_override
+        return MaterialTable(self.context, override, self.kept, changes)
+
+    def add_environment(self, materials: MaterialTable) -> None:
+        arguments = environment_arguments(self.context.depsgraph, materials, self.light_groups)
+        self.context.builder.set_environment(**arguments)
+
+    def renew(self) -> None:
+        materials = self.table(replace(UNLISTED, shading=frozenset(map(data_block_uid, self.kept.compiled))))
+        materials.refresh()
+        self.add_environment(materials)
 
 
 def _sync(
@@ -131,12 +172,13 @@ def _sync(
     camera: bpy.types.Object | None,
     images: ImageCache,
     report: SyncReport,
-    motion: Sequence[MotionStep],
-    needs_camera: bool,
-    moment: Moment | None,
-    frame: int | None,
-    drift: Drift | None,
-) -> None:
+    *,
+    motion: Sequence[MotionStep] = (),
+    needs_camera: bool = True,
+    moment: Moment | None = None,
+    frame: int | None = None,
+    drift: Drift | None = None,
+) -> Shading:
     scene = depsgraph.scene_eval
     with timed(report, "camera"):
         camera_object = camera if camera is not None else scene.camera
@@ -155,10 +197,10 @@ def _sync(
     view_layer = depsgraph.view_layer_eval
     aov_names = frozenset(aov.name for aov in view_layer.aovs if aov.is_valid)
     context = MaterialContext(core, builder, depsgraph, images, report, aov_names)
-    materials = MaterialTable(context, view_layer.material_override)
-    light_groups = group_numbers(view_layer)
+    shading = Shading(context, KeptMaterials(), group_numbers(view_layer))
+    materials = shading.table()
     with timed(report, "world"):
-        builder.set_environment(**environment_arguments(depsgraph, materials, light_groups))
+        shading.add_environment(materials)
     with timed(report, "instances"):
         instances = InstanceSync(
             depsgraph,
@@ -166,7 +208,7 @@ def _sync(
             materials,
             uses,
             report,
-            light_groups=light_groups,
+            light_groups=shading.light_groups,
             moment=moment,
             drift=drift,
             subdivides=needs_camera,
@@ -177,6 +219,7 @@ def _sync(
             place_steps(builder, motion, depsgraph, instances.surface_items)
             builder.set_camera(**camera_now)
     report.seconds["meshes"] = instances.meshes.seconds
+    return shading
 
 
 @contextmanager

@@ -144,8 +144,11 @@ class MotionBlur:
                 for builder in self.moments:
                     builder.set_camera(**resting)
         finally:
-            if self._offset != 0.0:
+            is_elsewhere = self._offset != 0.0
+            if is_elsewhere:
                 self._go_to(0.0)
+        if is_elsewhere:
+            exported.shade_anew()  # materials and the world are those of the frame, as in Cycles
         warn_of_rolling_shutter(depsgraph.scene_eval, report)
         return report
 

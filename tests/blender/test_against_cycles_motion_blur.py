@@ -228,6 +228,21 @@ def test_another_shutter_is_seen(moving, motion):
     assert not compare_with_cycles(moving(motion), plant=plant).agrees
 
 
+@pytest.mark.parametrize("position", ["START", "CENTER", "END"])
+def test_materials_and_worlds_are_those_of_the_frame(moving, position):
+    """Whenever the shutter is open, as in Cycles."""
+    scene = moving(resting, position)
+    ball = bpy.data.objects["sphere"]
+    tree = build.material("glow", lambda tree: build.shader(tree, "ShaderNodeEmission").outputs[0]).node_tree
+    ball.data.materials[0] = bpy.data.materials["glow"]
+    for owner, kind in ((tree, "EMISSION"), (scene.world.node_tree, "BACKGROUND")):
+        strength = next(n for n in owner.nodes if n.type == kind).inputs["Strength"]
+        animate(strength, "default_value", 0.5, 1.0, 4.0)
+    scene.frame_set(1)
+    result = compare_with_cycles(scene)
+    assert result.agrees, result
+
+
 @pytest.mark.parametrize("position", ["START", "END"])
 def test_sequences_show_the_frame_that_is_rendered(moving, tmp_path, position):
     """Whenever the shutter is open, as in Cycles."""
