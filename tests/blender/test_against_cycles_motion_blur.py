@@ -1,6 +1,6 @@
 """Motion blur against Cycles; method and false-alarm rate as in test_against_cycles_lights."""
 
-import itertools
+import functools
 import math
 
 import bpy
@@ -10,21 +10,12 @@ from animated_images import image_node, write_sequence
 
 import addon
 from tests.support import blender_scenes as build
-from tests.support import hair_scenes, pass_scenes
+from tests.support import pass_scenes
 from tests.support.engines import compare_with_cycles, prepare, render, replicas
+from tests.support.motion_scenes import animate, put_in_motion, resting
 from tests.support.statistics import block_means, compare_replicas
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
-
-
-def animate(owner, path, *values, index=-1):
-    """Of frames 0, 1 and 2, of which the middle one is rendered; eased in between."""
-    for frame, value in enumerate(values):
-        if index < 0:
-            setattr(owner, path, value)
-        else:
-            getattr(owner, path)[index] = value
-        owner.keyframe_insert(path, index=index, frame=frame)
 
 
 def flying(scene, ball):
@@ -77,24 +68,12 @@ def instanced(scene, ball):
     flying(scene, empty)
 
 
-def resting(scene, ball):
-    pass
-
-
 MOTIONS = [flying, turning, growing, panning, zooming, bending, instanced, resting]
 
 
 @pytest.fixture
 def moving(empty_scene):
-    def make(motion, position="CENTER", shutter=1.0):
-        ball = build.stage(empty_scene, build.principled("ball", Base_Color=(0.8, 0.3, 0.2, 1), Roughness=0.6))
-        motion(empty_scene, ball)
-        render = empty_scene.render
-        render.use_motion_blur, render.motion_blur_position, render.motion_blur_shutter = True, position, shutter
-        empty_scene.frame_set(1)
-        return empty_scene
-
-    return make
+    return functools.partial(put_in_motion, empty_scene)
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -450,77 +429,3 @@ def test_stereo_blurs_what_moves_before_resting_cameras(moving):
     assert np.array_equal(with_pan, render(scene, "CISTERN", 8, 1))
     scene.render.use_motion_blur = False
     assert not np.array_equal(with_pan, render(scene, "CISTERN", 8, 1))
-
-
-def drift(geometry):
-    """Tell points that rest to turn and to rise."""
-    place = geometry.attributes["position"].data
-    points = np.zeros((len(place), 3), np.float32)
-    place.foreach_get("vector", points.ravel())
-    speeds = np.stack([-3.0 * points[:, 1], 3.0 * points[:, 0], np.full(len(points), 8.0)], 1).astype(np.float32)
-    geometry.attributes.new("velocity", "FLOAT_VECTOR", "POINT").data.foreach_set("vector", speeds.ravel())
-
-
-def drifting(scene, ball):
-    drift(ball.data)
-
-
-def melting(scene, ball):
-    """The same, with points of their own in each frame."""
-    drifting(scene, ball)
-    decimate = ball.modifiers.new("decimate", "DECIMATE")
-    decimate.ratio = 0.5
-    animate(decimate, "ratio", 0.4, 0.5, 0.6)
-
-
-DRIFTS = {"shape": (drifting, "CENTER"), "points": (melting, "CENTER"), "opened before": (drifting, "END")}
-
-
-@pytest.mark.parametrize("case", DRIFTS)
-def test_velocity(moving, case):
-    result = compare_with_cycles(moving(*DRIFTS[case]))
-    assert result.agrees, result
-
-
-def test_velocity_of_what_is_not_to_bend(moving):
-    scene = moving(drifting)
-    bpy.data.objects["sphere"].cycles.use_deform_motion = False
-    result = compare_with_cycles(scene)
-    assert result.agrees, result
-
-
-def test_other_velocities_are_seen(moving):
-    """Planted: slower by a third, by the frame rate."""
-
-    def plant(scene):
-        scene.render.fps_base *= 2.0 / 3.0
-
-    assert not compare_with_cycles(moving(drifting), plant=plant).agrees
-
-
-def make_points_of(obj):
-    """Balls at its vertices, of its material and with its attributes."""
-    tree = bpy.data.node_groups.new("cloud", "GeometryNodeTree")
-    for in_out in ("INPUT", "OUTPUT"):
-        tree.interface.new_socket("Geometry", in_out=in_out, socket_type="NodeSocketGeometry")
-    kinds = ("NodeGroupInput", "GeometryNodeMeshToPoints", "GeometryNodeSetMaterial", "NodeGroupOutput")
-    nodes = [tree.nodes.new(kind) for kind in kinds]
-    for before, after in itertools.pairwise(nodes):
-        tree.links.new(before.outputs[0], after.inputs[0])
-    nodes[1].inputs["Radius"].default_value = 0.1
-    nodes[2].inputs["Material"].default_value = obj.data.materials[0]
-    obj.modifiers.new("cloud", "NODES").node_group = tree
-
-
-@pytest.mark.parametrize("kind", ["hair", "points"])
-def test_velocity_of_hair_and_points(moving, kind):
-    scene = moving(resting)
-    surface = build.principled("coat", Base_Color=(0.3, 0.5, 0.8, 1.0), Roughness=0.7)
-    if kind == "hair":
-        obj = hair_scenes.add_fur(scene, surface, radius=0.01)
-    else:
-        obj = build.add_sphere(scene, surface, radius=0.6, segments=12)
-        make_points_of(obj)
-    drift(obj.data)
-    result = compare_with_cycles(scene)
-    assert result.agrees, result
