@@ -161,7 +161,8 @@ class BakeRender(SessionRender):
         for warning in [*scene.warnings, *([of_path_tracing] if of_path_tracing else [])]:
             self.figures.warn_once(warning)
         read = self.rendered(arguments, Moments(scene, cache=kept.cache), Span(0.0, 1.0))
-        return np.concatenate([bake_type.color(read), read("Combined")[..., 3:]], axis=2)
+        is_covered = (pixels.polygons >= 0).reshape(size[1], size[0], 1)
+        return np.concatenate([bake_type.color(read), is_covered * read("Combined")[..., 3:]], axis=2)
 
     def export(self, obj: bpy.types.Object, item: int) -> ExportedObject:
         """The scene, in which the object is this item of the dependency graph."""

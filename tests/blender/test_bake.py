@@ -123,6 +123,22 @@ def test_transparency_is_alpha_and_nothing_shows_through(scene):
             np.testing.assert_allclose(baked[shown][:, 0], 0.35, rtol=1e-3)
 
 
+@pytest.mark.parametrize("kind", ["COMBINED", "DIFFUSE", "EMIT", "ROUGHNESS"])
+def test_pixels_that_show_nothing_are_transparent(scene, kind):
+    """So images can be laid over each other."""
+    for corner in scene.head.data.uv_layers.active.data:
+        corner.uv = 0.5 * corner.uv
+    image = bpy.data.images.new("clear", 64, 64, alpha=True, float_buffer=True)
+    image.generated_color = (0.0, 0.0, 0.0, 0.0)
+    scene.material.node_tree.nodes.active.image = image
+    scene.scene.render.engine = "CISTERN"
+    bake_scenes.select(scene.head)
+    bpy.ops.object.bake(type=kind, margin=0)
+    alpha = bake_scenes.pixels_of(image)[..., 3]
+    assert alpha.min() == 0.0 and alpha.max() == 1.0
+    assert 0.5 < (alpha == 0.0).mean() < 1.0
+
+
 def test_no_light_comes_through_the_seams_of_a_room(scene):
     """Colours of vertices lie exactly where its walls meet, pixels of its image at their edges."""
     bpy.ops.mesh.primitive_cube_add(size=4.0, location=(20.0, 3.0, 1.0), rotation=(0.2, 0.1, 0.3))
