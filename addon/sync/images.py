@@ -224,8 +224,15 @@ class _Content:
     pixels: NDArray
     colour: ImageColour
     alpha: str
+    is_packed: bool = False
     repaired: int = 0
     """Pixels that were not finite."""
+
+    @property
+    def is_filtered_linear(self) -> bool:
+        """Whether it is interpolated as light, not as it is encoded: so Blender has what is packed and no bytes."""
+        is_deep = self.pixels.dtype != np.uint8
+        return self.colour.is_filtered_linear or (self.is_packed and is_deep and self.colour.transfer != "LINEAR")
 
 
 def _content(
@@ -236,7 +243,7 @@ def _content(
         return None
     pixels, repaired = finite(content.pixels)
     content = replace(content, pixels=pixels, repaired=repaired)
-    if not content.colour.is_filtered_linear:
+    if not content.is_filtered_linear:
         return content
     alpha = "PREMULTIPLIED" if content.alpha == "STRAIGHT" else content.alpha
     pixels = decoded(pixels, content.alpha, content.colour.decode or srgb_to_linear)
@@ -252,9 +259,9 @@ def _stored_content(
     if file is not None and not is_packed:
         return _Content(file.pixels, colour, alpha_of_file(mode, is_data, file.is_straight))
     if file is not None and not packed_needs_blender(mode, is_data, file.pixels, colour.transfer == "LINEAR"):
-        return _Content(file.pixels, colour, alpha_of_packed(mode, is_data))
+        return _Content(file.pixels, colour, alpha_of_packed(mode, is_data), is_packed)
     if image.source == "TILED":  # Blender gives the pixels of the first tile alone
-        return None if file is None else _Content(file.pixels, colour, alpha_of_packed(mode, is_data))
+        return None if file is None else _Content(file.pixels, colour, alpha_of_packed(mode, is_data), is_packed)
     pixels = blender_pixels(image, None if source is None else source.frame)
     if pixels is None:
         return None

@@ -14,11 +14,11 @@ TEXEL = np.array([0.6, 0.5, 0.4, 0.25])
 
 
 def written(path: Path, channels: int, dtype: type, is_straight: bool) -> bpy.types.Image:
-    """A file of 2 x 2 texels, TEXEL each; two channels are its first and its alpha."""
+    """A file of 2 x 2 texels, TEXEL each, or as many channels of it; two are its first and its alpha."""
     oiio = versions.image_reader()
     kinds = {np.uint8: oiio.UINT8, np.uint16: oiio.UINT16, np.float16: oiio.HALF, np.float32: oiio.FLOAT}
     one = np.iinfo(dtype).max if np.issubdtype(dtype, np.integer) else 1.0
-    texel = TEXEL if channels == 4 else TEXEL[[0, 3]]
+    texel = TEXEL[[0, 3]] if channels == 2 else TEXEL[:channels]
     spec = oiio.ImageSpec(2, 2, channels, kinds[dtype])
     if is_straight:
         spec.attribute("oiio:UnassociatedAlpha", 1)
@@ -91,6 +91,26 @@ def test_packed_encoded_floats_are_decoded_before_they_are_multiplied(empty_scen
     assert (call["transfer"], call["alpha"]) == ("LINEAR", "PREMULTIPLIED")
     decoded = ((0.6 + 0.055) / 1.055) ** 2.4
     assert call["pixels"][0, 0, 0] == pytest.approx(decoded * 0.25, rel=1e-3)
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_packed_encoded_floats_are_filtered_as_light(empty_scene, tmp_path, channels):
+    """Files on disk as they are encoded, as in Cycles."""
+    image = written(tmp_path / "a.png", channels, np.uint16, is_straight=True)
+    assert added(image)["transfer"] == "SRGB"
+    image.pack()
+    call = added(image)
+    assert call["transfer"] == "LINEAR"
+    assert call["pixels"][0, 0, 0] == pytest.approx(((0.6 + 0.055) / 1.055) ** 2.4, rel=1e-3)
+
+
+@pytest.mark.parametrize("mode", ["NONE", "CHANNEL_PACKED"])
+def test_so_are_those_whose_alpha_is_no_transparency(empty_scene, tmp_path, mode):
+    image = written(tmp_path / "a.png", 4, np.uint16, is_straight=True)
+    image.pack()
+    call = added(image, mode)
+    assert call["transfer"] == "LINEAR"
+    assert call["pixels"][0, 0, 0] == pytest.approx(((0.6 + 0.055) / 1.055) ** 2.4, rel=1e-3)
 
 
 def test_packed_linear_floats_stay_as_stored(empty_scene, tmp_path):
