@@ -328,6 +328,8 @@ def _reads_generated(node: bpy.types.Node) -> bool:
     closures too."""
     if node.bl_idname == "ShaderNodeTexCoord":
         return node.outputs["Generated"].is_linked
+    if node.bl_idname == "ShaderNodeNewGeometry":
+        return node.outputs["Tangent"].is_linked
     if node.bl_idname == "ShaderNodeTangent":
         return node.direction_type == "RADIAL"
     free = {socket.identifier for socket in node.inputs if not socket.is_linked}

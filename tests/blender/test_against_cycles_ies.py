@@ -91,6 +91,15 @@ def test_other_lamps(empty_scene: bpy.types.Scene, kind: str) -> None:
     assert result.agrees, result
 
 
+@mended_in_5_0
+@pytest.mark.parametrize("kind", ["POINT", "AREA"])
+def test_unevenly_scaled_lamps(empty_scene: bpy.types.Scene, kind: str) -> None:
+    lamp = add_luminaire(empty_scene, PROFILES["whole"], kind, **LAMPS[kind])
+    lamp.scale = (1.5, 0.7, -1.2)
+    result = compare_with_cycles(empty_scene, floor=0.002)
+    assert result.agrees, result
+
+
 def test_files(empty_scene: bpy.types.Scene, tmp_path: Path) -> None:
     lamp = add_luminaire(empty_scene, PROFILES["half"], shadow_soft_size=0.0)
     prepare(empty_scene, 24, 24)

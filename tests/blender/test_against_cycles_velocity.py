@@ -85,7 +85,7 @@ def test_velocity_of_hair_and_points(moving, kind):
     scene = moving(resting)
     surface = build.principled("coat", Base_Color=(0.3, 0.5, 0.8, 1.0), Roughness=0.7)
     if kind == "hair":
-        obj = hair_scenes.add_fur(scene, surface, radius=0.01)
+        obj = hair_scenes.add_fur(scene, surface)
     else:
         obj = build.add_sphere(scene, surface, radius=0.6, segments=12)
         make_points_of(obj)

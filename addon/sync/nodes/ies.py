@@ -62,8 +62,9 @@ def _place(node: NodeView) -> Value:
 
 
 def _to_receiver(node: NodeView) -> Value:
-    """Where the light goes, as the luminaire is turned."""
-    parameters = (TRANSFORM_KINDS.index("VECTOR"), SPACES.index("WORLD"), SPACES.index("OBJECT"))
+    """Where the light goes, as the luminaire is turned: as Normal of Texture Coordinate, which is another direction on
+    an unevenly scaled one."""
+    parameters = (TRANSFORM_KINDS.index("NORMAL"), SPACES.index("WORLD"), SPACES.index("OBJECT"))
     return node.emit("VECTOR_TRANSFORM", (node.emit("INCOMING"),), parameters)
 
 
