@@ -70,6 +70,7 @@ class SceneSync:
             frame=frame,
             drift=drift,
         )
+        self.builder.blend_normals_in_world()
         return report
 
     def shade_anew(self) -> None:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "base/vec.h"
 
@@ -24,6 +25,14 @@ struct Transform {
 inline Transform operator*(const Transform& a, const Transform& b) {
   const auto row = [&](Vec3 r) { return Vec3{dot(r, b.column(0)), dot(r, b.column(1)), dot(r, b.column(2))}; };
   return {row(a.row_x), row(a.row_y), row(a.row_z), a.point(b.translation)};
+}
+
+/// Whether all angles stay, but for roundings: nothing is stretched or sheared.
+inline bool is_conformal(const Transform& m) {
+  const Vec3 x = m.column(0), y = m.column(1), z = m.column(2);
+  const float scale = dot(x, x), tolerance = 1e-5f * scale;
+  return std::abs(dot(y, y) - scale) <= tolerance && std::abs(dot(z, z) - scale) <= tolerance &&
+         std::abs(dot(x, y)) <= tolerance && std::abs(dot(y, z)) <= tolerance && std::abs(dot(z, x)) <= tolerance;
 }
 
 /// The inverse; the caller has checked that the determinant is not zero.

@@ -269,6 +269,7 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
            py::arg("shadow_catcher").noconvert() = none, py::arg("light_group").noconvert() = none)
       .def("set_motion_step", &set_motion_step, py::arg("step"), py::arg("object_to_world").noconvert())
       .def("set_instance_values", &set_instance_values, py::arg("names"), py::arg("rows").noconvert())
+      .def("blend_normals_in_world", &SceneBuilder::blend_normals_in_world)
       .def("remove_mesh", &SceneBuilder::remove_mesh, py::arg("handle"))
       .def("remove_instance", &SceneBuilder::remove_instance, py::arg("handle"))
       .def("clear_instances", &SceneBuilder::clear_instances)

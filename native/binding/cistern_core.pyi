@@ -268,6 +268,9 @@ class SceneBuilder:
     ) -> None:
         """The camera looks at the surface of an instance, laid out flat, instead: see native/scene/surface_sheet.h"""
 
+    def blend_normals_in_world(self) -> None:
+        """Of what is there now; see native/scene/scene_builder.h"""
+
     def remove_mesh(self, handle: int) -> None: ...
     def remove_instance(self, handle: int) -> None: ...
     def remove_light(self, handle: int) -> None: ...

@@ -16,6 +16,7 @@ struct Instance {
   int object = -1;                     // index into Scene::object_names
   uint8_t visibility = kVisibleToAll;  // RayVisibility bits
   bool is_holdout = false, is_shadow_catcher = false;
+  bool blends_world_normals = false;       // see SceneBuilder::blend_normals_in_world
   uint8_t light_set = 0, shadow_set = 0;   // as a receiver and as a blocker of light: below kLightSets
   LightGroup light_group = kNoLightGroup;  // as an emitter
   float random = 0.0f;                     // Object Info > Random, in [0, 1)

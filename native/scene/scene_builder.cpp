@@ -257,6 +257,24 @@ void SceneBuilder::set_sheet(const SheetInput& input, bool sees_from_eye, const 
   camera.sees_sheet_from_eye = sees_from_eye;
 }
 
+void SceneBuilder::blend_normals_in_world() {
+  std::vector<int> users(scene_.meshes.size());
+  for (const Instance& instance : scene_.instances)
+    if (instance.mesh >= 0) ++users[static_cast<size_t>(instance.mesh)];
+  const auto stays_in_object_space = [&](int material) {
+    const auto& program = scene_.materials[static_cast<size_t>(material)];
+    return program && (program->displaces() || program->has_subsurface);
+  };
+  for (Instance& instance : scene_.instances) {
+    if (instance.mesh < 0) continue;
+    const auto mesh = static_cast<size_t>(instance.mesh);
+    const std::vector<int>& materials = scene_.material_sets[static_cast<size_t>(instance.material_set)];
+    instance.blends_world_normals = users[mesh] == 1 && !scene_.meshes[mesh]->cage &&
+                                    !is_conformal(instance.object_to_world) &&
+                                    std::ranges::none_of(materials, stays_in_object_space);
+  }
+}
+
 void SceneBuilder::remove_mesh(int handle) {
   check_handle("scene", "mesh", handle, scene_.meshes.size());
   scene_.meshes[static_cast<size_t>(handle)].reset();

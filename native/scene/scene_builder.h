@@ -126,6 +126,11 @@ class SceneBuilder {
   /// Of the frame before (0) or after (1): the camera as it is set now, and matrices by instance; throws Error for
   /// another number of them.
   void set_motion_step(int step, std::vector<Transform> object_to_world);
+  /// Of what is there now, normals of meshes with a single instance are transformed before they are interpolated, where
+  /// that makes a difference: it is stretched or sheared. As Cycles in final renders, but for what it leaves in object
+  /// space: meshes that are displaced, diced, or have subsurface scattering. [Cycles,
+  /// ObjectManager::apply_static_transforms]
+  void blend_normals_in_world();
   void remove_mesh(int handle);
   void remove_instance(int handle);
   void remove_light(int handle);

@@ -231,6 +231,7 @@ std::shared_ptr<const Scene> Shutter::at(float time) const {
     const auto [step, t] = place_of(time, moving.times);
     instance.object_to_world = moving.object_to_world[step].at(t);
     if (is_singular(instance.object_to_world)) instance.mesh = -1;
+    instance.blends_world_normals = false;  // as in Cycles
   }
   for (const auto& [handle, shapes] : meshes_) {
     const auto [step, t] = place_of(time, shapes.times);

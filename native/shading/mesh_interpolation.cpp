@@ -40,6 +40,18 @@ Vec3 blend_normals(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
          barycentric.y * decode_octahedral(mesh.normals[e[2]]);
 }
 
+Vec3 blend_world_normals(const Mesh& mesh, const Instance& instance, uint32_t triangle, Vec2 barycentric) {
+  if (!instance.blends_world_normals)
+    return transform_normal(instance.object_to_world, blend_normals(mesh, triangle, barycentric));
+  const TriangleIndices e = element_indices(mesh, triangle, mesh.normals_domain);
+  const std::array<float, 3> weights{1.0f - barycentric.x - barycentric.y, barycentric.x, barycentric.y};
+  Vec3 sum;
+  for (size_t j = 0; j < 3; ++j)
+    sum += weights[j] *
+           normalize_or(transform_normal(instance.object_to_world, decode_octahedral(mesh.normals[e[j]])), {});
+  return sum;
+}
+
 Vec3 interpolate_normal(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
   const Vec3 flat = triangle_normal(mesh, triangle);
   const bool is_stored = mesh.normals_domain != Domain::FACE && !mesh.normals.empty();

@@ -15,6 +15,8 @@ Vec3 interpolate_normal(const Mesh& mesh, uint32_t triangle, Vec2 barycentric);
 
 /// Stored normals (the mesh has some, at points or corners) interpolated, not normalised; 0 where they cancel.
 Vec3 blend_normals(const Mesh& mesh, uint32_t triangle, Vec2 barycentric);
+/// The same in the world, as the instance says.
+Vec3 blend_world_normals(const Mesh& mesh, const Instance& instance, uint32_t triangle, Vec2 barycentric);
 
 /// See `surface_attribute`.
 AttributeValue interpolate_attribute(const Mesh& mesh, uint32_t triangle, Vec2 barycentric, int index);

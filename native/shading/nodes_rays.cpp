@@ -92,7 +92,7 @@ class BevelProbes {
     const float wanted = disk_density(length(place - c_.point.position) / radius_);
     Vec3 n = ng;
     if (mesh.normals_domain != Domain::FACE && !mesh.normals.empty())
-      n = normalize_or(transform_normal(instance.object_to_world, blend_normals(mesh, hit.triangle, barycentric)), ng);
+      n = normalize_or(blend_world_normals(mesh, instance, hit.triangle, barycentric), ng);
     sum_ += (probe_density(along, ng) / squares * wanted / density) * n;
   }
   float probe_density(size_t along, Vec3 ng) const { return kShares[along] * std::abs(dot(axes_[along], ng)); }

@@ -37,8 +37,7 @@ SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& h
   point.ng = normalize_or(hit.normal, point.wo);
   point.ns = point.ng;
   if (mesh.normals_domain != Domain::FACE && !mesh.normals.empty()) {
-    const Vec3 n = blend_normals(mesh, hit.triangle, point.barycentric);
-    point.ns = normalize_or(transform_normal(instance.object_to_world, n), point.ng);
+    point.ns = normalize_or(blend_world_normals(mesh, instance, hit.triangle, point.barycentric), point.ng);
   }
   point.is_backface = dot(point.ng, point.wo) < 0.0f;
   if (point.is_backface) {
@@ -96,7 +95,9 @@ std::optional<TangentFrame> frame_on(const Mesh& mesh, const Mesh& shape, uint32
 }
 
 /// Shading normal on the outside of the object, in its space.
-Vec3 outer_normal(const Instance& instance, const SurfacePoint& point) {
+Vec3 outer_normal(const Mesh& mesh, const Instance& instance, const SurfacePoint& point) {
+  if (instance.blends_world_normals && mesh.normals_domain != Domain::FACE && !mesh.normals.empty())
+    return normalize_or(blend_normals(mesh, point.triangle, point.barycentric), {});
   const Vec3 outside = point.is_backface ? -point.ns : point.ns;
   return normalize_or(instance.object_to_world.transposed_vector(outside), {});
 }
@@ -107,7 +108,7 @@ std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint
   if (attribute < 0) return std::nullopt;
   const Instance& instance = scene.instances[point.instance];
   const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
-  return frame_on(mesh, mesh, point.triangle, attribute, outer_normal(instance, point));
+  return frame_on(mesh, mesh, point.triangle, attribute, outer_normal(mesh, instance, point));
 }
 
 std::optional<TangentFrame> mesh_tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute,
