@@ -108,13 +108,25 @@ def test_bounds_in_their_place_are_seen(shown, monkeypatch, make):
     assert not agrees(shown(make))
 
 
-@pytest.mark.parametrize("make", [shape_key, ARRAY, own_space], ids=lambda make: make.__name__)
-def test_tangents_of_geometry_go_by_them(shown, make):
-    scene = shown(make)
+def shown_tangents(scene: bpy.types.Scene) -> bpy.types.Scene:
     tree = bpy.data.materials["generated"].node_tree
     tangent = tree.nodes.new("ShaderNodeNewGeometry").outputs["Tangent"]
     emission = next(n for n in tree.nodes if n.type == "EMISSION")
     tree.links.new(build.shader(tree, "ShaderNodeVectorMath", Vector=tangent).outputs[0], emission.inputs["Color"])
     tree.nodes.remove(next(n for n in tree.nodes if n.type == "TEX_COORD"))
     next(n for n in tree.nodes if n.type == "VECT_MATH").operation = "ABSOLUTE"
-    assert agrees(scene)
+    return scene
+
+
+TANGENTS = pytest.mark.parametrize("make", [ARRAY, own_space], ids=lambda make: make.__name__)
+
+
+@TANGENTS
+def test_tangents_of_geometry_go_by_them(shown, make):
+    assert agrees(shown_tangents(shown(make)))
+
+
+@TANGENTS
+def test_tangents_by_bounds_are_seen(shown, monkeypatch, make):
+    monkeypatch.setattr(meshes, "generated_coordinates", lambda mesh: None)
+    assert not agrees(shown_tangents(shown(make)))

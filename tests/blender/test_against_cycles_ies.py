@@ -95,9 +95,19 @@ def test_other_lamps(empty_scene: bpy.types.Scene, kind: str) -> None:
 @pytest.mark.parametrize("kind", ["POINT", "AREA"])
 def test_unevenly_scaled_lamps(empty_scene: bpy.types.Scene, kind: str) -> None:
     lamp = add_luminaire(empty_scene, PROFILES["whole"], kind, **LAMPS[kind])
-    lamp.scale = (1.5, 0.7, -1.2)
+    lamp.scale = (1.5, 0.7, 1.2)
     result = compare_with_cycles(empty_scene, floor=0.002)
     assert result.agrees, result
+
+
+def test_another_scale_is_seen(empty_scene: bpy.types.Scene) -> None:
+    lamp = add_luminaire(empty_scene, PROFILES["whole"], shadow_soft_size=0.0)
+    lamp.scale = (1.5, 0.7, 1.2)
+
+    def plant(_scene: bpy.types.Scene) -> None:
+        lamp.scale = (1.5, 0.9, 1.2)
+
+    assert not compare_with_cycles(empty_scene, samples=48, floor=0.002, plant=plant).agrees
 
 
 def test_files(empty_scene: bpy.types.Scene, tmp_path: Path) -> None:
