@@ -20,7 +20,7 @@ constexpr size_t kSharesOfLevel = 2;
 /// (u, v, 1) of the map that is rendered; 0 on a mesh without one.
 Vec3 rendered_uv(const Scene& scene, const SurfacePoint& point) {
   const Mesh& mesh = *scene.meshes[static_cast<size_t>(scene.instances[point.instance].mesh)];
-  const int map = find_first_uv_map(mesh);
+  const int map = mesh.first_uv_map();
   if (map < 0) return {};
   const Vec3 uv = interpolate_attribute(mesh, point.triangle, point.barycentric, map).value;
   return is_finite(uv) ? Vec3{uv.x, uv.y, 1.0f} : Vec3{};

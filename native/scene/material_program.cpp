@@ -212,6 +212,22 @@ void place_constants(MaterialProgram& p) {
   }
 }
 
+std::vector<TangentUse> tangents_of(const MaterialProgram& p) {
+  std::vector<TangentUse> uses;
+  const auto add = [&](TangentUse use) {
+    if (std::ranges::find(uses, use) == uses.end()) uses.push_back(use);
+  };
+  for (const std::vector<Instruction>* list : {&p.instructions, &p.aov_instructions, &p.volume_instructions,
+                                               &p.displacement_instructions, &p.displaced_bump_instructions}) {
+    for (const Instruction& instruction : *list) {
+      const int32_t* parameters = instruction.parameters;
+      if (instruction.op == Op::TANGENT) add({parameters[0], false});
+      if (instruction.op == Op::NORMAL_MAP && parameters[0] == 0) add({parameters[1], parameters[3] != 0});
+    }
+  }
+  return uses;
+}
+
 /// Whether what `op` returns depends on the direction a surface is seen from. Closures: only by their lobes.
 bool reads_view(Op op) {
   switch (op) {
@@ -314,7 +330,7 @@ void finish_program(MaterialProgram& program, int image_count) {
   program.volume_varies =
       std::ranges::any_of(program.volume_instructions, [](const Instruction& i) { return varies_inside(i.op); });
 
-  program.may_be_transparent = program.may_emit = program.needs_tangent = program.needs_footprint = false;
+  program.may_be_transparent = program.may_emit = program.needs_footprint = false;
   program.reads_light_path = program.tells_scattered_rays = program.counts_bounces = program.reads_camera = false;
   program.may_be_pane = program.disperses = false;
   program.depends_on_view = program.lobes_depend_on_view = program.has_subsurface = program.looks_at_own_object = false;
@@ -322,7 +338,6 @@ void finish_program(MaterialProgram& program, int image_count) {
   program.constant_emission = {};
   for (const Instruction& instruction : program.instructions) {
     const Op op = instruction.op;
-    program.needs_tangent |= op == Op::TANGENT || (op == Op::NORMAL_MAP && instruction.parameters[0] == 0);
     program.needs_footprint |= op == Op::BUMP;
     program.reads_light_path |= op == Op::LIGHT_PATH;
     program.tells_scattered_rays |= tells_scattered_rays(instruction);
@@ -353,6 +368,7 @@ void finish_program(MaterialProgram& program, int image_count) {
 
   program.attribute_hashes.clear();
   for (const std::string& name : program.attribute_names) program.attribute_hashes.push_back(attribute_name_hash(name));
+  program.tangents = tangents_of(program);
   program.emission_instructions = slice(program, may_emit_light, matters_to_emission);
   program.transparency_instructions = slice(program, matters_to_shadow, matters_to_transparency);
   program.emission_is_uniform =

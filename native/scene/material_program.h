@@ -75,6 +75,13 @@ struct Instruction {
   friend bool operator==(const Instruction&, const Instruction&) = default;
 };
 
+/// A UV map whose tangents a program reads.
+struct TangentUse {
+  int32_t name = 0;             // index into MaterialProgram::attribute_names
+  bool is_of_original = false;  // as before displacement
+  friend bool operator==(TangentUse, TangentUse) = default;
+};
+
 /// A node tree flattened to instructions on registers. Constants are folded by the exporter, so that most
 /// materials are one closure with constant operands.
 struct MaterialProgram {
@@ -102,6 +109,7 @@ struct MaterialProgram {
   /// Beside `inputs`: the constants where they are read, so that closures need not gather them at every hit.
   std::vector<Vec3> input_values;
   std::vector<uint32_t> attribute_hashes;  // attribute_name_hash of attribute_names
+  std::vector<TangentUse> tangents;        // of all instructions, without repetition
   /// The instructions that emission (transparency) depends on, in order; operands without influence are constant 0.
   std::vector<Instruction> emission_instructions, transparency_instructions;  // the second with those of ray portals
   std::vector<Instruction> aov_instructions;  // that passes of its own depend on; `instructions` is then without them
@@ -121,8 +129,7 @@ struct MaterialProgram {
   bool emission_is_constant = false;  // no emission operand depends on the hit: `constant_emission` is exact
   Vec3 constant_emission;
   bool emission_is_uniform = false;  // the same all over a side of an object, in all directions
-  bool needs_tangent = false;
-  bool needs_footprint = false;  // has BUMP
+  bool needs_footprint = false;      // has BUMP
   bool reads_light_path = false;
   bool tells_scattered_rays = false;  // reads more from it than whether the ray comes from the camera
   bool counts_bounces = false;        // reads from it how often the path has bounced

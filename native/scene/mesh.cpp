@@ -21,12 +21,35 @@ float from_snorm16(uint32_t code) { return static_cast<float>(static_cast<int16_
 
 }  // namespace
 
+bool Mesh::is_flat(uint32_t) const { return normals_domain == Domain::FACE || normals.empty(); }
+
+TriangleIndices Mesh::elements(uint32_t triangle, Domain domain) const {
+  switch (domain) {
+    case Domain::POINT:
+      return vertices[triangle];
+    case Domain::CORNER:
+      return corners[triangle];
+    case Domain::FACE:
+      break;
+  }
+  const uint32_t polygon = polygons.empty() ? triangle : polygons[triangle];
+  return {polygon, polygon, polygon};
+}
+
 int Mesh::find_attribute(const std::string& attribute_name) const {
   for (size_t i = 0; i < attributes.size(); ++i) {
     if (attributes[i].name == attribute_name) return static_cast<int>(i);
   }
   return -1;
 }
+
+int Mesh::find_attribute(uint32_t name_hash) const {
+  for (size_t i = 0; i < attributes.size(); ++i)
+    if (attributes[i].name_hash == name_hash) return static_cast<int>(i);
+  return -1;
+}
+
+int Mesh::first_uv_map() const { return !attributes.empty() && attributes[0].components == 2 ? 0 : -1; }
 
 const Bounds3& Mesh::generated_bounds() const {
   return original().dicing ? original().dicing->source->bounds : original().bounds;

@@ -93,8 +93,16 @@ struct Mesh {
     const TriangleIndices& v = vertices[triangle];
     return {positions[v[0]], positions[v[1]], positions[v[2]]};
   }
+  /// Whether a triangle has no normals but its own.
+  bool is_flat(uint32_t triangle) const;
+  /// Elements of `domain` that the three vertices of a triangle read.
+  TriangleIndices elements(uint32_t triangle, Domain domain) const;
   /// Index of the attribute called `name`, or -1.
   int find_attribute(const std::string& name) const;
+  /// The same by its attribute_name_hash.
+  int find_attribute(uint32_t name_hash) const;
+  /// Index of the first UV map, or -1.
+  int first_uv_map() const;
 };
 
 /// Whether all of two meshes is equal, value by value.

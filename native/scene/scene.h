@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scene/camera.h"
+#include "scene/corner_tangents.h"
 #include "scene/environment.h"
 #include "scene/image.h"
 #include "scene/instance.h"
@@ -33,6 +34,18 @@ struct InstanceValues {
   friend bool operator==(const InstanceValues&, const InstanceValues&) = default;
 };
 
+/// What a program means by one of its names of attributes, on a mesh: an index, or -1.
+inline int find_attribute(const Mesh& mesh, const MaterialProgram& program, int name) {
+  const auto i = static_cast<size_t>(name);
+  return program.attribute_names[i].empty() ? mesh.first_uv_map() : mesh.find_attribute(program.attribute_hashes[i]);
+}
+
+/// The same of a UV map for tangents; kNoUvMap where it is to be the first and there is none.
+inline int find_tangent_map(const Mesh& mesh, const MaterialProgram& program, int name) {
+  const bool is_any = program.attribute_names[static_cast<size_t>(name)].empty();
+  return is_any && mesh.first_uv_map() < 0 ? kNoUvMap : find_attribute(mesh, program, name);
+}
+
 /// What passes tell of an object.
 struct ObjectLabel {
   float pass_index = 0.0f;
@@ -51,6 +64,8 @@ struct MotionStep {
 /// handle leaves a null pointer (or an instance with mesh = -1, or a light with `removed`).
 struct Scene {
   std::vector<std::shared_ptr<const Mesh>> meshes;
+  /// Beside `meshes`, or fewer: what their materials read.
+  std::vector<std::vector<MeshTangents>> tangents;
   std::vector<std::shared_ptr<const Image>> images;
   std::vector<std::shared_ptr<const MaterialProgram>> materials;
   /// Material handle per slot of a mesh; shared by all instances that use the same ones.
@@ -67,6 +82,14 @@ struct Scene {
   /// refer to them.
   std::vector<int> displaced_from;
   std::array<std::shared_ptr<const MotionStep>, 2> motion;  // before and after; null: nothing moves
+
+  /// Tangents of a mesh by an attribute or kNoUvMap; null where no material of it reads them.
+  const CornerTangents* find_tangents(int mesh, int attribute, bool is_of_original) const {
+    if (static_cast<size_t>(mesh) >= tangents.size()) return nullptr;
+    for (const MeshTangents& known : tangents[static_cast<size_t>(mesh)])
+      if (known.attribute == attribute && known.is_of_original == is_of_original) return known.corners.get();
+    return nullptr;
+  }
 
   /// Whether something lets the light of some emitter pass that it blocks of others; looks at everything.
   bool has_shadow_links() const {

@@ -93,8 +93,9 @@ void remove_displaced(Scene& scene) {
 
 }  // namespace
 
-SceneBuilder::SceneBuilder(const Scene& earlier) : scene_(earlier) {
+SceneBuilder::SceneBuilder(const Scene& earlier) : scene_(earlier), known_tangents_(earlier) {
   remove_displaced(scene_);
+  scene_.tangents.clear();
   MaterialProgram grey = make_default_material();
   finish_program(grey, 0);
   for (size_t i = 0; i < scene_.materials.size() && default_material_ < 0; ++i)
@@ -273,6 +274,12 @@ void SceneBuilder::blend_normals_in_world() {
                                     !is_conformal(instance.object_to_world) &&
                                     std::ranges::none_of(materials, stays_in_object_space);
   }
+}
+
+std::shared_ptr<const Scene> SceneBuilder::snapshot() const {
+  const auto scene = std::make_shared<Scene>(scene_);
+  scene->tangents = known_tangents_.of(scene_);
+  return scene;
 }
 
 void SceneBuilder::remove_mesh(int handle) {

@@ -7,6 +7,7 @@
 
 #include "scene/diced_mesh.h"
 #include "scene/displaced_mesh.h"
+#include "scene/known_tangents.h"
 #include "scene/scene.h"
 #include "scene/surface_sheet.h"
 
@@ -140,16 +141,19 @@ class SceneBuilder {
   /// The scene as it stands; valid until the next change.
   const Scene& scene() const { return scene_; }
   int singular_instances() const { return singular_instances_; }
-  std::shared_ptr<const Scene> snapshot() const { return std::make_shared<Scene>(scene_); }
+  std::shared_ptr<const Scene> snapshot() const;
   /// What was displaced for earlier snapshots, kept here for later ones by those who displace.
   std::vector<DisplacedMesh>& displaced_meshes() { return displaced_meshes_; }
   /// The same of what was diced.
   std::vector<DicedMesh>& diced_meshes() { return diced_meshes_; }
+  /// The same of tangents.
+  KnownTangents& known_tangents() const { return known_tangents_; }
 
  private:
   Scene scene_;
   std::vector<DisplacedMesh> displaced_meshes_;
   std::vector<DicedMesh> diced_meshes_;
+  mutable KnownTangents known_tangents_;
   int default_material_ = -1;
   std::map<std::vector<int>, int> material_set_handles_;
   std::unordered_multimap<std::string, int> object_handles_;  // by name

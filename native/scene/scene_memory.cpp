@@ -34,6 +34,8 @@ size_t memory_bytes(const Scene& scene) {
   if (scene.instance_values) bytes += scene.instance_values->rows.capacity() * sizeof(float);
   for (const auto& mesh : scene.meshes)
     if (mesh) bytes += memory_bytes(*mesh);
+  for (const std::vector<MeshTangents>& of_mesh : scene.tangents)
+    for (const MeshTangents& tangents : of_mesh) bytes += memory_bytes(*tangents.corners);
   for (const auto& image : scene.images)
     if (image) bytes += memory_bytes(*image);
   for (const auto& program : scene.materials)

@@ -246,8 +246,11 @@ DisplacedScene displaced_snapshot(SceneBuilder& builder, const Scene* middle, co
   }
   DisplacedScene result;
   const auto shown = std::make_shared<Scene>(scene);
-  if (dice_meshes(dicings, builder, result, *shown, is_stopped) && displace_meshes(builder, result, *shown, is_stopped))
-    result.scene = shown;
+  if (!dice_meshes(dicings, builder, result, *shown, is_stopped)) return result;
+  shown->tangents = builder.known_tangents().of(*shown);  // displacement may read them
+  if (!displace_meshes(builder, result, *shown, is_stopped)) return result;
+  shown->tangents = builder.known_tangents().of(*shown);
+  result.scene = shown;
   return result;
 }
 

@@ -10,20 +10,6 @@ Vec3 triangle_normal(const Mesh& mesh, uint32_t triangle) {
   return cross(p1 - p0, p2 - p0);
 }
 
-/// Elements of `domain` that the three vertices of a triangle read.
-TriangleIndices element_indices(const Mesh& mesh, uint32_t triangle, Domain domain) {
-  switch (domain) {
-    case Domain::POINT:
-      return mesh.vertices[triangle];
-    case Domain::CORNER:
-      return mesh.corners[triangle];
-    case Domain::FACE:
-      break;
-  }
-  const uint32_t polygon = mesh.polygons.empty() ? triangle : mesh.polygons[triangle];
-  return {polygon, polygon, polygon};
-}
-
 }  // namespace
 
 Vec3 interpolate_position(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
@@ -34,7 +20,7 @@ Vec3 interpolate_position(const Mesh& mesh, uint32_t triangle, Vec2 barycentric)
 }
 
 Vec3 blend_normals(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
-  const TriangleIndices e = element_indices(mesh, triangle, mesh.normals_domain);
+  const TriangleIndices e = mesh.elements(triangle, mesh.normals_domain);
   const float w = 1.0f - barycentric.x - barycentric.y;
   return w * decode_octahedral(mesh.normals[e[0]]) + barycentric.x * decode_octahedral(mesh.normals[e[1]]) +
          barycentric.y * decode_octahedral(mesh.normals[e[2]]);
@@ -43,7 +29,7 @@ Vec3 blend_normals(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
 Vec3 blend_world_normals(const Mesh& mesh, const Instance& instance, uint32_t triangle, Vec2 barycentric) {
   if (!instance.blends_world_normals)
     return transform_normal(instance.object_to_world, blend_normals(mesh, triangle, barycentric));
-  const TriangleIndices e = element_indices(mesh, triangle, mesh.normals_domain);
+  const TriangleIndices e = mesh.elements(triangle, mesh.normals_domain);
   const std::array<float, 3> weights{1.0f - barycentric.x - barycentric.y, barycentric.x, barycentric.y};
   Vec3 sum;
   for (size_t j = 0; j < 3; ++j)
@@ -61,7 +47,7 @@ Vec3 interpolate_normal(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
 
 AttributeValue interpolate_attribute(const Mesh& mesh, uint32_t triangle, Vec2 barycentric, int index) {
   const MeshAttribute& attribute = mesh.attributes[static_cast<size_t>(index)];
-  const TriangleIndices e = element_indices(mesh, triangle, attribute.domain);
+  const TriangleIndices e = mesh.elements(triangle, attribute.domain);
   const size_t stride = static_cast<size_t>(attribute.components);
   const float* a = attribute.values.get() + stride * e[0];
   const float* b = attribute.values.get() + stride * e[1];
@@ -78,10 +64,6 @@ AttributeValue interpolate_attribute(const Mesh& mesh, uint32_t triangle, Vec2 b
   if (stride > 2) result.value.z = component(2);
   if (stride > 3) result.alpha = component(3);
   return result;
-}
-
-int find_first_uv_map(const Mesh& mesh) {
-  return !mesh.attributes.empty() && mesh.attributes[0].components == 2 ? 0 : -1;
 }
 
 }  // namespace cistern

@@ -21,9 +21,6 @@ Vec3 blend_world_normals(const Mesh& mesh, const Instance& instance, uint32_t tr
 /// See `surface_attribute`.
 AttributeValue interpolate_attribute(const Mesh& mesh, uint32_t triangle, Vec2 barycentric, int index);
 
-/// Index of the first UV map, or -1.
-int find_first_uv_map(const Mesh& mesh);
-
 /// World-space normal of an object-space one by the inverse transpose, not normalised.
 inline Vec3 transform_normal(const Transform& object_to_world, Vec3 n) {
   const Transform& m = object_to_world;

@@ -116,7 +116,8 @@ Vec3 window_node(const NodeContext& c, BumpShift shift) {
 /// Unit, in world space; orthogonal to the shading normal but under uneven scale.
 Vec3 tangent_node(const NodeContext& c, int name_index) {
   if (!c.has_mesh()) return {};
-  const std::optional<TangentFrame> frame = tangent_frame(c.scene, c.point, resolve_attribute(c, name_index));
+  const std::optional<TangentFrame> frame =
+      tangent_frame(c.scene, c.point, find_tangent_map(c.mesh(), c.program, name_index));
   return frame ? normalize_or(transform_normal(c.instance().object_to_world, frame->tangent), {}) : Vec3{};
 }
 
@@ -178,13 +179,7 @@ float wireframe_node(const NodeContext& c, float width, bool is_in_pixels, BumpS
 }
 
 int resolve_attribute(const NodeContext& c, int name_index) {
-  if (!c.has_mesh()) return -1;
-  const Mesh& mesh = c.mesh();
-  const size_t i = static_cast<size_t>(name_index);
-  if (c.program.attribute_names[i].empty()) return find_first_uv_map(mesh);
-  for (size_t k = 0; k < mesh.attributes.size(); ++k)
-    if (mesh.attributes[k].name_hash == c.program.attribute_hashes[i]) return static_cast<int>(k);
-  return -1;
+  return c.has_mesh() ? find_attribute(c.mesh(), c.program, name_index) : -1;
 }
 
 Vec3 to_camera_space(const Camera& camera, Vec3 world_point) {

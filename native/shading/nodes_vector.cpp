@@ -67,7 +67,7 @@ Vec3 towards(Vec3 ns, Vec3 n, float strength) {
 /// Before displacement or after it. Flat surfaces have the normal that they have now in both.
 Vec3 tangent_space_normal(const NodeContext& c, int uv_name, bool is_original, Vec3 color, float strength, Vec3 ns) {
   const std::optional<TangentFrame> frame =
-      mesh_tangent_frame(c.scene, c.point, resolve_attribute(c, uv_name), is_original);
+      tangent_frame(c.scene, c.point, find_tangent_map(c.mesh(), c.program, uv_name), is_original);
   if (!frame) return ns;
   const bool is_linear = is_original && c.mesh().undisplaced && c.mesh().undisplaced->normals_domain != Domain::FACE;
   if (!is_linear) color = {color.x * strength, color.y * strength, lerp(1.0f, color.z, clamp01(strength))};

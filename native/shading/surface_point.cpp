@@ -36,7 +36,7 @@ SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& h
 
   point.ng = normalize_or(hit.normal, point.wo);
   point.ns = point.ng;
-  if (mesh.normals_domain != Domain::FACE && !mesh.normals.empty()) {
+  if (!mesh.is_flat(hit.triangle)) {
     point.ns = normalize_or(blend_world_normals(mesh, instance, hit.triangle, point.barycentric), point.ng);
   }
   point.is_backface = dot(point.ng, point.wo) < 0.0f;
@@ -69,59 +69,20 @@ Vec3 footprint_step(const SurfacePoint& point, BumpShift shift) {
   return shift.width * point.footprint * (shift.step == 1 ? axes.s : axes.t);
 }
 
-namespace {
-
-/// Of a triangle of `mesh` that lies as it does in `shape`; `normal`: of the frame, in object space.
-std::optional<TangentFrame> frame_on(const Mesh& mesh, const Mesh& shape, uint32_t triangle, int attribute,
-                                     Vec3 normal) {
-  const Vec3 uv0 = interpolate_attribute(mesh, triangle, {0.0f, 0.0f}, attribute).value;
-  const Vec3 duv1 = interpolate_attribute(mesh, triangle, {1.0f, 0.0f}, attribute).value - uv0;
-  const Vec3 duv2 = interpolate_attribute(mesh, triangle, {0.0f, 1.0f}, attribute).value - uv0;
-  const float determinant = duv1.x * duv2.y - duv2.x * duv1.y;
-  if (determinant == 0.0f || !std::isfinite(determinant)) return std::nullopt;
-
-  const auto [p0, p1, p2] = shape.triangle_positions(triangle);
-  const Vec3 edge_1 = p1 - p0, edge_2 = p2 - p0;
-  const float sign = determinant < 0.0f ? -1.0f : 1.0f;  // lengths do not matter, signs do
-  const Vec3 dp_du = sign * (duv2.y * edge_1 - duv1.y * edge_2);
-  const Vec3 dp_dv = sign * (duv1.x * edge_2 - duv2.x * edge_1);
-  TangentFrame frame;
-  frame.normal = normal;
-  frame.tangent = normalize_or(dp_du - dot(dp_du, frame.normal) * frame.normal, {});
-  if (frame.normal == Vec3{} || frame.tangent == Vec3{}) return std::nullopt;
-  const Vec3 across = cross(frame.normal, frame.tangent);
-  frame.bitangent = dot(across, dp_dv) < 0.0f ? -across : across;
-  return frame;
-}
-
-/// Shading normal on the outside of the object, in its space.
-Vec3 outer_normal(const Mesh& mesh, const Instance& instance, const SurfacePoint& point) {
-  if (instance.blends_world_normals && mesh.normals_domain != Domain::FACE && !mesh.normals.empty())
-    return normalize_or(blend_normals(mesh, point.triangle, point.barycentric), {});
-  const Vec3 outside = point.is_backface ? -point.ns : point.ns;
-  return normalize_or(instance.object_to_world.transposed_vector(outside), {});
-}
-
-}  // namespace
-
-std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute) {
-  if (attribute < 0) return std::nullopt;
+std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute,
+                                          bool is_of_original) {
   const Instance& instance = scene.instances[point.instance];
+  const CornerTangents* corners = scene.find_tangents(instance.mesh, attribute, is_of_original);
+  if (corners == nullptr) return std::nullopt;
   const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
-  return frame_on(mesh, mesh, point.triangle, attribute, outer_normal(mesh, instance, point));
-}
-
-std::optional<TangentFrame> mesh_tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute,
-                                               bool is_original) {
-  const Instance& instance = scene.instances[point.instance];
-  const Mesh& mesh = *scene.meshes[static_cast<size_t>(instance.mesh)];
-  if (attribute < 0 || !mesh.undisplaced) return tangent_frame(scene, point, attribute);
-  const Mesh& shape = is_original ? *mesh.undisplaced : mesh;
-  const bool is_flat = shape.normals_domain == Domain::FACE;
+  const Mesh& shape = is_of_original ? mesh.original() : mesh;
   const Vec3 outside = point.is_backface ? -point.ng : point.ng;
-  const Vec3 normal = is_flat ? normalize_or(instance.object_to_world.transposed_vector(outside), {})
-                              : normalize_or(blend_normals(shape, point.triangle, point.barycentric), {});
-  return frame_on(mesh, shape, point.triangle, attribute, normal);
+  TangentFrame frame;
+  frame.normal = shape.is_flat(point.triangle) ? normalize_or(instance.object_to_world.transposed_vector(outside), {})
+                                               : blend_normals(shape, point.triangle, point.barycentric);
+  frame.tangent = corners->tangent(point.triangle, point.barycentric);
+  frame.bitangent = corners->handedness(point.triangle, point.barycentric) * cross(frame.normal, frame.tangent);
+  return frame;
 }
 
 AttributeValue surface_attribute(const Scene& scene, const SurfacePoint& point, int index) {

@@ -79,18 +79,17 @@ Vec3 footprint_step(const SurfacePoint& point, BumpShift shift);
 /// as in Cycles: what a mesh attribute raises on the outside is then hollow from the inside.
 Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, BumpShift shift);
 
-/// Frame of a UV map, orthonormal in object space: the shading normal on the outside of the object, dP/du made
-/// orthogonal to it, and the direction orthogonal to both on the side of dP/dv.
+/// Frame of a UV map in object space: the mesh's own normal on the outside of the object, which no bump has bent, the
+/// map's tangent, both interpolated and not normalised, and what is across both on the side of dP/dv. As normal maps
+/// are baked and read. [Mikkelsen 2008]
 struct TangentFrame {
   Vec3 tangent, bitangent, normal;
 };
-/// None where the map is missing (`attribute` < 0) or degenerate. What is made of the frame goes to world space by
-/// `transform_normal`, as in Cycles: normal maps baked on an object then also fit it when it is scaled.
-std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute);
-/// What normal maps are read in, as in Cycles: on displaced meshes with the mesh's own normal, which no bump has bent,
-/// or `is_original`, all as before displacement; with the normal that flat faces have now in both.
-std::optional<TangentFrame> mesh_tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute,
-                                               bool is_original);
+/// `attribute` may be kNoUvMap. None where the map is missing; `is_of_original`: all as before displacement, but for the normal
+/// of flat faces. For what the materials of the mesh read (Scene::tangents). What is made of the frame goes to world
+/// space by `transform_normal`, as in Cycles: normal maps baked on an object then also fit it when it is scaled.
+std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute,
+                                          bool is_of_original = false);
 
 /// Interpolated attribute, `index` into Mesh::attributes. One component fills all three; otherwise missing ones are 0;
 /// alpha is 1 without a fourth.

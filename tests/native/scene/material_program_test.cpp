@@ -263,12 +263,14 @@ TEST(MaterialProgram, NeedsAreDerived) {
   ProgramBuilder b;
   b.program.attribute_names = {""};
   const MaterialProgram none = finished(b);
-  EXPECT_FALSE(none.needs_tangent || none.needs_footprint || none.reads_light_path);
+  EXPECT_TRUE(none.tangents.empty());
+  EXPECT_FALSE(none.needs_footprint || none.reads_light_path);
   const Operand n = b.add(Op::NORMAL_MAP, {b.constant(0.5f), b.constant(1), b.constant(0.5f)}, {0, 0, 0, 1});
   const Operand h = b.add(Op::LIGHT_PATH, {}, {0});
   b.add(Op::BUMP, {h, h, h, h, h, n}, {0});
   const MaterialProgram all = finished(b);
-  EXPECT_TRUE(all.needs_tangent && all.needs_footprint && all.reads_light_path);
+  EXPECT_EQ(all.tangents, (std::vector<TangentUse>{{0, true}}));
+  EXPECT_TRUE(all.needs_footprint && all.reads_light_path);
   EXPECT_FALSE(all.counts_bounces);  // output 0: whether it is a camera ray
   b.add(Op::LIGHT_PATH, {}, {8});    // Ray Depth
   EXPECT_TRUE(finished(b).counts_bounces);

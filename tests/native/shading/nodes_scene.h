@@ -39,6 +39,11 @@ inline Scene make_scene(std::shared_ptr<const Mesh> mesh, const Transform& objec
   instance.random = 0.25f;
   instance.object_to_world = object_to_world;
   scene.instances = {instance};
+  scene.tangents.resize(1);
+  const Mesh& shown = *scene.meshes[0];
+  for (int i = 0; i < static_cast<int>(shown.attributes.size()); ++i)
+    if (shown.attributes[static_cast<size_t>(i)].components == 2)
+      scene.tangents[0].push_back({i, false, std::make_shared<const CornerTangents>(corner_tangents(shown, i))});
   return scene;
 }
 

@@ -79,16 +79,32 @@ TEST(SurfacePoint, TangentFrameDoesNotKnowTheTransform) {
   expect_near(found->tangent, expected->tangent);
   expect_near(found->bitangent, expected->bitangent);
   expect_near(found->normal, expected->normal);
-  EXPECT_NEAR(dot(found->tangent, found->normal), 0.0f, 1e-6f);
+  EXPECT_NEAR(dot(found->tangent, found->normal), 0.0f, 1e-5f);
 }
 
-TEST(SurfacePoint, DegenerateOrMissingUvHasNoTangent) {
-  auto mesh = test::make_triangle();
-  mesh->attributes[0] = test::make_attribute("UV", 2, {0, 0, 1, 1, 2, 2});
-  const Scene scene = test::make_scene(mesh);
+TEST(SurfacePoint, OnlyWhatMaterialsReadHasTangents) {
+  Scene scene = test::make_scene(test::make_triangle());
   const SurfacePoint point = test::point_at(scene, {0.2f, 0.2f}, kDown);
-  EXPECT_FALSE(tangent_frame(scene, point, 0));
+  EXPECT_TRUE(tangent_frame(scene, point, 0));
+  EXPECT_FALSE(tangent_frame(scene, point, 0, true));
+  EXPECT_FALSE(tangent_frame(scene, point, 2));
   EXPECT_FALSE(tangent_frame(scene, point, -1));
+  scene.tangents.clear();
+  EXPECT_FALSE(tangent_frame(scene, point, 0));
+}
+
+/// What neither the mesh's normal nor its tangent is: of unit length in between.
+TEST(SurfacePoint, TangentFramesAreNotNormalised) {
+  auto mesh = test::make_triangle();
+  mesh->normals_domain = Domain::POINT;
+  for (const Vec3 n : {Vec3{0, 0, 1}, Vec3{0, 0.6f, 0.8f}, Vec3{0.6f, 0, 0.8f}})
+    mesh->normals.push_back(encode_octahedral(n));
+  const Scene scene = test::make_scene(mesh);
+  const auto frame = tangent_frame(scene, test::point_at(scene, {0.25f, 0.25f}, kDown), 0);
+  ASSERT_TRUE(frame);
+  expect_near(frame->normal, {0.15f, 0.15f, 0.9f}, 1e-4f);
+  expect_near(frame->tangent, 0.75f * Vec3{1, 0, 0} + 0.25f * Vec3{0.8f, 0, -0.6f}, 1e-4f);
+  expect_near(frame->bitangent, cross(frame->normal, frame->tangent));
 }
 
 TEST(SurfacePoint, AttributesInterpolate) {
