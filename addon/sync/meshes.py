@@ -150,14 +150,19 @@ def _tessellation(
 
 
 def _normals(mesh: bpy.types.Mesh, corner_count: int) -> tuple[NDArray[np.float32] | None, str]:
+    """Where nothing but flat faces parts them, smooth ones beside these are as if all were smooth, as in Cycles."""
     if corner_count == 0 or mesh.normals_domain == "FACE":
         return None, "FACE"
-    source, domain = (
-        (mesh.vertex_normals, "POINT") if mesh.normals_domain == "POINT" else (mesh.corner_normals, "CORNER")
-    )
+    at_points = mesh.normals_domain == "POINT" or not (mesh.has_custom_normals or _has_sharp_edges(mesh))
+    source, domain = (mesh.vertex_normals, "POINT") if at_points else (mesh.corner_normals, "CORNER")
     normals = np.empty((len(source), 3), np.float32)
     source.foreach_get("vector", normals.ravel())
     return normals, domain
+
+
+def _has_sharp_edges(mesh: bpy.types.Mesh) -> bool:
+    sharp = _column(mesh, "sharp_edge", "value", np.bool_, len(mesh.edges))
+    return sharp is not None and bool(sharp.any())
 
 
 def _attributes(mesh: bpy.types.Mesh, wanted: Set[str]) -> list[tuple[str, str, NDArray[np.float32]]]:

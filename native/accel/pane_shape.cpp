@@ -19,9 +19,7 @@ struct Cluster {
 };
 
 bool is_flat(const Mesh& mesh, size_t triangle, Vec3 normal) {
-  if (mesh.normals_domain == Domain::FACE) return true;
-  const size_t polygon = mesh.polygons.empty() ? triangle : mesh.polygons[triangle];
-  if (!mesh.sharp_polygons.empty() && mesh.sharp_polygons[polygon] != 0) return true;
+  if (mesh.is_flat(triangle)) return true;
   const TriangleIndices& places =
       mesh.normals_domain == Domain::POINT ? mesh.vertices[triangle] : mesh.corners[triangle];
   return std::ranges::all_of(

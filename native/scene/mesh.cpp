@@ -21,7 +21,10 @@ float from_snorm16(uint32_t code) { return static_cast<float>(static_cast<int16_
 
 }  // namespace
 
-bool Mesh::is_flat(uint32_t) const { return normals_domain == Domain::FACE || normals.empty(); }
+bool Mesh::is_flat(size_t triangle) const {
+  if (normals_domain == Domain::FACE || normals.empty()) return true;
+  return !sharp_polygons.empty() && sharp_polygons[polygons.empty() ? triangle : polygons[triangle]] != 0;
+}
 
 TriangleIndices Mesh::elements(uint32_t triangle, Domain domain) const {
   switch (domain) {

@@ -61,7 +61,7 @@ struct Mesh {
   std::vector<uint16_t> material_slots;   // per triangle; empty = slot 0 everywhere
   Domain normals_domain = Domain::FACE;   // FACE: flat shading, no stored normals
   std::vector<uint32_t> normals;          // octahedral 2x16 bits per point or per corner
-  std::vector<uint8_t> sharp_polygons;    // 1: flat, though the domain of normals is CORNER; empty = none
+  std::vector<uint8_t> sharp_polygons;    // 1: flat triangle by triangle, though there are normals; empty = none
   std::vector<MeshAttribute> attributes;  // UV maps first, in Blender's order
   int generated_attribute = -1;           // index of kGeneratedAttribute; -1: none
   std::vector<float> radii;               // of strands: per position, in object space, at least 0; empty: triangles
@@ -93,8 +93,8 @@ struct Mesh {
     const TriangleIndices& v = vertices[triangle];
     return {positions[v[0]], positions[v[1]], positions[v[2]]};
   }
-  /// Whether a triangle has no normals but its own.
-  bool is_flat(uint32_t triangle) const;
+  /// Whether a triangle is shaded by its own normal alone.
+  bool is_flat(size_t triangle) const;
   /// Elements of `domain` that the three vertices of a triangle read.
   TriangleIndices elements(uint32_t triangle, Domain domain) const;
   /// Index of the attribute called `name`, or -1.

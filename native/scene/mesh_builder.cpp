@@ -64,18 +64,6 @@ CornerRange corners_of(const MeshInput& input, size_t polygon) {
   return {static_cast<size_t>(input.polygon_offsets[polygon]), static_cast<size_t>(input.polygon_offsets[polygon + 1])};
 }
 
-/// Area vector of a polygon, not normalised. [Newell's method, as Sutherland et al. 1974 cite it]
-Vec3 polygon_normal(const MeshInput& input, CornerRange corners) {
-  Vec3 sum;
-  const Vec3 origin = input.positions[input.corner_vertices[corners.begin]];
-  for (size_t i = corners.begin + 1; i + 1 < corners.end; ++i) {
-    const Vec3 a = input.positions[input.corner_vertices[i]] - origin;
-    const Vec3 b = input.positions[input.corner_vertices[i + 1]] - origin;
-    sum += cross(a, b);
-  }
-  return sum;
-}
-
 void encode_normals(const MeshInput& input, Mesh& mesh) {
   mesh.normals.resize(input.normals.size());
   parallel_blocks(input.normals.size(), kBlockSize, [&](size_t, size_t begin, size_t end) {
@@ -83,36 +71,18 @@ void encode_normals(const MeshInput& input, Mesh& mesh) {
   });
 }
 
-/// Point normals of a mesh with some flat polygons, kept per corner.
-void encode_normals_with_sharp_faces(const MeshInput& input, Mesh& mesh) {
-  mesh.normals.resize(input.corner_vertices.size());
-  parallel_blocks(polygon_count(input), kBlockSize, [&](size_t, size_t begin, size_t end) {
-    for (size_t polygon = begin; polygon < end; ++polygon) {
-      const CornerRange corners = corners_of(input, polygon);
-      if (corners.begin == corners.end) continue;
-      const bool is_flat = input.sharp_faces[polygon] != 0;
-      const uint32_t flat = is_flat ? encode_normal(polygon_normal(input, corners)) : 0;
-      for (size_t c = corners.begin; c < corners.end; ++c) {
-        mesh.normals[c] = is_flat ? flat : encode_normal(input.normals[input.corner_vertices[c]]);
-      }
-    }
-  });
-}
-
-/// With CORNER normals nothing is to be done about sharp faces: Blender's are flat there already.
+/// With CORNER normals nothing is to be done about sharp faces, for Blender's are flat there already; but where the
+/// mesh is to be subdivided, it has no such normals then.
 void set_normals(const MeshInput& input, Mesh& mesh) {
-  mesh.normals_domain = input.normals_domain;
-  if (input.normals_domain == Domain::FACE) return;
   const auto is_sharp = [](uint8_t flag) { return flag != 0; };
-  if (input.normals_domain == Domain::CORNER || std::ranges::none_of(input.sharp_faces, is_sharp)) {
-    encode_normals(input, mesh);
-  } else if (std::ranges::all_of(input.sharp_faces, is_sharp)) {
-    mesh.normals_domain = Domain::FACE;
-  } else {
-    mesh.normals_domain = Domain::CORNER;
-    encode_normals_with_sharp_faces(input, mesh);
-  }
-  if (mesh.normals_domain == Domain::CORNER && std::ranges::any_of(input.sharp_faces, is_sharp))
+  if (input.normals_domain == Domain::FACE || (input.normals_domain == Domain::POINT && !input.sharp_faces.empty() &&
+                                               std::ranges::all_of(input.sharp_faces, is_sharp)))
+    return;
+  mesh.normals_domain = input.normals_domain;
+  encode_normals(input, mesh);
+  const bool is_smoothed = input.subdivision && input.subdivision->scheme == SubdivisionScheme::CATMULL_CLARK;
+  const bool stay_flat = input.normals_domain == Domain::POINT || is_smoothed;
+  if (stay_flat && std::ranges::any_of(input.sharp_faces, is_sharp))
     mesh.sharp_polygons.assign(input.sharp_faces.begin(), input.sharp_faces.end());
 }
 

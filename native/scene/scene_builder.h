@@ -41,7 +41,7 @@ struct MeshInput {
   std::span<const int32_t> material_indices;  // per polygon; empty = 0
   Domain normals_domain = Domain::FACE;       // FACE: `normals` is empty
   std::span<const Vec3> normals;              // per point or per corner, any length > 0
-  std::span<const uint8_t> sharp_faces;       // per polygon, 1 = flat although normals exist; may be empty
+  std::span<const uint8_t> sharp_faces;       // per polygon, 1 = flat although normals exist at points; may be empty
   std::vector<MeshAttribute> attributes;
   /// How the mesh is subdivided for each picture; not set: it is as it is.
   std::optional<SubdivisionInput> subdivision;

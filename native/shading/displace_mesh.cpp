@@ -28,14 +28,12 @@ MeshAttribute gather(const MeshAttribute& attribute, const std::vector<uint32_t>
   return {attribute.name, attribute.domain, attribute.components, values, attribute.name_hash};
 }
 
-/// The vertices that take the place of points: one for each normal that a point has at its corners, but a single one of
-/// the smooth normal where a flat face is among them.
+/// The vertices that take the place of points: one for each normal that a point has at its corners.
 class NormalSplit {
  public:
   explicit NormalSplit(Mesh& mesh) : mesh_(mesh) {}
 
   void run() {
-    find_points_of_flat_faces();
     for (size_t t = 0; t < mesh_.triangle_count(); ++t)
       for (size_t j = 0; j < 3; ++j)
         mesh_.vertices[t][j] = vertex(mesh_.vertices[t][j], mesh_.normals[mesh_.corners[t][j]]);
@@ -50,17 +48,7 @@ class NormalSplit {
   }
 
  private:
-  void find_points_of_flat_faces() {
-    if (mesh_.sharp_polygons.empty()) return;
-    const std::vector<Vec3> smooth = smooth_normals(mesh_);
-    for (size_t t = 0; t < mesh_.triangle_count(); ++t) {
-      if (mesh_.sharp_polygons[mesh_.polygons.empty() ? t : mesh_.polygons[t]] == 0) continue;
-      for (const uint32_t point : mesh_.vertices[t]) smooth_.try_emplace(point, encode_octahedral(smooth[point]));
-    }
-  }
-
   uint32_t vertex(uint32_t point, uint32_t normal) {
-    if (const auto found = smooth_.find(point); found != smooth_.end()) normal = found->second;
     const auto next = static_cast<uint32_t>(points_.size());
     const auto [known, is_new] = vertices_.try_emplace(uint64_t{point} << 32 | normal, next);
     if (is_new) {
@@ -71,7 +59,6 @@ class NormalSplit {
   }
 
   Mesh& mesh_;
-  std::unordered_map<uint32_t, uint32_t> smooth_;    // normals, by point of a flat face
   std::unordered_map<uint64_t, uint32_t> vertices_;  // by point and normal
   std::vector<uint32_t> points_, normals_;           // by vertex
 };

@@ -12,7 +12,8 @@ Vec3 original_normal(const Mesh& mesh, const SurfacePoint& point) {
   if (mesh.undisplaced_normals.empty()) {
     // At corners the vertices have other normals than they had, which this bump has not touched.
     const Mesh& kept = original.normals_domain == Domain::CORNER ? mesh : original;
-    return interpolate_normal(kept, point.triangle, point.barycentric);
+    const Vec3 normal = interpolate_normal(kept, point.triangle, point.barycentric);
+    return kept.normals.empty() ? normal : normalize_or(blend_normals(kept, point.triangle, point.barycentric), normal);
   }
   const TriangleIndices& v = original.vertices[point.triangle];
   const Vec2 b = point.barycentric;

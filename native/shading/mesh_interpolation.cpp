@@ -40,8 +40,7 @@ Vec3 blend_world_normals(const Mesh& mesh, const Instance& instance, uint32_t tr
 
 Vec3 interpolate_normal(const Mesh& mesh, uint32_t triangle, Vec2 barycentric) {
   const Vec3 flat = triangle_normal(mesh, triangle);
-  const bool is_stored = mesh.normals_domain != Domain::FACE && !mesh.normals.empty();
-  const Vec3 n = is_stored ? blend_normals(mesh, triangle, barycentric) : flat;
+  const Vec3 n = mesh.is_flat(triangle) ? flat : blend_normals(mesh, triangle, barycentric);
   return normalize_or(n, normalize_or(flat, {0.0f, 0.0f, 1.0f}));
 }
 

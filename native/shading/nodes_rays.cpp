@@ -91,7 +91,7 @@ class BevelProbes {
     const Vec3 place = instance.object_to_world.point(interpolate_position(mesh, hit.triangle, barycentric));
     const float wanted = disk_density(length(place - c_.point.position) / radius_);
     Vec3 n = ng;
-    if (mesh.normals_domain != Domain::FACE && !mesh.normals.empty())
+    if (!mesh.is_flat(hit.triangle))
       n = normalize_or(blend_world_normals(mesh, instance, hit.triangle, barycentric), ng);
     sum_ += (probe_density(along, ng) / squares * wanted / density) * n;
   }

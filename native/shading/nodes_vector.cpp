@@ -69,7 +69,7 @@ Vec3 tangent_space_normal(const NodeContext& c, int uv_name, bool is_original, V
   const std::optional<TangentFrame> frame =
       tangent_frame(c.scene, c.point, find_tangent_map(c.mesh(), c.program, uv_name), is_original);
   if (!frame) return ns;
-  const bool is_linear = is_original && c.mesh().undisplaced && c.mesh().undisplaced->normals_domain != Domain::FACE;
+  const bool is_linear = is_original && c.mesh().undisplaced && !c.mesh().undisplaced->is_flat(c.point.triangle);
   if (!is_linear) color = {color.x * strength, color.y * strength, lerp(1.0f, color.z, clamp01(strength))};
   const Vec3 in_object = color.x * frame->tangent + color.y * frame->bitangent + color.z * frame->normal;
   const Vec3 outside = transform_normal(c.instance().object_to_world, in_object);

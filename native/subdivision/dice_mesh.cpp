@@ -65,7 +65,6 @@ class Dicer {
     set_points();
     const auto is_per_corner = [](const MeshAttribute& a) { return a.domain == Domain::CORNER; };
     has_corners_ = mesh_.normals_domain == Domain::CORNER || std::ranges::any_of(source_.attributes, is_per_corner);
-    if (!source_.sharp_polygons.empty()) separate_flat_triangles();
     set_triangles();
     if (mesh_.normals_domain == Domain::CORNER) set_corner_normals();
     for (size_t i = 0; i < source_.attributes.size(); ++i)
@@ -79,13 +78,12 @@ class Dicer {
   }
   bool is_linear() const { return source_.cage->scheme == SubdivisionScheme::LINEAR; }
 
-  /// Normals are smooth across all edges but those of flat polygons and creases that stay.
+  /// Normals are smooth across all edges but creases that stay.
   Domain normals_domain() const {
     if (source_.normals_domain == Domain::FACE || is_linear()) return source_.normals_domain;
     const auto stays = [](float sharpness) { return sharpness >= SubdivisionCage::kSharpest; };
     const bool has_creases = std::ranges::any_of(source_.cage->crease_sharpness, stays);
-    return has_creases || !source_.sharp_polygons.empty() || has_edges_of_many(*source_.cage) ? Domain::CORNER
-                                                                                              : Domain::POINT;
+    return has_creases || has_edges_of_many(*source_.cage) ? Domain::CORNER : Domain::POINT;
   }
 
   void set_points() {
@@ -107,21 +105,6 @@ class Dicer {
     }
   }
 
-  bool is_flat(size_t triangle) const {
-    return !source_.sharp_polygons.empty() && source_.sharp_polygons[pattern_.polygons[triangle]] != 0;
-  }
-
-  /// Each has corners of its own, for its own normal.
-  void separate_flat_triangles() {
-    for (size_t t = 0; t < pattern_.corner_triangles.size(); ++t) {
-      if (!is_flat(t)) continue;
-      for (uint32_t& corner : pattern_.corner_triangles[t]) {
-        pattern_.corners.push_back(CagePlace(pattern_.corners[corner]));
-        corner = static_cast<uint32_t>(pattern_.corners.size() - 1);
-      }
-    }
-  }
-
   /// Triangles without an area are left out.
   void set_triangles() {
     const SubdivisionCage& cage = *source_.cage;
@@ -139,11 +122,6 @@ class Dicer {
     mesh_.corner_count = static_cast<uint32_t>(has_corners_ ? pattern_.corners.size() : 0);
   }
 
-  uint32_t flat_normal(size_t triangle) const {
-    const auto [p0, p1, p2] = mesh_.triangle_positions(triangle);
-    return encode_octahedral(normalize_or(cross(p1 - p0, p2 - p0), {0.0f, 0.0f, 1.0f}));
-  }
-
   /// As those of points where they are nearly the same.
   void set_corner_normals() {
     if (is_linear()) {
@@ -155,10 +133,6 @@ class Dicer {
     for (size_t t = 0; t < mesh_.vertices.size(); ++t) {
       for (size_t j = 0; j < 3; ++j) {
         const uint32_t corner = mesh_.corners[t][j], of_point = point_normals_[mesh_.vertices[t][j]];
-        if (!mesh_.polygons.empty() && mesh_.sharp_polygons[mesh_.polygons[t]] != 0) {
-          mesh_.normals[corner] = flat_normal(t);
-          continue;
-        }
         const Vec3 normal = corners[corner].normal;
         mesh_.normals[corner] =
             dot(normal, decode_octahedral(of_point)) > kSameNormal ? of_point : encode_octahedral(normal);

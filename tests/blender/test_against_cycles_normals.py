@@ -1,9 +1,10 @@
-"""Smooth normals of stretched and sheared objects, against Cycles, which transforms those of a mesh with a single user
-before it interpolates them.
+"""Normals against Cycles: smooth ones of stretched and sheared objects, which it transforms before it interpolates them
+where a mesh has a single user, and those beside flat faces and sharp edges.
 
 They are shown as light, so that there is no noise but that of edges."""
 
 import bpy
+import numpy as np
 import pytest
 
 from tests.support import blender_scenes as build
@@ -47,6 +48,25 @@ def sharp(_scene: bpy.types.Scene, obj: bpy.types.Object) -> None:
         edge.use_edge_sharp = True
 
 
+def half_flat(_scene: bpy.types.Scene, obj: bpy.types.Object) -> None:
+    """No face is plane, so that flat ones show their triangles."""
+    for number, vertex in enumerate(obj.data.vertices):
+        vertex.co *= 1.0 + 0.05 * (number % 3)
+    obj.data.polygons.foreach_set("use_smooth", [number % 2 != 0 for number in range(len(obj.data.polygons))])
+
+
+def half_flat_and_sharp(scene: bpy.types.Scene, obj: bpy.types.Object) -> None:
+    half_flat(scene, obj)
+    sharp(scene, obj)
+
+
+def half_flat_of_its_own(scene: bpy.types.Scene, obj: bpy.types.Object) -> None:
+    """Custom normals, which flat faces have, too."""
+    half_flat(scene, obj)
+    normals = np.random.default_rng(1).normal(size=(len(obj.data.loops), 3))
+    obj.data.normals_split_custom_set(normals.tolist())
+
+
 def shared(scene: bpy.types.Scene, obj: bpy.types.Object) -> None:
     other = obj.copy()
     other.location.z = 50.0
@@ -78,7 +98,8 @@ def sheared_and_scattering(scene: bpy.types.Scene, obj: bpy.types.Object) -> Non
     scattering(scene, obj)
 
 
-CASES = [plain, sheared, sharp, sheared_and_shared, sheared_and_scattering]
+FLAT = [half_flat, half_flat_and_sharp, half_flat_of_its_own]
+CASES = [plain, sheared, sharp, sheared_and_shared, sheared_and_scattering, *FLAT]
 
 
 def agrees(scene: bpy.types.Scene) -> bool:
@@ -89,6 +110,18 @@ def agrees(scene: bpy.types.Scene) -> bool:
 def test_shading_normals(empty_scene: bpy.types.Scene, change) -> None:
     change(empty_scene, cube(empty_scene))
     assert agrees(empty_scene)
+
+
+def test_smooth_faces_that_do_not_know_flat_ones_are_seen(empty_scene: bpy.types.Scene) -> None:
+    """Planted: for Cycles the edges between them are sharp, as they are in Blender's own viewport."""
+    obj = cube(empty_scene)
+    half_flat(empty_scene, obj)
+
+    def plant(_: bpy.types.Scene) -> None:
+        for edge in list(obj.data.edges)[1:]:
+            edge.use_edge_sharp = True
+
+    assert not compare_with_cycles(empty_scene, (32, 32), 32, count=4, blocks=8, plant=plant).agrees
 
 
 def test_a_second_user_is_seen(empty_scene: bpy.types.Scene) -> None:

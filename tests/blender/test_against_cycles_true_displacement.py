@@ -218,6 +218,13 @@ def test_flat_faces_among_smooth_ones(empty_scene: bpy.types.Scene) -> None:
     agrees(empty_scene)
 
 
+def test_flat_faces_stay_flat_among_smooth_ones(empty_scene: bpy.types.Scene) -> None:
+    """Without bump, and nothing comes apart at them."""
+    polygons = displaced_sphere(empty_scene).data.polygons
+    polygons.foreach_set("use_smooth", [i % 2 != 0 for i in range(len(polygons))])
+    agrees(empty_scene)
+
+
 def test_instances_and_own_materials(empty_scene: bpy.types.Scene) -> None:
     """Objects of one mesh are displaced as the first of them, unless they have materials of their own."""
     sphere = displaced_sphere(empty_scene)

@@ -82,9 +82,13 @@ def test_normals_come_in_the_smallest_domain(empty_scene) -> None:
     assert smooth.normals == pytest.approx(smooth.positions / np.sqrt(3), abs=1e-6)
     mesh.polygons[0].use_smooth = False
     mixed = arrays_of(mesh)
-    assert mixed.normals_domain == "CORNER" and mixed.sharp_faces.tolist() == [1, 0, 0, 0, 0, 0]
-    assert mixed.normals == pytest.approx(np.array([c.vector for c in mesh.corner_normals]))
-    assert mixed.normals[0] == pytest.approx(np.array(mesh.polygons[0].normal))
+    assert mixed.normals_domain == "POINT" and mixed.sharp_faces.tolist() == [1, 0, 0, 0, 0, 0]
+    assert mixed.normals == pytest.approx(smooth.normals)
+    mesh.edges[0].use_edge_sharp = True
+    parted = arrays_of(mesh)
+    assert parted.normals_domain == "CORNER"
+    assert parted.normals == pytest.approx(np.array([c.vector for c in mesh.corner_normals]))
+    assert parted.normals[0] == pytest.approx(np.array(mesh.polygons[0].normal))
 
 
 def test_the_active_render_uv_map_comes_first(empty_scene) -> None:

@@ -113,13 +113,20 @@ TEST(BuildMesh, SharpFacesAreFlatAmongPointNormals) {
   EXPECT_EQ(built(builder, square).normals_domain, Domain::POINT);
   square.sharp_faces = {0, 1};
   const Mesh& mixed = built(builder, square);
-  ASSERT_EQ(mixed.normals_domain, Domain::CORNER);
-  for (size_t c = 0; c < 8; ++c) {
-    const Vec3 expected = c < 4 ? tilted : Vec3{0.0f, 0.0f, 1.0f};
-    EXPECT_LT(length(decode_octahedral(mixed.normals[c]) - expected), 1e-4f);
-  }
+  EXPECT_EQ(mixed.normals_domain, Domain::POINT);
+  for (size_t t = 0; t < 4; ++t) EXPECT_EQ(mixed.is_flat(t), t >= 2);
+  for (const uint32_t code : mixed.normals) EXPECT_LT(length(decode_octahedral(code) - tilted), 1e-4f);
   square.sharp_faces = {1, 1};
   EXPECT_EQ(built(builder, square).normals_domain, Domain::FACE);
+}
+
+TEST(BuildMesh, CornerNormalsAreThereThoughFacesAreSharp) {
+  SceneBuilder builder;
+  SquareMesh square;
+  square.normals_domain = Domain::CORNER;
+  square.normals.assign(8, normalize({1.0f, 0.0f, 1.0f}));
+  square.sharp_faces = {0, 1};
+  EXPECT_FALSE(built(builder, square).is_flat(3));
 }
 
 TEST(BuildMesh, NormalsWithoutDirectionBecomeUnitOnes) {
