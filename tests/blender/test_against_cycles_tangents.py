@@ -115,6 +115,8 @@ def place(empty_scene: bpy.types.Scene) -> Callable[[str, str], bpy.types.Object
 @pytest.mark.parametrize("what", ["ShaderNodeNormalMap", "ShaderNodeTangent"])
 @pytest.mark.parametrize("case", CASES)
 def test_tangents_are_those_of_corners(empty_scene, place, case: str, what: str) -> None:
+    if CASES[case][1] is None and bpy.app.version < (5, 0, 0):
+        pytest.skip("Cycles had others then")
     place(case, what)
     result = compare_with_cycles(empty_scene, blocks=8)
     assert result.agrees, result
