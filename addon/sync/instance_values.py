@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .instance_levels import InstanceLevels
-from .nodes.value_names import COLOR, INDEX, INSTANCER, NO_PARTICLE, OBJECT, PARTICLE, split_value_name
+from .nodes.value_names import COLOR, EMITTER, INDEX, INSTANCER, NO_PARTICLE, OBJECT, PARTICLE, split_value_name
 
 Rgba = tuple[float, float, float, float]
 
@@ -37,6 +37,8 @@ def _object_value(name: str, obj: bpy.types.Object, instancer: bpy.types.Object 
     if name == INDEX:
         return _grey(obj.pass_index)
     kind, attribute = split_value_name(name)
+    if kind == EMITTER:
+        return NOTHING
     if kind == PARTICLE:
         return _grey(NO_PARTICLE.get(attribute, 0.0))
     owners = [obj, obj.data]

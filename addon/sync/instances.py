@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import SyncReport
 from .changes import EVERYTHING, Changes, data_uid, original_uid
+from .emitter_coordinates import with_emitter_coordinates
 from .fluid_grids import gas_domain
 from .instance_values import item_values, may_follow_others, object_values
 from .lamp_table import KeptLamps, LampTable, edited_lamps
@@ -241,7 +242,8 @@ class InstanceSync:
         known = list(instancers)[1:]  # without None
         indices = np.array(instancer_of, np.int32)
         values = item_values(self._depsgraph, self._value_names, known, indices, self._report.warn)
-        return with_particle_values(values, self._depsgraph, self._value_names)
+        values = with_particle_values(values, self._depsgraph, self._value_names)
+        return with_emitter_coordinates(values, self._depsgraph, self._value_names)
 
     def _place_edited_lamps(self, matrices: NDArray[np.float32], random_ids: NDArray[np.int32]) -> Placements | None:
         """The placements of the last sync with the lamps that were edited since; None if that is not all there is."""

@@ -80,3 +80,57 @@ def test_other_particles_are_seen(empty_scene, output):
             scene.frame_set(frame)
 
     assert not compare_with_cycles(empty_scene, samples=16, count=4, blocks=12, floor=ROUNDING, plant=plant).agrees
+
+
+def emitter_coordinate(what: str) -> bpy.types.Material:
+    """Shines by where on a surface an instance sits."""
+
+    def make(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        node = tree.nodes.new("ShaderNodeUVMap" if what == "UV Map" else "ShaderNodeTexCoord")
+        node.from_instancer = True
+        lifted = build.shader(tree, "ShaderNodeVectorMath", Vector=node.outputs["UV" if what == "UV Map" else what])
+        lifted.inputs[1].default_value = (1.0, 1.0, 1.0)  # negative light is another test's
+        return build.shader(tree, "ShaderNodeEmission", Color=lifted.outputs[0]).outputs[0]
+
+    return build.material("card", make)
+
+
+def emitter(scene: bpy.types.Scene, what: str, shows: str) -> bpy.types.Object:
+    """A grid whose particles, faces or points show cards; and a card that is itself."""
+    points = [(-0.2, -0.2, 0.0), (0.2, -0.2, 0.0), (0.2, 0.2, 0.0), (-0.2, 0.2, 0.0)]
+    card = build.add_mesh(scene, "card", points, [(0, 1, 2, 3)], emitter_coordinate(what))
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=6, y_subdivisions=5, size=3.0)
+    grid = bpy.context.object
+    if shows == "PARTICLES":
+        card.location = (-1.5, 1.7, 0.0)
+        grid.modifiers.new("particles", "PARTICLE_SYSTEM")
+        settings = grid.particle_systems[0].settings
+        settings.count, settings.frame_end, settings.physics_type = 40, 1.0, "NO"
+        settings.render_type, settings.instance_object, settings.particle_size = "OBJECT", card, 1.0
+        for frame in (1, 2):
+            scene.frame_set(frame)
+    else:
+        card.parent, grid.instance_type = grid, shows
+    camera = build.add_camera(scene, (0.0, 0.0, 8.0), (0.0, 0.0, 0.0))
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 5.0
+    return grid
+
+
+@pytest.mark.parametrize("shows", ["PARTICLES", "FACES", "VERTS"])
+@pytest.mark.parametrize("what", ["Generated", "UV", "UV Map"])
+def test_coordinates_from_the_instancer(empty_scene, what: str, shows: str):
+    emitter(empty_scene, what, shows)
+    assert compare_with_cycles(empty_scene, samples=16, count=4, blocks=12, floor=ROUNDING).agrees
+
+
+@pytest.mark.parametrize("shows", ["PARTICLES", "FACES"])
+def test_other_coordinates_from_the_instancer_are_seen(empty_scene, shows: str):
+    """Planted: in the picture of Cycles they are those of another output."""
+    emitter(empty_scene, "UV", shows)
+    node = next(n for n in bpy.data.materials["card"].node_tree.nodes if n.bl_idname == "ShaderNodeTexCoord")
+
+    def plant(_: bpy.types.Scene) -> None:
+        link = node.outputs["UV"].links[0]
+        bpy.data.materials["card"].node_tree.links.new(node.outputs["Generated"], link.to_socket)
+
+    assert not compare_with_cycles(empty_scene, samples=16, count=4, blocks=12, floor=ROUNDING, plant=plant).agrees

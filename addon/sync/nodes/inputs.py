@@ -52,8 +52,8 @@ def position(node: NodeView) -> Value:
 
 @value_node("ShaderNodeTexCoord")
 def texture_coordinate(node: NodeView, output: str) -> Value | None:
-    if node.node.from_instancer and output in ("Generated", "UV"):
-        node.warn("coordinates from the instancer are not supported: the object's own are used")
+    if node.node.from_instancer and output in value_names.EMITTER_COORDINATES:
+        return _emitter_coordinate(node, output)
     if output == "UV":
         return uv_coordinate(node)
     if output == "Object":
@@ -89,10 +89,18 @@ def _object_coordinate(node: NodeView, other: bpy.types.Object | None) -> Value:
     return node.vector_math("ADD", node.emit("COMBINE_XYZ", rows), vector_constant(*(row[3] for row in matrix[:3])))
 
 
+def _emitter_coordinate(node: NodeView, output: str) -> Value:
+    """The same all over an instance; 0 on what is none."""
+    if not node.compiler.is_surface:
+        return vector_constant(0.0, 0.0, 0.0)
+    name = value_names.attribute_value_name(value_names.EMITTER, output)
+    return node.emit("INSTANCE_VALUE", (), (node.compiler.code.program.attribute(name),))
+
+
 @value_node("ShaderNodeUVMap")
 def uv_map(node: NodeView, output: str) -> Value:
     if node.node.from_instancer:
-        node.warn("a UV map from the instancer is not supported: the object's own is used")
+        return _emitter_coordinate(node, "UV")
     return uv_coordinate(node, node.node.uv_map)
 
 

@@ -34,6 +34,8 @@ COLOR, INDEX = "INFO:color", "INFO:index"
 OBJECT, INSTANCER, VIEW_LAYER = "OBJECT", "INSTANCER", "VIEW_LAYER"  # types of Attribute nodes
 PARTICLE = "PARTICLE"  # outputs of the Particle Info node
 NO_PARTICLE = {"Random": 0xDC3D74F9 / 0xFFFFFFFF}  # what is none has the random number of the first, and else zeros
+EMITTER = "EMITTER"  # coordinates of where on a surface an instance sits: those outputs of Texture Coordinate
+EMITTER_COORDINATES = ("Generated", "UV")
 INFO_OUTPUTS = {"Color": COLOR, "Alpha": COLOR, "Object Index": INDEX}
 
 
@@ -54,6 +56,9 @@ def value_names(node: bpy.types.Node) -> set[str]:
         return {INFO_OUTPUTS[output] for output in linked if output in INFO_OUTPUTS}
     if node.bl_idname == "ShaderNodeParticleInfo":
         return {attribute_value_name(PARTICLE, socket.identifier) for socket in node.outputs if socket.is_linked}
+    if node.bl_idname in ("ShaderNodeTexCoord", "ShaderNodeUVMap") and node.from_instancer:
+        linked = [socket.identifier for socket in node.outputs if socket.is_linked]
+        return {attribute_value_name(EMITTER, output) for output in linked if output in EMITTER_COORDINATES}
     if node.bl_idname == "ShaderNodeAttribute" and node.attribute_type in (OBJECT, INSTANCER) and node.attribute_name:
         return {attribute_value_name(node.attribute_type, node.attribute_name)}
     return set()
