@@ -1,12 +1,12 @@
 #include "scene/corner_tangents.h"
 
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <tuple>
+#include <numeric>
+#include <span>
+#include <utility>
 
 #include "base/angle.h"
 #include "base/parallel.h"
@@ -105,12 +105,17 @@ class TangentFinder {
   void weld() {
     vertices_.resize(corners_.size());
     const size_t mask = std::bit_ceil(2 * corners_.size() + 1) - 1;
-    std::vector<uint32_t> table(mask + 1, kNone);
+    std::vector<uint32_t> table(mask + 1, kNone), latest(mesh_.positions.size(), kNone);
     for (uint32_t c = 0; c < corners_.size(); ++c) {
+      uint32_t& at_point = latest[mesh_.vertices[triangle_of(c)][c % 3]];  // most corners of a point are one vertex
+      if (at_point != kNone && corners_[at_point] == corners_[c]) {
+        vertices_[c] = at_point;
+        continue;
+      }
       size_t slot = corners_[c].hash() & mask;
       while (table[slot] != kNone && !(corners_[table[slot]] == corners_[c])) slot = (slot + 1) & mask;
       if (table[slot] == kNone) table[slot] = c;
-      vertices_[c] = table[slot];
+      vertices_[c] = at_point = table[slot];
     }
   }
 
@@ -143,30 +148,32 @@ class TangentFinder {
     });
   }
 
-  struct Edge {
-    uint32_t low, high;  // vertices
-    uint32_t number;
-  };
+  uint32_t lower_end(uint32_t edge) const { return std::min(vertices_[edge], vertices_[next_in_triangle(edge)]); }
+  uint32_t upper_end(uint32_t edge) const { return std::max(vertices_[edge], vertices_[next_in_triangle(edge)]); }
 
-  /// Edges meet in pairs that run against each other; of more than two along a line, in their order.
   void find_neighbours() {
-    std::vector<Edge> edges(corners_.size());
-    for_each_triangle([&](size_t t) {
-      for (uint32_t e = static_cast<uint32_t>(3 * t); e < 3 * t + 3; ++e) {
-        const uint32_t from = vertices_[e], to = vertices_[next_in_triangle(e)];
-        edges[e] = {std::min(from, to), std::max(from, to), e};
+    opposite_edges_.assign(corners_.size(), kNone);
+    std::vector<uint32_t> ends(corners_.size() + 1), edges(corners_.size());  // of the edges of each lower end
+    for (uint32_t e = 0; e < corners_.size(); ++e) ++ends[lower_end(e) + 1];
+    std::partial_sum(ends.begin(), ends.end(), ends.begin());
+    for (uint32_t e = 0; e < corners_.size(); ++e) edges[ends[lower_end(e)]++] = e;
+    parallel_blocks(corners_.size(), kBlockSize, [&](size_t, size_t first, size_t last) {
+      for (size_t v = first; v < last; ++v) {
+        const uint32_t begin = v == 0 ? 0 : ends[v - 1];
+        pair_edges({edges.data() + begin, ends[v] - begin});
       }
     });
-    tbb::parallel_sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
-      return std::tie(a.low, a.high, a.number) < std::tie(b.low, b.high, b.number);
-    });
-    opposite_edges_.assign(corners_.size(), kNone);
+  }
+
+  /// Of one lower end. Edges meet in pairs that run against each other; of more than two along a line, in their order.
+  void pair_edges(std::span<uint32_t> edges) {
+    std::ranges::sort(edges, {}, [&](uint32_t e) { return std::pair(upper_end(e), e); });
     size_t waiting = 0;  // the first that has no opposite one yet
     for (size_t i = 0; i < edges.size(); ++i) {
-      const auto is_with = [&](size_t k) { return edges[k].low == edges[i].low && edges[k].high == edges[i].high; };
-      const auto is_free = [&](size_t k) { return opposite_edges_[edges[k].number] == kNone; };
-      while (waiting < i && !(is_with(waiting) && is_free(waiting))) ++waiting;
-      const uint32_t e = edges[i].number, other = edges[waiting].number;
+      const uint32_t e = edges[i];
+      while (waiting < i && (upper_end(edges[waiting]) != upper_end(e) || opposite_edges_[edges[waiting]] != kNone))
+        ++waiting;
+      const uint32_t other = edges[waiting];
       if (waiting == i || vertices_[other] == vertices_[e]) continue;
       opposite_edges_[e] = other;
       opposite_edges_[other] = e;
