@@ -151,9 +151,12 @@ def _tessellation(
 
 def _normals(mesh: bpy.types.Mesh, corner_count: int) -> tuple[NDArray[np.float32] | None, str]:
     """Where nothing but flat faces parts them, smooth ones beside these are as if all were smooth, as in Cycles."""
-    if corner_count == 0 or mesh.normals_domain == "FACE":
+    domain, has_own = mesh.normals_domain, mesh.has_custom_normals
+    if domain == "FACE" and has_own and "sharp_face" in mesh.attributes:
+        domain = "POINT"  # normals that faces were given are blended there
+    if corner_count == 0 or domain == "FACE":
         return None, "FACE"
-    at_points = mesh.normals_domain == "POINT" or not (mesh.has_custom_normals or _has_sharp_edges(mesh))
+    at_points = domain == "POINT" or not (has_own or _has_sharp_edges(mesh))
     source, domain = (mesh.vertex_normals, "POINT") if at_points else (mesh.corner_normals, "CORNER")
     normals = np.empty((len(source), 3), np.float32)
     source.foreach_get("vector", normals.ravel())

@@ -119,16 +119,10 @@ class TangentFinder {
     }
   }
 
-  /// In the map, along the two edges from the first corner. Longitudes go on around the object, and poles have any.
-  std::array<Vec2, 2> steps(const Corner& a, const Corner& b, const Corner& c) const {
-    if (map_) return {b.uv - a.uv, c.uv - a.uv};
-    const auto is_pole = [](const Corner& corner) { return corner.position.x == 0.0f && corner.position.y == 0.0f; };
-    const auto turn = [&](const Corner& from, const Corner& to) {
-      const float around = is_pole(from) || is_pole(to) ? 0.0f : to.uv.x - from.uv.x;
-      return around - std::round(around);
-    };
-    const float to_b = turn(a, b), to_c = is_pole(a) ? turn(b, c) : turn(a, c);
-    return {Vec2{to_b, b.uv.y - a.uv.y}, Vec2{to_c, c.uv.y - a.uv.y}};
+  /// In the map. Longitudes go on around the object, up to half of a turn back.
+  Vec2 step(Vec2 from, Vec2 to) const {
+    const Vec2 d = to - from;
+    return {map_ ? d.x : d.x - std::floor(d.x + 0.5f), d.y};
   }
 
   void find_directions() {
@@ -138,7 +132,7 @@ class TangentFinder {
     for_each_triangle([&](size_t t) {
       const Corner &a = corners_[3 * t], &b = corners_[3 * t + 1], &c = corners_[3 * t + 2];
       const Vec3 edge_1 = b.position - a.position, edge_2 = c.position - a.position;
-      const auto [duv_1, duv_2] = steps(a, b, c);
+      const Vec2 duv_1 = step(a.uv, b.uv), duv_2 = step(a.uv, c.uv);
       const float area = duv_1.x * duv_2.y - duv_1.y * duv_2.x;
       const Vec3 dp_du = duv_2.y * edge_1 - duv_1.y * edge_2, dp_dv = duv_1.x * edge_2 - duv_2.x * edge_1;
       is_mirrored_[t] = !(area > 0.0f);

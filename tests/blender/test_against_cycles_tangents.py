@@ -49,6 +49,15 @@ def drum() -> None:
     bpy.ops.mesh.primitive_cylinder_add(vertices=7, depth=1.4, radius=0.8)
 
 
+def sheet() -> None:
+    """Through the origin nearly: its middle point sees all others around itself."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=4, y_subdivisions=4, size=2.0)
+    for vertex, height in zip(
+        bpy.context.object.data.vertices, np.random.default_rng(7).normal(0.0, 0.25, 25), strict=True
+    ):
+        vertex.co.z = height
+
+
 def map_of(obj: bpy.types.Object, change: Callable[[np.ndarray], np.ndarray]) -> None:
     layer = obj.data.uv_layers[0]
     uv = np.empty((len(layer.data), 2), np.float32)
@@ -88,6 +97,7 @@ CASES = {
     "map without area in half of the faces": (head, half_missing),
     "cube without a map": (cube, None),
     "head without a map": (head, None),
+    "sheet without a map": (sheet, None),
 }
 
 
