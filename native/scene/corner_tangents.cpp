@@ -8,7 +8,6 @@
 #include <span>
 #include <utility>
 
-#include "base/angle.h"
 #include "base/parallel.h"
 
 namespace cistern {

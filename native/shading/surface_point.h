@@ -85,9 +85,10 @@ Vec2 shifted_barycentric(const Scene& scene, const SurfacePoint& point, BumpShif
 struct TangentFrame {
   Vec3 tangent, bitangent, normal;
 };
-/// `attribute` may be kNoUvMap. None where the map is missing; `is_of_original`: all as before displacement, but for the normal
-/// of flat faces. For what the materials of the mesh read (Scene::tangents). What is made of the frame goes to world
-/// space by `transform_normal`, as in Cycles: normal maps baked on an object then also fit it when it is scaled.
+/// `attribute` may be kNoUvMap. None where the map is missing; `is_of_original`: all as before displacement, but for
+/// the normal of flat faces. For what the materials of the mesh read (Scene::tangents). What is made of the frame goes
+/// to world space by `transform_normal`, as in Cycles: normal maps baked on an object then also fit it when it is
+/// scaled.
 std::optional<TangentFrame> tangent_frame(const Scene& scene, const SurfacePoint& point, int attribute,
                                           bool is_of_original = false);
 
