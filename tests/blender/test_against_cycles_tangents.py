@@ -13,8 +13,6 @@ from tests.support.engines import compare_with_cycles
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
-Shape = Callable[[], None]
-
 
 def shown(what: str) -> bpy.types.Material:
     def make(tree: build.Nodes) -> bpy.types.NodeSocket:
