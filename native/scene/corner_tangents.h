@@ -32,7 +32,6 @@ struct MeshTangents {
   int attribute = -1;
   bool is_of_original = false;  // as before displacement
   std::shared_ptr<const CornerTangents> corners;
-  friend bool operator==(const MeshTangents&, const MeshTangents&) = default;
 };
 
 size_t memory_bytes(const CornerTangents& tangents);
