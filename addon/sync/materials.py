@@ -17,7 +17,7 @@ from .images import ImageCache
 from .instance_values import Rgba, layer_value
 from .nodes import compile_light, compile_material, compile_splats, compile_volume, compile_world
 from .nodes.graph import all_nodes
-from .nodes.value_names import ATTRIBUTE_OUTPUTS, GENERATED, RENDER_COLOR, value_names
+from .nodes.value_names import GENERATED, RENDER_COLOR, output_attributes, value_names
 from .splats import is_splat_cloud
 
 if TYPE_CHECKING:
@@ -308,8 +308,7 @@ def tree_uses(depsgraph: bpy.types.Depsgraph, only_updated: bool = False) -> Tre
     images: dict[int, tuple[bpy.types.Image, bpy.types.ImageUser]] = {}
     for node in all_nodes(owner.node_tree for owner in owners if owner.node_tree is not None):
         instance_values |= value_names(node)
-        outputs = ATTRIBUTE_OUTPUTS.get(node.bl_idname, {})
-        attributes.update(name for output, name in outputs.items() if node.outputs[output].is_linked)
+        attributes |= output_attributes(node)
         if getattr(node, "attribute_type", "GEOMETRY") == "GEOMETRY":
             attributes.add(getattr(node, "attribute_name", ""))
         if _reads_generated(node):

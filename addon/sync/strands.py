@@ -14,7 +14,7 @@ from . import versions
 from .colour import srgb_to_linear
 from .drift import Drift
 from .meshes import read_attribute_values
-from .nodes.value_names import STRAND, STRAND_INTERCEPT, STRAND_LENGTH, STRAND_RANDOM, STRAND_THICKNESS
+from .nodes.value_names import STRAND, STRAND_INTERCEPT, STRAND_LENGTH, STRAND_NORMAL, STRAND_RANDOM, STRAND_THICKNESS
 from .placements import hash_pair
 
 _DEFAULT_RADIUS = 0.005  # of curves without radii, as Cycles 5.0 shows them
@@ -47,6 +47,10 @@ def curve_arrays(curves: bpy.types.Curves, wanted: Set[str], drift: Drift | None
     if radius is not None and len(radius.data) == len(radii):
         radius.data.foreach_get("value", radii)
     attributes = _curve_attributes(curves, wanted)
+    if STRAND_NORMAL in wanted:
+        normals = np.empty_like(positions)
+        curves.normals.foreach_get("vector", normals.ravel())
+        attributes.append((STRAND_NORMAL, "POINT", normals))
     if drift is not None:
         attributes += drift.columns(curves)
     shape = "LINES" if _are_straight(curves) else "SPLINES"

@@ -56,9 +56,17 @@ bool is_sheet(const MaterialProgram& p, const Instruction& closure) {
   return !(is_at_least(kPrincipledRoughness, kRough) && is_at_least(kPrincipledIor, kDense));
 }
 
+/// Whether the hair's cross-section is a circle everywhere: light passes beside others.
+bool is_round(const MaterialProgram& p, const Instruction& hair) {
+  constexpr size_t kAspectRatio = 9;  // input of CLOSURE_MICROFACET_HAIR, op_table.cpp
+  const Operand aspect_ratio = operands_of(p, hair)[kAspectRatio];
+  return aspect_ratio.is_constant() && constant_x(p, aspect_ratio) == 1.0f;
+}
+
 bool may_pass_light(const MaterialProgram& p, const Instruction& closure) {
   const std::span<const Operand> in = operands_of(p, closure);
   if (closure.op == Op::CLOSURE_TRANSPARENT) return !is_zero_float(p, in[0]) && !is_constant_zero(p, in[1]);
+  if (closure.op == Op::CLOSURE_MICROFACET_HAIR) return !is_zero_float(p, in[0]) && !is_round(p, closure);
   if (closure.op != Op::CLOSURE_PRINCIPLED || is_zero_float(p, in[kPrincipledWeight])) return false;
   const Operand alpha = in[kPrincipledAlpha];
   return is_sheet(p, closure) || !(alpha.is_constant() && constant_x(p, alpha) >= 1.0f);
@@ -250,7 +258,7 @@ bool may_turn(const MaterialProgram& p, const Instruction& closure) {
   if (closure.op == Op::CLOSURE_PRINCIPLED) return !is_zero_float(p, operands_of(p, closure)[kPrincipledTransmission]);
   if (closure.op == Op::CLOSURE_TOON) return closure.parameters[0] != 0;
   return closure.op == Op::CLOSURE_GLASS || closure.op == Op::CLOSURE_REFRACTION || closure.op == Op::CLOSURE_HAIR ||
-         closure.op == Op::CLOSURE_SIMPLE_HAIR;
+         closure.op == Op::CLOSURE_MICROFACET_HAIR || closure.op == Op::CLOSURE_SIMPLE_HAIR;
 }
 
 bool may_enter(const MaterialProgram& p, const Instruction& closure) {

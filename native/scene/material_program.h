@@ -42,7 +42,7 @@ enum class Op : uint8_t {
   // Closures: first input is the weight (float), no output.
   CLOSURE_PRINCIPLED, CLOSURE_DIFFUSE, CLOSURE_GLOSSY, CLOSURE_GLASS, CLOSURE_REFRACTION, CLOSURE_TRANSLUCENT,
   CLOSURE_TRANSPARENT, CLOSURE_EMISSION, CLOSURE_SHEEN, CLOSURE_METALLIC, CLOSURE_SUBSURFACE, CLOSURE_TOON, CLOSURE_HAIR,
-  CLOSURE_SIMPLE_HAIR, CLOSURE_HOLDOUT, CLOSURE_RAY_PORTAL,
+  CLOSURE_MICROFACET_HAIR, CLOSURE_SIMPLE_HAIR, CLOSURE_HOLDOUT, CLOSURE_RAY_PORTAL,
   // No shader, but no value either: the normal that displacement bends, for the closures after it.
   CLOSURE_NORMAL,
   // Nor this one: what goes to passes of its own.

@@ -174,6 +174,9 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // weight, tangent, colour, melanin, melanin redness, tint, absorption, roughness, radial roughness, coat, ior, tilt of scales;
     // [0 ABSORPTION 1 MELANIN, with the tint, 2 COLOR]
     {"CLOSURE_HAIR", "fvcffccfffff", 0, 1, true},
+    // weight, tangent, major axis, colour, melanin, melanin redness, tint, absorption, roughness, aspect ratio, ior, tilt of scales, factors of
+    // what is reflected, passes, and is reflected inside; [as CLOSURE_HAIR]
+    {"CLOSURE_MICROFACET_HAIR", "fvvcffccfffffff", 0, 1, true},
     {"CLOSURE_SIMPLE_HAIR", "fvcfff", 0, 1, true},    // weight, tangent, colour, roughness along and across, offset; [1 = what passes]
     {"CLOSURE_HOLDOUT", "f", 0, 0, true},             // weight
     {"CLOSURE_RAY_PORTAL", "fcvv", 0, 0, true},       // weight, colour, position, direction (zero: straight on)

@@ -66,6 +66,7 @@ ParameterRules parameter_rules(Op op) {
       return {up_to(25)};
     case Op::VECTOR_MATH_VALUE:
     case Op::CLOSURE_HAIR:
+    case Op::CLOSURE_MICROFACET_HAIR:
       return {up_to(2)};
     case Op::MIX_FLOAT:
     case Op::MIX_VECTOR:

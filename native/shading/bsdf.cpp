@@ -4,8 +4,10 @@
 #include <span>
 #include <type_traits>
 
+#include "shading/lobe_albedo.h"
 #include "shading/lobe_hair.h"
 #include "shading/lobe_microfacet.h"
+#include "shading/lobe_microfacet_hair.h"
 #include "shading/lobe_sheen.h"
 #include "shading/lobe_simple_hair.h"
 #include "shading/lobe_toon.h"
@@ -14,13 +16,7 @@
 namespace cistern {
 namespace {
 
-Vec3 normal_of(const Lobe& lobe) {
-  return std::visit([](const auto& model) { return model.n; }, lobe.model);
-}
-
 const MicrofacetLobe* as_microfacet(const Lobe& lobe) { return std::get_if<MicrofacetLobe>(&lobe.model); }
-
-const HairLobe* as_hair(const Lobe& lobe) { return std::get_if<HairLobe>(&lobe.model); }
 
 const SimpleHairLobe* as_simple_hair(const Lobe& lobe) { return std::get_if<SimpleHairLobe>(&lobe.model); }
 
@@ -38,6 +34,9 @@ bool is_any_of(const Lobe& lobe) {
   return ((kBits >> lobe.model.index()) & 1u) != 0;
 }
 
+/// Of strands that light passes through.
+bool leaves_on_all_sides(const Lobe& lobe) { return is_any_of<HairLobe, MicrofacetHairLobe>(lobe); }
+
 /// The cone of toon lobes, or null.
 const ToonCone* as_cone(const Lobe& lobe) {
   if (const auto* diffuse = std::get_if<ToonDiffuseLobe>(&lobe.model)) return &diffuse->cone;
@@ -52,7 +51,7 @@ ScatterKind kind_of(const Lobe& lobe, bool is_transmission) {
   if (is_transmission)
     return is_any_of<TranslucentLobe, RoughTranslucentLobe>(lobe) ? ScatterKind::TRANSLUCENT
                                                                   : ScatterKind::TRANSMISSION;
-  const bool is_glossy = is_any_of<MicrofacetLobe, HairLobe, SimpleHairLobe, ToonGlossyLobe>(lobe);
+  const bool is_glossy = is_any_of<MicrofacetLobe, HairLobe, SimpleHairLobe, MicrofacetHairLobe, ToonGlossyLobe>(lobe);
   return is_glossy ? ScatterKind::GLOSSY : ScatterKind::DIFFUSE;
 }
 
@@ -60,7 +59,9 @@ PassKind pass_kind(const Lobe& lobe, bool is_below) {
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
   if (const SimpleHairLobe* hair = as_simple_hair(lobe))
     return hair->passes ? PassKind::TRANSMISSION : PassKind::GLOSSY;
-  if (!microfacet) return is_any_of<HairLobe, ToonGlossyLobe, VelvetLobe>(lobe) ? PassKind::GLOSSY : PassKind::DIFFUSE;
+  if (!microfacet)
+    return is_any_of<HairLobe, MicrofacetHairLobe, ToonGlossyLobe, VelvetLobe>(lobe) ? PassKind::GLOSSY
+                                                                                     : PassKind::DIFFUSE;
   return is_below ? PassKind::TRANSMISSION : PassKind::GLOSSY;
 }
 
@@ -123,7 +124,7 @@ Vec3 hemisphere_normal(const Bsdf& bsdf) { return bsdf.ns == Vec3{} ? bsdf.ng : 
 float upper_probability(const Lobe& lobe) {
   if (!transmits(lobe)) return 1.0f;
   const MicrofacetLobe* microfacet = as_microfacet(lobe);
-  return as_hair(lobe) || (microfacet && microfacet->reflects) ? 0.5f : 0.0f;
+  return leaves_on_all_sides(lobe) || (microfacet && microfacet->reflects) ? 0.5f : 0.0f;
 }
 
 float hemisphere_pdf(const Bsdf& bsdf, const Lobe& lobe, Vec3 wi, bool is_above) {
@@ -375,8 +376,9 @@ bool is_smooth(const Lobe& lobe) {
   constexpr float kAlphaProduct = kReconnectRoughness * kReconnectRoughness * kReconnectRoughness * kReconnectRoughness;
   if (const MicrofacetLobe* microfacet = as_microfacet(lobe))
     return microfacet->alpha_x * microfacet->alpha_y < kAlphaProduct;
-  if (!is_any_of<HairLobe, SimpleHairLobe, ToonDiffuseLobe, ToonGlossyLobe>(lobe)) return false;
-  if (const HairLobe* hair = as_hair(lobe)) return hair->is_smooth;
+  if (!is_any_of<HairLobe, SimpleHairLobe, MicrofacetHairLobe, ToonDiffuseLobe, ToonGlossyLobe>(lobe)) return false;
+  if (const auto* hair = std::get_if<HairLobe>(&lobe.model)) return hair->is_smooth;
+  if (const auto* hair = std::get_if<MicrofacetHairLobe>(&lobe.model)) return sqr(hair->alpha) < kAlphaProduct;
   if (const SimpleHairLobe* hair = as_simple_hair(lobe)) return is_smooth(*hair);
   return sqr(width_of(*as_cone(lobe))) < kAlphaProduct;
 }
@@ -384,14 +386,14 @@ bool is_smooth(const Lobe& lobe) {
 bool is_narrow(const Lobe& lobe) {
   if (const MicrofacetLobe* microfacet = as_microfacet(lobe))
     return std::min(microfacet->alpha_x, microfacet->alpha_y) < kNarrowAlpha;
-  if (is_any_of<HairLobe, SimpleHairLobe>(lobe)) return true;
+  if (is_any_of<HairLobe, SimpleHairLobe, MicrofacetHairLobe>(lobe)) return true;
   return is_any_of<ToonDiffuseLobe, ToonGlossyLobe>(lobe) && width_of(*as_cone(lobe)) < kNarrowAlpha;
 }
 
 bool transmits(const Lobe& lobe) {
   if (const MicrofacetLobe* microfacet = as_microfacet(lobe)) return microfacet->transmits;
   if (const SimpleHairLobe* hair = as_simple_hair(lobe)) return hair->passes;
-  return is_any_of<TranslucentLobe, RoughTranslucentLobe, HairLobe>(lobe);
+  return is_any_of<TranslucentLobe, RoughTranslucentLobe, HairLobe, MicrofacetHairLobe>(lobe);
 }
 
 BsdfKinds evaluate_kinds(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility) {
@@ -413,14 +415,12 @@ KindColors albedo_by_kind(const Bsdf& bsdf) {
   const auto of = [&](PassKind kind) -> Rgb& { return colors[static_cast<size_t>(kind)]; };
   for (int i = 0; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
-    if (const HairLobe* hair = as_hair(lobe)) {
-      of(PassKind::GLOSSY) += lobe.weight * hair_color(*hair, bsdf.wo);
-    } else if (const MicrofacetLobe* microfacet = as_microfacet(lobe)) {
+    if (const MicrofacetLobe* microfacet = as_microfacet(lobe)) {
       const SidedAlbedo albedo = microfacet_albedo_by_side(*microfacet, bsdf.wo);
       of(PassKind::GLOSSY) += lobe.weight * albedo.reflected;
       of(PassKind::TRANSMISSION) += lobe.weight * albedo.transmitted;
     } else {
-      of(pass_kind(lobe, false)) += lobe.weight;
+      of(pass_kind(lobe, false)) += lobe.weight * lobe_color(lobe, bsdf.wo);
     }
   }
   for (const Subsurface& subsurface : subsurfaces_of(bsdf))
@@ -451,7 +451,8 @@ uint8_t scattered_kinds(const Bsdf& bsdf) {
     const MicrofacetLobe* microfacet = as_microfacet(lobe);
     if (microfacet && is_delta(*microfacet)) continue;
     if (transmits(lobe)) kinds |= ray_kind(kind_of(lobe, true));
-    if (microfacet ? microfacet->reflects : as_hair(lobe) || !transmits(lobe)) kinds |= ray_kind(kind_of(lobe, false));
+    if (microfacet ? microfacet->reflects : leaves_on_all_sides(lobe) || !transmits(lobe))
+      kinds |= ray_kind(kind_of(lobe, false));
   }
   return kinds;
 }
@@ -463,36 +464,6 @@ ScatterKind strongest_kind(const Bsdf& bsdf) {
     if (lobe.albedo > strongest->albedo) strongest = &lobe;
   }
   return kind_of(*strongest, transmits(*strongest));
-}
-
-Rgb bsdf_albedo(const Bsdf& bsdf) {
-  Rgb albedo;
-  for (int i = 0; i < bsdf.count; ++i) {
-    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
-    if (const HairLobe* hair = as_hair(lobe)) {
-      albedo += lobe.weight * hair_albedo(*hair, bsdf.wo);
-      continue;
-    }
-    if (const auto* velvet = std::get_if<VelvetLobe>(&lobe.model)) {
-      albedo += lobe.weight * velvet_albedo(*velvet, bsdf.wo);
-      continue;
-    }
-    const MicrofacetLobe* microfacet = as_microfacet(lobe);
-    albedo += microfacet ? lobe.weight * microfacet_albedo(*microfacet, bsdf.wo) : lobe.weight;
-  }
-  for (const Subsurface& subsurface : subsurfaces_of(bsdf)) albedo += subsurface.weight * subsurface.albedo;
-  return albedo;
-}
-
-Vec3 bsdf_normal(const Bsdf& bsdf) {
-  Vec3 sum;
-  for (int i = 0; i < bsdf.count; ++i) {
-    const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
-    sum += normal_of(lobe) * average(lobe.weight);
-  }
-  for (const Subsurface& subsurface : subsurfaces_of(bsdf))
-    sum += subsurface.n * average(subsurface.weight * subsurface.albedo);
-  return normalize_or(sum, bsdf.ns == Vec3{} ? bsdf.ng : bsdf.ns);
 }
 
 }  // namespace cistern

@@ -115,9 +115,21 @@ struct SimpleHairLobe {
   bool passes = false;
 };
 
+/// One way of light through a strand of rough glass, lobe_microfacet_hair.h.
+struct MicrofacetHairLobe {
+  /// At once; out of the inside; after many turns there.
+  enum class Way : uint8_t { REFLECTED, LEFT, SPREAD };
+  Vec3 n;
+  Vec3 origin;          // LEFT: back along the light inside; SPREAD: along the strand; else wo
+  Vec3 facing, tilted;  // normals of the strand and of its scales where light meets it last, on the side of `origin`
+  float alpha = 0.3f;   // GGX width
+  float ior = 1.55f;
+  Way way = Way::REFLECTED;
+};
+
 struct Lobe {
   std::variant<LambertLobe, OrenNayarLobe, TranslucentLobe, SheenLobe, ToonDiffuseLobe, MicrofacetLobe, HairLobe,
-               ToonGlossyLobe, VelvetLobe, RoughTranslucentLobe, SimpleHairLobe>
+               ToonGlossyLobe, VelvetLobe, RoughTranslucentLobe, SimpleHairLobe, MicrofacetHairLobe>
       model;
   Rgb weight;                  // multiplies f
   Rgb even;                    // its part of the even part, below; black unless diffuse
@@ -185,7 +197,7 @@ inline const Vec3& bump_reference(const Bsdf& bsdf) { return bsdf.bump_ns == Vec
 template <class Model>
 inline constexpr bool kIsDiffuse = !std::is_same_v<Model, MicrofacetLobe> && !std::is_same_v<Model, HairLobe> &&
                                    !std::is_same_v<Model, ToonGlossyLobe> && !std::is_same_v<Model, VelvetLobe> &&
-                                   !std::is_same_v<Model, SimpleHairLobe>;
+                                   !std::is_same_v<Model, SimpleHairLobe> && !std::is_same_v<Model, MicrofacetHairLobe>;
 
 /// Whether the lobe is black for all directions: bump shadowing leaves nothing of diffuse ones whose normal is bent
 /// away from its reference by more than a right angle.

@@ -3,6 +3,7 @@
 #include "shading/closure_parts.h"
 #include "shading/fresnel.h"
 #include "shading/lobe_hair.h"
+#include "shading/lobe_microfacet_hair.h"
 #include "shading/lobe_simple_hair.h"
 #include "shading/lobe_toon.h"
 #include "shading/lobe_velvet.h"
@@ -123,6 +124,19 @@ void add_velvet(Bsdf& bsdf, std::span<const Vec3> in, const SurfacePoint& point)
 
 enum class HairParametrization { ABSORPTION, MELANIN, COLOR };
 
+/// `in`: colour, melanin, its redness, tint, absorption.
+Rgb absorption_of(std::span<const Vec3> in, HairParametrization parametrization, float radial_roughness) {
+  switch (parametrization) {
+    case HairParametrization::ABSORPTION:
+      return to_rgb(in[4]);
+    case HairParametrization::MELANIN:
+      return melanin_absorption(in[1].x, in[2].x) + hair_absorption(to_rgb(in[3]), radial_roughness);
+    case HairParametrization::COLOR:
+      break;
+  }
+  return hair_absorption(to_rgb(in[0]), radial_roughness);
+}
+
 void add_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
   if (in[1] == Vec3{}) return;
   HairAppearance hair;
@@ -131,22 +145,50 @@ void add_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, c
   hair.coat = in[9].x;
   hair.ior = in[10].x;
   hair.tilt = in[11].x;
-  switch (static_cast<HairParametrization>(parameters[0])) {
-    case HairParametrization::ABSORPTION:
-      hair.absorption = to_rgb(in[6]);
-      break;
-    case HairParametrization::MELANIN:
-      hair.absorption = melanin_absorption(in[3].x, in[4].x) + hair_absorption(to_rgb(in[5]), in[8].x);
-      break;
-    case HairParametrization::COLOR:
-      hair.absorption = hair_absorption(to_rgb(in[2]), in[8].x);
-  }
+  hair.absorption = absorption_of(in.subspan(2), static_cast<HairParametrization>(parameters[0]), in[8].x);
   HairLobe lobe = make_hair(hair, in[1], point.ng, point.wo);
   const Rgb weight(in[0].x);
   if (is_negligible(weight)) return;
   const float sample_weight = average(weight * hair_albedo(lobe, point.wo));
   if (bsdf.gloss.least_alpha > 0.0f) soften(lobe, bsdf.gloss.least_alpha);
   add_lobe(bsdf, lobe, weight, sample_weight);
+}
+
+MicrofacetHair microfacet_hair(std::span<const Vec3> in, const int32_t* parameters) {
+  const Rgb absorption = absorption_of(in.subspan(3), static_cast<HairParametrization>(parameters[0]), in[8].x);
+  MicrofacetHair hair;
+  hair.absorption = max(absorption, Rgb(0.0f));
+  hair.major_axis = in[2];
+  hair.alpha = in[8].x;
+  hair.aspect_ratio = in[9].x;
+  hair.ior = std::max(in[10].x, 1.0f + 1e-5f);
+  hair.tilt = in[11].x;
+  hair.reflection = std::max(in[12].x, 0.0f);
+  hair.transmission = std::max(in[13].x, 0.0f);
+  hair.twice = std::max(in[14].x, 0.0f);
+  return hair;
+}
+
+/// Whether light goes straight on, beside the strand.
+bool is_missed(const MicrofacetHair& hair, std::span<const Vec3> in, const SurfacePoint& point) {
+  const bool scatters = hair.reflection > 0.0f || hair.transmission > 0.0f || hair.twice > 0.0f;
+  return scatters && in[1] != Vec3{} && passes_beside(hair, in[1], point.ng, point.wo);
+}
+
+void add_microfacet_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
+  const Rgb weight(in[0].x);
+  if (in[1] == Vec3{} || is_negligible(weight)) return;
+  MicrofacetHair hair = microfacet_hair(in, parameters);
+  if (is_missed(hair, in, point)) {
+    bsdf.transparency += weight;
+    return;
+  }
+  hair.alpha = std::max(hair.alpha, bsdf.gloss.least_alpha);
+  const MicrofacetHairWays ways = make_microfacet_hair(hair, in[1], point.ng, point.wo, place_hash(point));
+  for (const MicrofacetHairWays::Way& way : std::span(ways.ways).first(ways.count)) {
+    const Rgb part = weight * way.weight;
+    add_lobe(bsdf, way.lobe, part, average(part) * microfacet_hair_albedo(way.lobe, point.wo));
+  }
 }
 
 void add_simple_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
@@ -191,6 +233,8 @@ void add_closure(Bsdf& bsdf, Op op, std::span<const Vec3> inputs, const int32_t*
       return add_toon(bsdf, inputs, parameters, point);
     case Op::CLOSURE_HAIR:
       return add_hair(bsdf, inputs, parameters, point);
+    case Op::CLOSURE_MICROFACET_HAIR:
+      return add_microfacet_hair(bsdf, inputs, parameters, point);
     case Op::CLOSURE_SIMPLE_HAIR:
       return add_simple_hair(bsdf, inputs, parameters, point);
     case Op::CLOSURE_METALLIC:
@@ -231,6 +275,8 @@ Rgb closure_transparency(Op op, std::span<const Vec3> inputs, const int32_t* par
                          uint8_t ray_kind) {
   if (inputs[0].x == 0.0f) return Rgb(0.0f);
   if (op == Op::CLOSURE_PRINCIPLED) return principled_transparency(inputs, parameters, point, ray_kind);
+  if (op == Op::CLOSURE_MICROFACET_HAIR)
+    return is_missed(microfacet_hair(inputs, parameters), inputs, point) ? Rgb(inputs[0].x) : Rgb(0.0f);
   if (op != Op::CLOSURE_TRANSPARENT) return Rgb(0.0f);
   const Rgb weight = inputs[0].x * to_rgb(inputs[1]);
   return is_negligible(weight) ? Rgb(0.0f) : weight;

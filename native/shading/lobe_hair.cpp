@@ -3,6 +3,7 @@
 #include <array>
 
 #include "shading/fresnel.h"
+#include "shading/strand_inclination.h"
 
 namespace cistern {
 namespace {
@@ -10,7 +11,6 @@ namespace {
 /// Ways through a strand: reflected, passed, reflected inside once, more often.
 constexpr size_t kWays = 4, kLastWay = kWays - 1;
 
-float cosine_of(float sine) { return safe_sqrt(1.0f - sine * sine); }
 float safe_asin(float x) { return std::asin(std::clamp(x, -1.0f, 1.0f)); }
 
 float to_the_power_of_20(float x) {
@@ -18,12 +18,7 @@ float to_the_power_of_20(float x) {
   return sqr(sqr(x4)) * x4;
 }
 
-/// An inclination against the plane across the strand.
-struct Inclination {
-  float sine, cosine;
-};
-
-/// The same, turned by an angle; the cosine stays positive.
+/// Turned by an angle; the cosine stays positive.
 Inclination turned(Inclination i, float angle) {
   const float s = std::sin(angle), c = std::cos(angle);
   return {i.sine * c + i.cosine * s, std::abs(i.cosine * c - i.sine * s)};
@@ -43,38 +38,6 @@ float sample_logistic(float u, float s) {
   const float cut = logistic_cdf(-kPi, s);
   const float x = -s * std::log(1.0f / (u * (1.0f - 2.0f * cut) + cut) - 1.0f);
   return std::clamp(x, -kPi, kPi);
-}
-
-/// log of the modified Bessel function of order 0. [Abramowitz and Stegun 1964, 9.8.1 and 9.8.2]
-float log_bessel_i0(float x) {
-  if (x > 3.75f) {
-    const float t = 3.75f / x;
-    const float series =
-        0.39894228f +
-        t * (0.01328592f +
-             t * (0.00225319f +
-                  t * (-0.00157565f +
-                       t * (0.00916281f +
-                            t * (-0.02057706f + t * (0.02635537f + t * (-0.01647633f + t * 0.00392377f)))))));
-    return x - 0.5f * std::log(x) + std::log(series);
-  }
-  const float t = sqr(x / 3.75f);
-  return std::log(
-      1.0f +
-      t * (3.5156229f + t * (3.0899424f + t * (1.2067492f + t * (0.2659732f + t * (0.0360768f + t * 0.0045813f))))));
-}
-
-/// Density of inclinations, over cosine and angle, of light seen at `o`: M_p with variance `v`. [d'Eon et al. 2011, eq.
-/// 7]
-float longitudinal_density(Inclination i, Inclination o, float v) {
-  const float exponent = log_bessel_i0(i.cosine * o.cosine / v) - i.sine * o.sine / v - 1.0f / v;
-  return std::exp(exponent) / (v * (1.0f - std::exp(-2.0f / v)));  // 1 / (2 v sinh(1 / v)), e^(1 / v) taken out
-}
-
-Inclination sample_longitudinal(Inclination o, float v, float u_height, float u_turns) {
-  const float height = 1.0f + v * std::log(std::max(u_height + (1.0f - u_height) * std::exp(-2.0f / v), 1e-30f));
-  const float sine = -height * o.sine + cosine_of(height) * sine_cosine_of_turns(u_turns).cosine * o.cosine;
-  return {sine, cosine_of(sine)};
 }
 
 /// All that does not depend on where light comes from.

@@ -1,7 +1,6 @@
 #include "shading/nodes_rays.h"
 
 #include <array>
-#include <bit>
 
 #include "base/frame.h"
 #include "base/sobol.h"
@@ -15,16 +14,6 @@ enum RayNode : uint32_t {
   kOcclusion,
   kBevel
 };  // sets of random numbers; all nodes of a kind have the same, as Cycles'
-
-/// Each point its own, see nodes_rays.h. Barycentric coordinates are finer than positions far from the origin.
-uint32_t seed_of(const SurfacePoint& point) {
-  const auto pair = [](float a, float b) {
-    return (uint64_t{std::bit_cast<uint32_t>(a)} << 32) | std::bit_cast<uint32_t>(b);
-  };
-  const uint64_t place = hash_combine(pair(point.position.x, point.position.y),
-                                      (uint64_t{std::bit_cast<uint32_t>(point.position.z)} << 32) | point.triangle);
-  return static_cast<uint32_t>(hash_combine(place, pair(point.barycentric.x, point.barycentric.y)) >> 32);
-}
 
 /// Rays are traced on meshes that are in an accel; alone, only in those of triangles.
 bool can_trace(const NodeContext& c, bool is_local) {
@@ -139,7 +128,7 @@ float ambient_occlusion(const Accel& accel, const SurfacePoint& point, const Occ
                         float distance, Vec3 normal) {
   const Vec3 n = normalize_or(normal, point.ns);
   const Frame frame(settings.is_inside ? -n : n);
-  const uint32_t seed = seed_of(point);
+  const uint32_t seed = place_hash(point);
   constexpr int kPacket = static_cast<int>(kLanes);
   int blocked = 0;
   for (int begin = 0; begin < settings.rays; begin += kPacket) {
@@ -172,7 +161,7 @@ float ambient_occlusion_node(const NodeContext& context, const OcclusionSettings
 Vec3 bevel_node(const NodeContext& context, int probes, float radius, Vec3 normal) {
   if (!(radius > 0.0f) || !std::isfinite(radius) || !can_trace(context, true)) return normal;
   BevelProbes found(context, std::min(radius, kMostRadius));
-  const uint32_t seed = seed_of(context.point);
+  const uint32_t seed = place_hash(context.point);
   for (int i = 0; i < probes; ++i) found.trace(sobol_point(static_cast<uint32_t>(i), kBevel, seed).pair);
   const Vec3 mean = normalize_or(found.sum(), {});
   if (mean == Vec3{}) return normal;

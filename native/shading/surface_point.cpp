@@ -1,5 +1,8 @@
 #include "shading/surface_point.h"
 
+#include <bit>
+
+#include "base/hash.h"
 #include "scene/triangle_weights.h"
 #include "shading/mesh_interpolation.h"
 #include "shading/splat_point.h"
@@ -19,6 +22,15 @@ WorldTriangle world_triangle(const Mesh& mesh, const Instance& instance, uint32_
 }
 
 }  // namespace
+
+uint32_t place_hash(const SurfacePoint& point) {
+  const auto pair = [](float a, float b) {
+    return (uint64_t{std::bit_cast<uint32_t>(a)} << 32) | std::bit_cast<uint32_t>(b);
+  };
+  const uint64_t place = hash_combine(pair(point.position.x, point.position.y),
+                                      (uint64_t{std::bit_cast<uint32_t>(point.position.z)} << 32) | point.triangle);
+  return static_cast<uint32_t>(hash_combine(place, pair(point.barycentric.x, point.barycentric.y)) >> 32);
+}
 
 SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& hit) {
   const Instance& instance = scene.instances[hit.instance];

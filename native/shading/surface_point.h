@@ -56,6 +56,10 @@ struct RayCone {
   float at(float distance) const { return footprint + angle * distance; }
 };
 
+/// A hash of where the point lies on its mesh, for random numbers that belong to the place: each point has its own.
+/// Barycentric coordinates are finer than positions far from the origin.
+uint32_t place_hash(const SurfacePoint& point);
+
 /// Everything at the hit that does not need the material. Row `hit.instance` of `scene` must be valid.
 SurfacePoint make_surface_point(const Scene& scene, const Ray& ray, const Hit& hit);
 

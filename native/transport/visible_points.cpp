@@ -1,8 +1,6 @@
 #include "transport/visible_points.h"
 
-#include "shading/lobe_hair.h"
-#include "shading/lobe_microfacet.h"
-#include "shading/lobe_velvet.h"
+#include "shading/lobe_albedo.h"
 #include "shading/material.h"
 
 namespace cistern {
@@ -17,7 +15,7 @@ void add_normal(Receiver& receiver, const Lobe& lobe, Rgb albedo) {
 /// Adds a microfacet lobe; returns its albedo.
 float add_microfacet(Receiver& receiver, const Lobe& lobe, const MicrofacetLobe& model) {
   // Facets that lean let light through where the mean one reflects all of it.
-  const Rgb of_facets = microfacet_albedo(model, receiver.wo);
+  const Rgb of_facets = lobe_albedo(lobe, receiver.wo);
   const Rgb albedo = lobe.weight * (model.transmits ? max(of_facets, Rgb(kLeastTransmission)) : of_facets);
   // How glass divides light between its sides depends on the direction; half is near enough for a guess.
   const float reflected = !model.reflects ? 0.0f : (model.transmits ? 0.5f : 1.0f);
@@ -28,8 +26,8 @@ float add_microfacet(Receiver& receiver, const Lobe& lobe, const MicrofacetLobe&
 }
 
 /// Light leaves strands on all sides.
-void add_hair(Receiver& receiver, const Lobe& lobe, const HairLobe& model) {
-  const Rgb albedo = lobe.weight * hair_albedo(model, receiver.wo);
+void add_hair(Receiver& receiver, const Lobe& lobe) {
+  const Rgb albedo = lobe.weight * lobe_albedo(lobe, receiver.wo);
   receiver.glossy += 0.5f * albedo;
   receiver.transmission += 0.5f * luminance(albedo);
   add_normal(receiver, lobe, albedo);
@@ -68,10 +66,10 @@ Receiver describe_receiver(const SurfacePoint& point, const Bsdf& bsdf) {
       const float albedo = add_microfacet(receiver, lobe, *model);
       microfacets += albedo;
       alpha += albedo * std::sqrt(model->alpha_x * model->alpha_y);
-    } else if (const auto* hair = std::get_if<HairLobe>(&lobe.model)) {
-      add_hair(receiver, lobe, *hair);
-    } else if (const auto* velvet = std::get_if<VelvetLobe>(&lobe.model)) {
-      const Rgb albedo = lobe.weight * velvet_albedo(*velvet, bsdf.wo);
+    } else if (std::holds_alternative<HairLobe>(lobe.model) || std::holds_alternative<MicrofacetHairLobe>(lobe.model)) {
+      add_hair(receiver, lobe);
+    } else if (std::holds_alternative<VelvetLobe>(lobe.model)) {
+      const Rgb albedo = lobe.weight * lobe_albedo(lobe, bsdf.wo);
       receiver.glossy += albedo;
       add_normal(receiver, lobe, albedo);
     } else if (std::holds_alternative<ToonGlossyLobe>(lobe.model) || is_reflecting_hair(lobe)) {

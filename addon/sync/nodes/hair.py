@@ -4,29 +4,41 @@ from __future__ import annotations
 
 from . import value_names
 from .compiler import NodeView, closure_node
-from .enums import HAIR_COMPONENTS, HAIR_PARAMETRIZATIONS
+from .enums import HAIR_COMPONENTS, HAIR_PARAMETRIZATIONS, SPACES
 from .inputs import mesh_attribute
 from .instructions import Value, constant
+from .vector import NORMAL_TRANSFORM, vector_constant
 
 ZERO = (0.0, 0.0, 0.0)
 
 
 @closure_node("ShaderNodeBsdfHairPrincipled")
 def principled_hair(node: NodeView, weight: Value) -> None:
-    is_elliptic = node.node.model == "HUANG"
-    if is_elliptic:
-        node.warn("Principled Hair by Huang is rendered as by Chiang: round, of one roughness")
+    by_facets = node.node.model == "HUANG"
     vary = _variation(node, "Random Roughness")
     roughness = _scaled(node, node.value("Roughness"), vary)
-    radial = roughness if is_elliptic else _scaled(node, node.value("Radial Roughness"), vary)
-    melanin = _scaled(node, node.value("Melanin"), _variation(node, "Random Color"))
-    inputs = (
-        *(weight, node.emit("STRAND_TANGENT", (), (0,)), node.value("Color"), melanin),
+    color = (
+        *(node.value("Color"), _scaled(node, node.value("Melanin"), _variation(node, "Random Color"))),
         *node.values("Melanin Redness, Tint, Absorption Coefficient"),
-        *(roughness, radial, constant(0.0) if is_elliptic else node.value("Coat")),
-        *node.values("IOR, Offset"),
     )
-    node.compiler.code.closure("CLOSURE_HAIR", inputs, (node.choice("parametrization", HAIR_PARAMETRIZATIONS),))
+    tangent = node.emit("STRAND_TANGENT", (), (0,))
+    if by_facets:
+        shape = (roughness, *node.values("Aspect Ratio, IOR, Offset"))
+        factors = node.values("R lobe, TT lobe, TRT lobe")
+        inputs = (weight, tangent, _major_axis(node), *color, *shape, *factors)
+    else:
+        radial = _scaled(node, node.value("Radial Roughness"), vary)
+        inputs = (weight, tangent, *color, roughness, radial, *node.values("Coat, IOR, Offset"))
+    op = "CLOSURE_MICROFACET_HAIR" if by_facets else "CLOSURE_HAIR"
+    node.compiler.code.closure(op, inputs, (node.choice("parametrization", HAIR_PARAMETRIZATIONS),))
+
+
+def _major_axis(node: NodeView) -> Value:
+    """Of the cross-section: along the normals of hair curves; particles have none."""
+    if node.value("Aspect Ratio").constant == constant(1.0).constant:
+        return vector_constant(*ZERO)
+    normal = mesh_attribute(node, value_names.STRAND_NORMAL, "Vector", missing_alpha=0)
+    return node.emit("VECTOR_TRANSFORM", (normal,), (NORMAL_TRANSFORM, SPACES.index("OBJECT"), SPACES.index("WORLD")))
 
 
 @closure_node("ShaderNodeBsdfHair")

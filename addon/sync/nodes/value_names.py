@@ -12,6 +12,7 @@ GEOMETRY_OUTPUTS = {"Random Per Island": RANDOM_PER_ISLAND, "Pointiness": POINTI
 # Attributes of strands that outputs of the Hair Info node read; on meshes they are 0.
 STRAND, STRAND_INTERCEPT, STRAND_LENGTH = "INFO:strand", "INFO:intercept", "INFO:length"
 STRAND_THICKNESS, STRAND_RANDOM = "INFO:thickness", "INFO:random"
+STRAND_NORMAL = "INFO:strand normal"  # of the cross-section of hair curves, which Principled Hair reads
 STRAND_OUTPUTS = {
     "Is Strand": STRAND,
     "Intercept": STRAND_INTERCEPT,
@@ -37,6 +38,15 @@ NO_PARTICLE = {"Random": 0xDC3D74F9 / 0xFFFFFFFF}  # what is none has the random
 EMITTER = "EMITTER"  # coordinates of where on a surface an instance sits: those outputs of Texture Coordinate
 EMITTER_COORDINATES = ("Generated", "UV")
 INFO_OUTPUTS = {"Color": COLOR, "Alpha": COLOR, "Object Index": INDEX}
+
+
+def output_attributes(node: bpy.types.Node) -> set[str]:
+    """Mesh attributes without a name in Blender, which outputs that are linked read."""
+    outputs = ATTRIBUTE_OUTPUTS.get(node.bl_idname, {})
+    found = {name for output, name in outputs.items() if node.outputs[output].is_linked}
+    if found and getattr(node, "model", "") == "HUANG":
+        found.add(STRAND_NORMAL)
+    return found
 
 
 def attribute_value_name(attribute_type: str, name: str) -> str:
