@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 import bpy
 
+from .nodes.graph import all_groups
+
+SHADED = bpy.types.Material | bpy.types.World | bpy.types.Light
 # Data-blocks whose changes reach objects and materials, which are listed themselves.
 _FOLLOWED = ("Armature", "Camera", "Curve", "Curves", "Key", "Lattice", "MetaBall", "NodeTree", "PointCloud")
 
@@ -54,7 +57,7 @@ def read_changes(depsgraph: bpy.types.Depsgraph) -> Changes:
     """The changes since the evaluation before this one.
 
     A deleted object is on no list: then its scene or collection is. An empty list says nothing at all."""
-    moved, meshes, objects, shading = set(), set(), set(), set()
+    moved, meshes, objects, shading, groups = set(), set(), set(), set(), set()
     has_unlisted = not len(depsgraph.updates)
     has_images = depsgraph.id_type_updated("IMAGE")  # Blender 4.2 does not list them
     for update in depsgraph.updates:
@@ -66,14 +69,25 @@ def read_changes(depsgraph: bpy.types.Depsgraph) -> Changes:
                 meshes.add(original_uid(data_block.data))  # where that is not listed itself, as under a brush
         elif isinstance(data_block, bpy.types.Mesh):
             meshes.add(original_uid(data_block))
-        elif isinstance(data_block, bpy.types.Material | bpy.types.World | bpy.types.Light):
+        elif isinstance(data_block, SHADED):
             shading.add(original_uid(data_block))
         elif isinstance(data_block, bpy.types.Image | bpy.types.Texture):
             has_images = True
+        elif isinstance(data_block, bpy.types.ShaderNodeTree):
+            if not data_block.is_embedded_data:  # in its owner, which is listed
+                groups.add(original_uid(data_block))
         elif not isinstance(data_block, _followed_types()):
             has_unlisted = True
+    if groups:
+        shading |= _users_of_groups(depsgraph, groups)
     sets = (frozenset(some) for some in (moved - objects, meshes, objects, shading))
     return Changes(has_unlisted, False, *sets, has_images)
+
+
+def _users_of_groups(depsgraph: bpy.types.Depsgraph, groups: Set[int]) -> set[int]:
+    """What is shaded by groups of these: Blender lists the groups alone where one in them was removed or remapped."""
+    shaded = (i for i in depsgraph.ids if isinstance(i, SHADED) and i.node_tree is not None)
+    return {original_uid(i) for i in shaded if not groups.isdisjoint(map(original_uid, all_groups([i.node_tree])))}
 
 
 def _followed_types() -> tuple[type, ...]:

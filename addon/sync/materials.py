@@ -11,7 +11,7 @@ import bpy
 from numpy.typing import NDArray
 
 from . import SyncReport
-from .changes import EVERYTHING, Changes, original_uid
+from .changes import EVERYTHING, SHADED, Changes, original_uid
 from .image_source import ImageSource, animated_source
 from .images import ImageCache
 from .instance_values import Rgba, layer_value
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 CompileTree = Callable[[bpy.types.ID, "MaterialContext"], "MaterialProgram | None"]
 Animations = frozenset[tuple[int, ImageSource | None]]
 
-SHADED = bpy.types.Material | bpy.types.World | bpy.types.Light
+
 _EMPTY_SLOT = 0
 _EMPTY_SLOT_OF_SPLATS = 1 << 62  # no session id of Blender's is as large
 _EMPTY_SLOTS = {_EMPTY_SLOT, _EMPTY_SLOT_OF_SPLATS}

@@ -59,15 +59,70 @@ def test_an_edit_is_followed(watched, place) -> None:
     watched.expect_truth()
 
 
-def edit_group(material: bpy.types.Material) -> Callable[[], None]:
+def group_of(kind: str) -> tuple[bpy.types.ShaderNodeTree, bpy.types.Node]:
+    """A group that hands out what one node gives, and that node."""
     group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
     group.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
-    color, output = group.nodes.new("ShaderNodeRGB"), group.nodes.new("NodeGroupOutput")
-    group.links.new(color.outputs[0], output.inputs[0])
+    node, output = group.nodes.new(kind), group.nodes.new("NodeGroupOutput")
+    if kind != "ShaderNodeGroup":
+        group.links.new(node.outputs[0], output.inputs[0])
+    return group, node
+
+
+def outer_group(inner: bpy.types.ShaderNodeTree) -> bpy.types.ShaderNodeTree:
+    group, node = group_of("ShaderNodeGroup")
+    node.node_tree = inner
+    group.links.new(node.outputs[0], next(n for n in group.nodes if n.type == "GROUP_OUTPUT").inputs[0])
+    return group
+
+
+def color_by(material: bpy.types.Material, group: bpy.types.ShaderNodeTree) -> None:
     node = material.node_tree.nodes.new("ShaderNodeGroup")
     node.node_tree = group
     material.node_tree.links.new(node.outputs[0], base_color(material))
+
+
+def edit_group(material: bpy.types.Material) -> Callable[[], None]:
+    group, color = group_of("ShaderNodeRGB")
+    color_by(material, group)
     return lambda: setattr(color.outputs[0], "default_value", (0, 1, 0, 1))
+
+
+def remove_inner_group(material: bpy.types.Material) -> Callable[[], None]:
+    """Of which Blender lists the outer group alone, as for those below."""
+    inner, color = group_of("ShaderNodeRGB")
+    color.outputs[0].default_value = (0, 1, 0, 1)
+    color_by(material, outer_group(inner))
+    return lambda: bpy.data.node_groups.remove(inner)
+
+
+def remap_inner_group(material: bpy.types.Material) -> Callable[[], None]:
+    inner, color = group_of("ShaderNodeRGB")
+    color.outputs[0].default_value = (0, 1, 0, 1)
+    color_by(material, outer_group(inner))
+    used, _ = group_of("ShaderNodeRGB")
+    color_by(bpy.data.materials["Material 1"], used)
+    return lambda: inner.user_remap(used)
+
+
+def remap_image_in_group(material: bpy.types.Material) -> Callable[[], None]:
+    group, texture = group_of("ShaderNodeTexImage")
+    used, other_texture = group_of("ShaderNodeTexImage")
+    texture.image, other_texture.image = bpy.data.images.new("Old", 2, 2), bpy.data.images.new("New", 2, 2)
+    texture.image.generated_color = (0, 1, 0, 1)
+    color_by(material, group)
+    color_by(bpy.data.materials["Material 1"], used)
+    return lambda: texture.image.user_remap(other_texture.image)
+
+
+def remove_object_that_a_group_names(material: bpy.types.Material) -> Callable[[], None]:
+    group, coordinates = group_of("ShaderNodeTexCoord")
+    coordinates.object = bpy.data.objects["Empty 3"]
+    output = next(n for n in group.nodes if n.type == "GROUP_OUTPUT")
+    group.links.new(coordinates.outputs["Object"], output.inputs[0])
+    color_by(material, group)
+    coordinates.object.location.x = 3
+    return lambda: bpy.data.objects.remove(coordinates.object)
 
 
 def edit_image(material: bpy.types.Material) -> Callable[[], None]:
@@ -98,7 +153,11 @@ def edit_correction(material: bpy.types.Material) -> Callable[[], None]:
     return edit
 
 
-@pytest.mark.parametrize("prepare", [edit_group, edit_image, edit_pass_index, edit_correction])
+EDITS = [edit_group, edit_image, edit_pass_index, edit_correction]
+REMOVALS = [remove_inner_group, remap_inner_group, remap_image_in_group, remove_object_that_a_group_names]
+
+
+@pytest.mark.parametrize("prepare", EDITS + REMOVALS)
 def test_an_edit_of_what_it_reads_is_followed(watched, prepare) -> None:
     material = new_material()
     edit = prepare(material)

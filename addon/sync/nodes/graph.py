@@ -98,18 +98,22 @@ def _has_zones(tree: Tree) -> bool:
     return any(node.bl_idname in ZONES for node in all_nodes([tree]))
 
 
-def all_nodes(trees: Iterable[Tree]) -> Iterator[Node]:
-    """Every node of the trees and of the groups they use, each group once even where it contains itself."""
+def all_groups(trees: Iterable[Tree]) -> Iterator[Tree]:
+    """The trees and the groups they use, each once even where it contains itself."""
     pending, seen = list(trees), set()
     while pending:
         tree = pending.pop()
         if tree.as_pointer() in seen:
             continue
         seen.add(tree.as_pointer())
-        for node in tree.nodes:
-            yield node
-            if node.type == "GROUP" and node.node_tree is not None:
-                pending.append(node.node_tree)
+        yield tree
+        pending += (node.node_tree for node in tree.nodes if node.type == "GROUP" and node.node_tree is not None)
+
+
+def all_nodes(trees: Iterable[Tree]) -> Iterator[Node]:
+    """Every node of the trees and of the groups they use."""
+    for tree in all_groups(trees):
+        yield from tree.nodes
 
 
 def _carries_values(link: Link) -> bool:
