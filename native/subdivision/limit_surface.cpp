@@ -12,6 +12,7 @@
 #include <unordered_map>
 
 #include "base/parallel.h"
+#include "subdivision/safe_creases.h"
 
 namespace cistern {
 namespace {
@@ -162,7 +163,11 @@ LimitSurface::LimitSurface(const Mesh& mesh) : data_(std::make_unique<Data>(mesh
   for (size_t i = 0; i < sizes.size(); ++i) sizes[i] = static_cast<int>(cage.size(i));
   const std::vector<int> vertices(cage.vertices.begin(), cage.vertices.end());
   std::vector<int> creases;
-  for (const auto& [a, b] : cage.creases) creases.insert(creases.end(), {static_cast<int>(a), static_cast<int>(b)});
+  std::vector<float> sharpness;
+  for (const size_t i : safe_creases(cage)) {
+    for (const uint32_t point : cage.creases[i]) creases.push_back(static_cast<int>(point));
+    sharpness.push_back(cage.crease_sharpness[i]);
+  }
   const std::vector<int> sharp_vertices(cage.sharp_vertices.begin(), cage.sharp_vertices.end());
 
   Far::TopologyDescriptor topology;
@@ -170,9 +175,9 @@ LimitSurface::LimitSurface(const Mesh& mesh) : data_(std::make_unique<Data>(mesh
   topology.numFaces = static_cast<int>(sizes.size());
   topology.numVertsPerFace = sizes.data();
   topology.vertIndicesPerFace = vertices.data();
-  topology.numCreases = static_cast<int>(cage.creases.size());
+  topology.numCreases = static_cast<int>(sharpness.size());
   topology.creaseVertexIndexPairs = creases.data();
-  topology.creaseWeights = cage.crease_sharpness.data();
+  topology.creaseWeights = sharpness.data();
   topology.numCorners = static_cast<int>(sharp_vertices.size());
   topology.cornerVertexIndices = sharp_vertices.data();
   topology.cornerWeights = cage.vertex_sharpness.data();
