@@ -65,13 +65,18 @@ def _are_straight(curves: bpy.types.Curves) -> bool:
 
 
 def _curve_attributes(curves: bpy.types.Curves, wanted: Set[str]) -> list[tuple[str, str, NDArray[np.float32]]]:
-    """The first with two numbers, which is the UV map, and those that are wanted."""
+    """The first with two numbers for each curve, which is the UV map, and those that are wanted."""
     usable = [a for a in curves.attributes if a.domain in _STRAND_DOMAINS]
-    uv_map = next((a.name for a in usable if a.data_type == "FLOAT2"), None)
+    uv_map = next((a.name for a in usable if a.data_type == "FLOAT2" and a.domain == "CURVE"), None)
     names = [a.name for a in usable if a.name in wanted and a.name != uv_map]
     found = ((name, curves.attributes[name]) for name in ([uv_map] if uv_map else []) + names)
     values = ((name, _STRAND_DOMAINS[a.domain], read_attribute_values(a)) for name, a in found)
     return [value for value in values if value[2] is not None]
+
+
+def _begins_with_pairs_of_points(attributes: list[tuple[str, str, NDArray[np.float32]]]) -> bool:
+    """Which the core would take for the UV map."""
+    return bool(attributes) and attributes[0][1] == "POINT" and attributes[0][2].shape[-1] == 2
 
 
 def particle_arrays(
@@ -88,9 +93,10 @@ def particle_arrays(
     if end <= first:
         return None
     read = system.co_hair
-    world = (read(object=obj, particle_no=number, step=step) for number in range(first, end) for step in range(keys))
+    calls = (read(object=obj, particle_no=number, step=step) for number in range(first, end) for step in range(keys))
+    world = _with_last_keys(_rows(calls, (end - first) * keys, 3).reshape(end - first, keys, 3)).reshape(-1, 3)
     to_object = _inverse(obj)
-    positions = _rows(world, (end - first) * keys, 3) @ to_object[:3, :3].T + to_object[:3, 3]
+    positions = world @ to_object[:3, :3].T + to_object[:3, 3]
     positions = np.ascontiguousarray(positions, np.float32)
     strands = end - first
     offsets = np.arange(0, strands * keys + 1, keys, dtype=np.int32)
@@ -98,6 +104,17 @@ def particle_arrays(
     slots = np.full(strands, settings.material - 1, np.int32)
     attributes = _emitter_attributes(obj, modifier, first, end, wanted)
     return _with_info(StrandArrays(positions, radii.ravel(), offsets, slots, attributes=attributes), wanted)
+
+
+def _with_last_keys(keys: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of strands, (strands, keys, 3): shortened ones have fewer keys, for which Blender returns zeros. They stay where
+    the last one is, as in Cycles."""
+    is_missing = ~keys.any(axis=2)
+    is_missing[:, 0] = False
+    if not is_missing.any():
+        return keys
+    last = np.maximum.accumulate(np.where(is_missing, 0, np.arange(keys.shape[1])), axis=1)
+    return np.take_along_axis(keys, last[:, :, None], axis=1)
 
 
 def _inverse(obj: bpy.types.Object) -> NDArray[np.float64]:
@@ -185,7 +202,8 @@ def _with_info(strands: StrandArrays, wanted: Set[str]) -> StrandArrays:
     """Adds what outputs of the Hair Info node read."""
     count = len(strands.strand_offsets) - 1
     columns: list[tuple[str, str, NDArray[np.float32]]] = []
-    if STRAND in wanted:
+    has_no_uv_map = _begins_with_pairs_of_points(strands.attributes)
+    if STRAND in wanted or has_no_uv_map:
         columns.append((STRAND, "FACE", np.ones((count, 1), np.float32)))
     if wanted & {STRAND_INTERCEPT, STRAND_LENGTH}:
         times, lengths = _times(strands.positions, strands.strand_offsets)
@@ -195,5 +213,5 @@ def _with_info(strands: StrandArrays, wanted: Set[str]) -> StrandArrays:
         columns.append((STRAND_THICKNESS, "POINT", 2.0 * strands.radii[:, None]))
     if STRAND_RANDOM in wanted:
         columns.append((STRAND_RANDOM, "FACE", random_of_numbers(count)))
-    strands.attributes.extend(columns)
+    strands.attributes[:] = columns + strands.attributes if has_no_uv_map else strands.attributes + columns
     return strands

@@ -116,6 +116,7 @@ PARTICLES = {
     "interpolated children": {"child_type": "INTERPOLATED", "rendered_child_count": 4, "count": 150},
     "simple children": {"child_type": "SIMPLE", "rendered_child_count": 4, "count": 150, "kink": "CURL"},
     "shape": {"shape": 0.6, "use_close_tip": True, "render_step": 2},
+    "short children": {"child_type": "SIMPLE", "rendered_child_count": 4, "count": 150, "child_length": 0.5},
 }
 
 
@@ -175,6 +176,16 @@ def test_instances_of_hair(empty_scene: bpy.types.Scene) -> None:
         empty.location, empty.rotation_euler = (x, 0.0, 0.1), (0.0, 0.0, angle)
         empty.scale = (scale, abs(scale), abs(scale))
         empty_scene.collection.objects.link(empty)
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
+@pytest.mark.parametrize("scale", [(2.0, 2.0, 2.0), (1.6, 0.8, 0.8)])
+def test_widths_of_scaled_hair(empty_scene: bpy.types.Scene, scale: tuple[float, float, float]) -> None:
+    """Hair Info tells those in the world."""
+    stage(empty_scene)
+    hair = add_fur(empty_scene, SURFACES["widths"](), 0.0015)
+    hair.scale, hair.location = scale, (0.0, 0.0, 0.7 - 0.7 * scale[2])
     result = compare_with_cycles(empty_scene)
     assert result.agrees, result
 

@@ -75,6 +75,42 @@ def test_the_first_pair_of_numbers_is_the_uv_map(camera_scene, recorded_sync) ->
     assert values == pytest.approx(np.array([[0.1, 0.2], [0.3, 0.4]]))
 
 
+def test_pairs_of_points_are_no_uv_map(camera_scene, recorded_sync) -> None:
+    """Though a material reads them: the core takes the first attribute if that is pairs."""
+    curves = hair_curves("Hair", KEYS, WIDTHS)
+    curves.attributes.new("pairs", "FLOAT2", "POINT")
+    curves.materials.append(bpy.data.materials.new("By pairs"))
+    curves.materials[0].use_nodes = True
+    curves.materials[0].node_tree.nodes.new("ShaderNodeAttribute").attribute_name = "pairs"
+    link("Hair", curves)
+
+    def names() -> list[str]:
+        return [name for name, *_ in recorded_sync()[0].of("add_strands")[0]["attributes"]]
+
+    assert names() == ["INFO:strand", "pairs"]
+    curves.attributes.new("surface_uv", "FLOAT2", "CURVE")
+    assert names() == ["surface_uv", "pairs"]
+
+
+def test_normals_of_cross_sections(camera_scene, recorded_sync) -> None:
+    """For Principled Hair by Huang alone, across the strands."""
+    curves = hair_curves("Hair", KEYS, WIDTHS)
+    material = bpy.data.materials.new("Facets")
+    material.use_nodes = True
+    tree = material.node_tree
+    node = tree.nodes.new("ShaderNodeBsdfHairPrincipled")
+    tree.links.new(node.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL").inputs["Surface"])
+    curves.materials.append(material)
+    link("Hair", curves)
+    assert "INFO:strand normal" not in attributes_of(recorded_sync()[0].of("add_strands")[0])
+    node.model = "HUANG"
+    builder, report = recorded_sync()
+    normals = np.array(attributes_of(builder.of("add_strands")[0])["INFO:strand normal"])
+    assert report.warnings == [] and np.linalg.norm(normals[-1]) == pytest.approx(1.0)
+    last = KEYS[:, -1] - KEYS[:, -2]
+    assert (normals.reshape(KEYS.shape)[:, -1] * last).sum(axis=1) == pytest.approx(np.zeros(len(last)), abs=1e-5)
+
+
 def test_empty_curves_show_nothing(camera_scene, recorded_sync) -> None:
     link("Empty", bpy.data.hair_curves.new("Empty"))
     builder, _ = recorded_sync()
@@ -108,6 +144,14 @@ def test_children_hide_their_parents(camera_scene, recorded_sync) -> None:
     obj = link("Head", triangle())
     add_particle_hair(obj, count=3, child_type="SIMPLE", rendered_child_count=4)
     assert len(recorded_sync()[0].of("add_strands")[0]["strand_offsets"]) == 12 + 1
+
+
+def test_shortened_children_end_where_their_last_key_is(camera_scene, recorded_sync) -> None:
+    """Blender has zeros for the keys that they lack: strands went on to the world's origin."""
+    obj = link("Head", triangle(), location=(5, 5, 5))
+    add_particle_hair(obj, count=3, hair_length=1.0, child_type="SIMPLE", rendered_child_count=4, child_length=0.5)
+    keys = recorded_sync()[0].of("add_strands")[0]["positions"]
+    assert np.abs(keys).max() < 2.0, "in the space of the object"
 
 
 def test_hair_is_seen_without_its_emitter_and_the_other_way_round(camera_scene, recorded_sync) -> None:

@@ -125,7 +125,15 @@ def hair_info(node: NodeView, output: str) -> Value | None:
         return None
     if not node.compiler.is_surface:
         return constant(0.0)
-    return mesh_attribute(node, value_names.STRAND_OUTPUTS[output], "Fac", missing_alpha=0)
+    value = mesh_attribute(node, value_names.STRAND_OUTPUTS[output], "Fac", missing_alpha=0)
+    return _scaled_width(node, value) if output == "Thickness" else value
+
+
+def _scaled_width(node: NodeView, width: Value) -> Value:
+    """Of a strand or point in world space; of unevenly scaled objects it is that of the diagonal."""
+    diagonal = node.vector_math("MULTIPLY", width, vector_constant(*_DIAGONAL))
+    spaces = (SPACES.index("OBJECT"), SPACES.index("WORLD"))
+    return _length(node, node.emit("VECTOR_TRANSFORM", (diagonal,), (TRANSFORM_KINDS.index("VECTOR"), *spaces)))
 
 
 def _length(node: NodeView, vector: Value) -> Value:
@@ -139,15 +147,10 @@ def point_info(node: NodeView, output: str) -> Value:
     if not node.compiler.is_surface:
         return vector_constant(0.0, 0.0, 0.0) if is_vector else constant(0.0)
     value = mesh_attribute(node, value_names.POINT_OUTPUTS[output], "Vector" if is_vector else "Fac", missing_alpha=0)
-    if output == "Random":
-        return value
-    # A radius of unevenly scaled objects is that of the diagonal.
-    vector = value if is_vector else node.vector_math("MULTIPLY", value, vector_constant(*_DIAGONAL))
-    kind = "POINT" if is_vector else "VECTOR"
-    spaces = (SPACES.index("OBJECT"), SPACES.index("WORLD"))
-    moved = node.emit("VECTOR_TRANSFORM", (vector,), (TRANSFORM_KINDS.index(kind), *spaces))
     if not is_vector:
-        return _length(node, moved)
+        return _scaled_width(node, value) if output == "Radius" else value
+    spaces = (SPACES.index("OBJECT"), SPACES.index("WORLD"))
+    moved = node.emit("VECTOR_TRANSFORM", (value,), (TRANSFORM_KINDS.index("POINT"), *spaces))
     is_point = mesh_attribute(node, value_names.POINT_OUTPUTS[output], "Alpha", missing_alpha=0)
     return node.vector_math("MULTIPLY", moved, node.emit("BROADCAST", (is_point,)).retyped(VECTOR))
 
