@@ -77,11 +77,15 @@ struct Scene {
   std::vector<Light> lights;
   Environment environment;
   Camera camera;
+  std::shared_ptr<const Camera> middle_camera;  // of the exposure, of which this is a moment; null: the same
   std::shared_ptr<const DicingView> dicing;  // null: meshes with a cage are shown as they are
   /// The last of `meshes` are others as they were diced and displacement moved them, of these handles; only instances
   /// refer to them.
   std::vector<int> displaced_from;
   std::array<std::shared_ptr<const MotionStep>, 2> motion;  // before and after; null: nothing moves
+
+  /// That whose coordinates materials read: as in Cycles, those of an exposure's middle.
+  const Camera& material_camera() const { return middle_camera ? *middle_camera : camera; }
 
   /// Tangents of a mesh by an attribute or kNoUvMap; null where no material of it reads them.
   const CornerTangents* find_tangents(int mesh, int attribute, bool is_of_original) const {

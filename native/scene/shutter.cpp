@@ -225,7 +225,10 @@ void Shutter::add_mesh(size_t handle, std::span<const size_t> instances, std::sp
 
 std::shared_ptr<const Scene> Shutter::at(float time) const {
   auto scene = std::make_shared<Scene>(*middle_);
-  if (!cameras_.times.empty()) move_camera(scene->camera, time);
+  if (!cameras_.times.empty()) {
+    move_camera(scene->camera, time);
+    scene->middle_camera = {middle_, &middle_->camera};
+  }
   for (const MovingInstance& moving : instances_) {
     Instance& instance = scene->instances[moving.instance];
     const auto [step, t] = place_of(time, moving.times);

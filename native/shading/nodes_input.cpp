@@ -94,13 +94,13 @@ Vec3 shifted_position(const NodeContext& c, BumpShift shift) {
 }
 
 Vec3 camera_node(const NodeContext& c, BumpShift shift) {
-  if (!c.is_environment) return to_camera_space(c.scene.camera, shifted_position(c, shift));
-  return kForwardZ * inverse(c.scene.camera.camera_to_world).vector(c.point.position);
+  if (!c.is_environment) return to_camera_space(c.scene.material_camera(), shifted_position(c, shift));
+  return kForwardZ * inverse(c.scene.material_camera().camera_to_world).vector(c.point.position);
 }
 
 /// [Cycles] Of panoramas the place in their frame, wherever a viewport has that.
 Vec3 window_node(const NodeContext& c, BumpShift shift) {
-  const Camera& camera = c.scene.camera;
+  const Camera& camera = c.scene.material_camera();
   const Vec3 p = camera_node(c, shift);
   const CameraType type = camera.type == CameraType::SHEET ? camera.eye_type : camera.type;
   if (type == CameraType::PANORAMIC) {

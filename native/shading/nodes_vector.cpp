@@ -107,9 +107,9 @@ Vec3 vector_rotate_node(int type, bool inverts, Vec3 vector, Vec3 center, Vec3 a
 Vec3 vector_transform_node(const NodeContext& c, int kind, int from, int to, Vec3 v) {
   if (from == to) return v;
   if (from == kObjectSpace && !c.is_environment) v = map_vector(c.instance().object_to_world, kind, v);
-  if (from == kCameraSpace) v = map_vector(camera_space_to_world(c.scene.camera), kind, v);
+  if (from == kCameraSpace) v = map_vector(camera_space_to_world(c.scene.material_camera()), kind, v);
   if (to == kObjectSpace && !c.is_environment) v = map_vector(inverse(c.instance().object_to_world), kind, v);
-  if (to == kCameraSpace) v = map_vector(inverse(camera_space_to_world(c.scene.camera)), kind, v);
+  if (to == kCameraSpace) v = map_vector(inverse(camera_space_to_world(c.scene.material_camera())), kind, v);
   return v;
 }
 
