@@ -12,6 +12,7 @@ import numpy as np
 
 from . import SyncReport, versions
 from .camera import camera_arguments, picture_size
+from .nodes.value_names import RENDER_COLOR
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -46,6 +47,7 @@ class Subdivision:
             "uv_smoothing": self.uv_smoothing,
             "keeps_corners": self.keeps_corners,
             "uv_maps": len(mesh.uv_layers),
+            "encoded_colors": _byte_colors_of_corners(mesh),
             "pixels": self.pixels,
             "length": self.length,
             **(_creases(mesh) if self.uses_creases else {}),
@@ -79,6 +81,15 @@ def final_mesh(obj: bpy.types.Object, subdivision: Subdivision | None) -> Iterat
     geometry = obj.evaluated_geometry()  # which owns the mesh
     base = geometry.mesh_base
     yield obj.data if base is None else base
+
+
+def _byte_colors_of_corners(mesh: bpy.types.Mesh) -> list[str]:
+    """Names of those that Cycles blends as they are encoded."""
+    layers = mesh.color_attributes
+    found = [layer.name for layer in layers if layer.data_type == "BYTE_COLOR" and layer.domain == "CORNER"]
+    render = layers.render_color_index
+    is_render = 0 <= render < len(layers) and layers[render].name in found
+    return [*found, RENDER_COLOR] if is_render else found
 
 
 def _creases(mesh: bpy.types.Mesh) -> dict[str, Any]:

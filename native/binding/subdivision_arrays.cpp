@@ -24,6 +24,8 @@ SubdivisionArrays::SubdivisionArrays(const py::dict& members, const std::string&
       input.keeps_corners = value.cast<bool>();
     } else if (member == "uv_maps") {
       input.uv_maps = value.cast<int>();
+    } else if (member == "encoded_colors") {
+      input.encoded_colors = value.cast<std::vector<std::string>>();
     } else if (member == "pixels") {
       input.pixels = value.cast<float>();
     } else if (member == "length") {

@@ -159,6 +159,10 @@ std::shared_ptr<const SubdivisionCage> make_cage(const MeshInput& input) {
   cage->uv_smoothing = s.uv_smoothing;
   cage->keeps_corners = s.keeps_corners;
   cage->uv_maps = static_cast<uint32_t>(s.uv_maps);
+  for (uint32_t i = 0; i < input.attributes.size(); ++i)
+    if (input.attributes[i].domain == Domain::CORNER &&
+        std::ranges::find(s.encoded_colors, input.attributes[i].name) != s.encoded_colors.end())
+      cage->encoded_colors.push_back(i);
   cage->pixels = s.pixels;
   cage->length = s.length;
   for (size_t polygon = 0; polygon < polygon_count(input); ++polygon)

@@ -19,6 +19,7 @@ struct SubdivisionInput {
   UvSmoothing uv_smoothing = UvSmoothing::BOUNDARIES;
   bool keeps_corners = false;
   int uv_maps = 0;
+  std::vector<std::string> encoded_colors;  // names of attributes
   float pixels = 1.0f;
   float length = 0.0f;
   std::span<const int32_t> creases;  // two points to an edge

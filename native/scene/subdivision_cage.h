@@ -29,6 +29,7 @@ struct SubdivisionCage {
   UvSmoothing uv_smoothing = UvSmoothing::BOUNDARIES;
   bool keeps_corners = false;                    // of open boundaries
   uint32_t uv_maps = 0;                          // how many of the mesh's attributes, which come first
+  std::vector<uint32_t> encoded_colors;          // attributes of corners that are blended as sRGB has them
   float pixels = 1.0f;                           // longest edge, before DicingView::rate
   float length = 0.0f;                           // the same in object space; 0: `pixels` counts
   std::vector<uint32_t> offsets;                 // of polygons into their corners; one more than there are

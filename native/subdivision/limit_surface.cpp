@@ -12,6 +12,7 @@
 #include <unordered_map>
 
 #include "base/parallel.h"
+#include "base/srgb.h"
 #include "subdivision/safe_creases.h"
 
 namespace cistern {
@@ -73,6 +74,16 @@ struct UvValues {
 
 void ignore_error(Far::ErrorType, const char*) {}
 void ignore_warning(const char*) {}
+
+/// The attribute with its colours, but not the alpha, coded in another way.
+MeshAttribute recoded(MeshAttribute attribute, size_t elements, float code(float)) {
+  const auto components = static_cast<size_t>(attribute.components);
+  const auto values = std::make_shared<float[]>(elements * components);
+  for (size_t i = 0; i < elements * components; ++i)
+    values[i] = i % components < 3 ? code(attribute.values[i]) : attribute.values[i];
+  attribute.values = values;
+  return attribute;
+}
 
 /// Coordinates as OpenSubdiv has them.
 Vec2 to_patch(const Bfr::Parameterization& parameterization, const CagePlace& place) {
@@ -260,6 +271,11 @@ MeshAttribute LimitSurface::attribute(size_t index, std::span<const CagePlace> p
   const MeshAttribute& attribute = data_->mesh.attributes[index];
   const int channel = data_->uv_channels[index];
   const bool is_generated = static_cast<int>(index) == data_->mesh.generated_attribute;
+  const SubdivisionCage& cage = *data_->mesh.cage;
+  if (std::ranges::find(cage.encoded_colors, index) != cage.encoded_colors.end()) {
+    const MeshAttribute encoded = recoded(attribute, cage.vertices.size(), linear_to_srgb_exact);
+    return recoded(interpolate(encoded, places), places.size(), srgb_to_linear_exact);
+  }
   if (channel < 0 && !is_generated) return interpolate(attribute, places);
   const std::shared_ptr<float[]> values =
       std::make_shared<float[]>(places.size() * static_cast<size_t>(attribute.components));

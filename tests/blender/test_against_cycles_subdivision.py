@@ -173,6 +173,21 @@ def test_attributes(empty_scene: bpy.types.Scene, domain: str) -> None:
     agrees(empty_scene, lambda: fill(2), FLOOR_OF_ATTRIBUTES)
 
 
+@needs_cycles_4_5
+def test_byte_colours_of_corners(empty_scene: bpy.types.Scene) -> None:
+    """They are blended as they are encoded, unlike all others."""
+    obj = subdivided(solid(empty_scene, build.material("shown", shown_attribute)))
+    layer = obj.data.color_attributes.new("shown", "BYTE_COLOR", "CORNER")
+
+    def fill(seed: int) -> None:
+        on = np.random.default_rng(seed).integers(0, 2, (len(layer.data), 4))
+        layer.data.foreach_set("color", on.astype(np.float32).ravel())
+        obj.data.update_tag()
+
+    fill(1)
+    agrees(empty_scene, lambda: fill(2), FLOOR_OF_ATTRIBUTES)
+
+
 def test_several_materials(empty_scene: bpy.types.Scene) -> None:
     obj = subdivided(solid(empty_scene, build.material("grey", diffuse), "house"))
     obj.data.materials.append(build.principled("red", Base_Color=(0.8, 0.1, 0.1, 1.0)))

@@ -95,6 +95,20 @@ def test_creases(cube: bpy.types.Object) -> None:
     assert "creases" not in mesh_arrays(mesh, subdivision=without).subdivision
 
 
+def test_byte_colours_of_corners_are_named(cube: bpy.types.Object) -> None:
+    layers = cube.data.color_attributes
+    for name, kind, domain in (
+        ("a", "BYTE_COLOR", "CORNER"),
+        ("b", "BYTE_COLOR", "POINT"),
+        ("c", "FLOAT_COLOR", "CORNER"),
+    ):
+        layers.new(name, kind, domain)
+    layers.render_color_index = layers.find("b")
+    assert mesh_arrays(cube.data, subdivision=SMOOTH).subdivision["encoded_colors"] == ["a"]
+    layers.render_color_index = layers.find("a")
+    assert mesh_arrays(cube.data, subdivision=SMOOTH).subdivision["encoded_colors"] == ["a", "INFO:render color"]
+
+
 class Live:
     def __init__(self) -> None:
         self.sync = LiveSync(fake_core)
