@@ -180,7 +180,12 @@ def test_instances_of_hair(empty_scene: bpy.types.Scene) -> None:
     assert result.agrees, result
 
 
-@pytest.mark.parametrize("scale", [(2.0, 2.0, 2.0), (1.6, 0.8, 0.8)])
+UNEVEN = pytest.param(
+    (1.6, 0.8, 0.8), marks=pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="another mean before: 3 % in a block")
+)
+
+
+@pytest.mark.parametrize("scale", [(2.0, 2.0, 2.0), UNEVEN])
 def test_widths_of_scaled_hair(empty_scene: bpy.types.Scene, scale: tuple[float, float, float]) -> None:
     """Hair Info tells those in the world."""
     stage(empty_scene)
