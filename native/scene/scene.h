@@ -78,7 +78,7 @@ struct Scene {
   Environment environment;
   Camera camera;
   std::shared_ptr<const Camera> middle_camera;  // of the exposure, of which this is a moment; null: the same
-  std::shared_ptr<const DicingView> dicing;  // null: meshes with a cage are shown as they are
+  std::shared_ptr<const DicingView> dicing;     // null: meshes with a cage are shown as they are
   /// The last of `meshes` are others as they were diced and displacement moved them, of these handles; only instances
   /// refer to them.
   std::vector<int> displaced_from;

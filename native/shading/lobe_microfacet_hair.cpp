@@ -110,15 +110,20 @@ class Walk {
   Walk(const MicrofacetHair& hair, const Section& section, const Vec3& ng, MicrofacetHairWays& found, uint32_t seed)
       : hair_(hair), section_(section), ng_(ng), found_(found), alpha_(width_of(hair)), rng_(seed, 0, 0, 0) {}
 
-  void go() {
-    float place = section_.first_place();
-    Interface side = section_.interface_at(place, -hair_.tilt);
+  void go(int walks) {
+    const float place = section_.first_place();
+    const Interface side = section_.interface_at(place, -hair_.tilt);
     const Vec3 o = section_.view();
     if (!side.is_seen_from(o)) return;
-    float cos_from = dot(side.tilted, o);
-    Rgb left(energy_scale(alpha_, cos_from, hair_.ior));
-    add(Way::REFLECTED, hair_.reflection * left, o, side);
+    const Rgb met(energy_scale(alpha_, dot(side.tilted, o), hair_.ior));
+    add(Way::REFLECTED, hair_.reflection * met, o, side);
+    for (int i = 0; i < walks; ++i) enter(place, side, met / static_cast<float>(walks));
+  }
 
+ private:
+  void enter(float place, Interface side, Rgb left) {
+    const Vec3 o = section_.view();
+    float cos_from = dot(side.tilted, o);
     const Vec3 entry = sample_facet(alpha_, side.tilted, o, rng_.next_vec2());
     float cos_t = 0.0f;
     left *= 1.0f - fresnel_dielectric(dot(o, entry), hair_.ior, &cos_t);
@@ -153,7 +158,6 @@ class Walk {
     add(Way::SPREAD, left * leaves * passed / (Rgb(1.0f) - (1.0f - leaves) * passed), {0.0f, 1.0f, 0.0f}, side);
   }
 
- private:
   /// To the other side, of which `place` and `side` become; returns what is not absorbed.
   Rgb cross(float& place, Interface& side, const Vec3& inside) const {
     const float inner = section_.next_inner_angle(place, inside), next = inner + kPi;
@@ -225,9 +229,9 @@ bool passes_beside(const MicrofacetHair& hair, const Vec3& tangent, const Vec3& 
 }
 
 MicrofacetHairWays make_microfacet_hair(const MicrofacetHair& hair, const Vec3& tangent, const Vec3& ng, const Vec3& wo,
-                                        uint32_t seed) {
+                                        uint32_t seed, int walks) {
   MicrofacetHairWays found;
-  Walk(hair, Section(hair, tangent, ng, wo), ng, found, seed).go();
+  Walk(hair, Section(hair, tangent, ng, wo), ng, found, seed).go(walks);
   return found;
 }
 
