@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 CompileTree = Callable[[bpy.types.ID, "MaterialContext"], "MaterialProgram | None"]
 Animations = frozenset[tuple[int, ImageSource | None]]
 
-
 _EMPTY_SLOT = 0
 _EMPTY_SLOT_OF_SPLATS = 1 << 62  # no session id of Blender's is as large
 _EMPTY_SLOTS = {_EMPTY_SLOT, _EMPTY_SLOT_OF_SPLATS}

@@ -109,12 +109,12 @@ def particle_arrays(
 def _with_last_keys(keys: NDArray[np.float64]) -> NDArray[np.float64]:
     """Of strands, (strands, keys, 3): shortened ones have fewer keys, for which Blender returns zeros. They stay where
     the last one is, as in Cycles."""
-    is_missing = ~keys.any(axis=2)
-    is_missing[:, 0] = False
-    if not is_missing.any():
+    is_there = keys.any(axis=2)
+    if is_there[:, -1].all():
         return keys
-    last = np.maximum.accumulate(np.where(is_missing, 0, np.arange(keys.shape[1])), axis=1)
-    return np.take_along_axis(keys, last[:, :, None], axis=1)
+    steps = np.arange(keys.shape[1])
+    last = np.where(is_there, steps, 0).max(axis=1, keepdims=True)
+    return np.take_along_axis(keys, np.minimum(steps, last)[:, :, None], axis=1)
 
 
 def _inverse(obj: bpy.types.Object) -> NDArray[np.float64]:

@@ -143,6 +143,9 @@ bool depends_on_camera(const Instruction& instruction) {
 
 /// Whether the closure's transparency (emission) depends on operand `i`.
 bool matters_to_transparency(const MaterialProgram& p, const Instruction& closure, size_t i) {
+  constexpr std::array kOfHair{true,  true, true,  false, false, false, false, false,
+                               false, true, false, false, true,  true,  true};
+  if (closure.op == Op::CLOSURE_MICROFACET_HAIR) return kOfHair[i];  // weight, axes, aspect ratio and factors
   return closure.op != Op::CLOSURE_PRINCIPLED || i == kPrincipledWeight || i == kPrincipledAlpha ||
          is_sheet(p, closure);
 }

@@ -154,40 +154,46 @@ void add_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, c
   add_lobe(bsdf, lobe, weight, sample_weight);
 }
 
-MicrofacetHair microfacet_hair(std::span<const Vec3> in, const int32_t* parameters) {
-  const Rgb absorption = absorption_of(in.subspan(3), static_cast<HairParametrization>(parameters[0]), in[8].x);
+/// What tells where light passes beside the hair, and how much of it each way has.
+MicrofacetHair microfacet_hair(std::span<const Vec3> in, const SurfacePoint& point) {
   MicrofacetHair hair;
-  hair.absorption = max(absorption, Rgb(0.0f));
-  hair.major_axis = in[2];
-  hair.alpha = in[8].x;
+  hair.major_axis =
+      point.is_strand ? in[2] : cross(in[1], point.wo);  // on what is no strand across the view, as in Cycles
   hair.aspect_ratio = in[9].x;
-  hair.ior = std::max(in[10].x, 1.0f + 1e-5f);
-  hair.tilt = in[11].x;
   hair.reflection = std::max(in[12].x, 0.0f);
   hair.transmission = std::max(in[13].x, 0.0f);
   hair.twice = std::max(in[14].x, 0.0f);
   return hair;
 }
 
-/// Whether light goes straight on, beside the strand.
-bool is_missed(const MicrofacetHair& hair, std::span<const Vec3> in, const SurfacePoint& point) {
+/// Of the closure's weight, that of light which goes straight on, beside the strand.
+Rgb passed_beside(const MicrofacetHair& hair, std::span<const Vec3> in, const SurfacePoint& point) {
+  const Rgb weight(in[0].x);
   const bool scatters = hair.reflection > 0.0f || hair.transmission > 0.0f || hair.twice > 0.0f;
-  return scatters && in[1] != Vec3{} && passes_beside(hair, in[1], point.ng, point.wo);
+  if (!point.is_strand || in[1] == Vec3{} || is_negligible(weight) || !scatters) return Rgb(0.0f);
+  return passes_beside(hair, in[1], point.ng, point.wo) ? weight : Rgb(0.0f);
 }
 
 void add_microfacet_hair(Bsdf& bsdf, std::span<const Vec3> in, const int32_t* parameters, const SurfacePoint& point) {
   const Rgb weight(in[0].x);
   if (in[1] == Vec3{} || is_negligible(weight)) return;
-  MicrofacetHair hair = microfacet_hair(in, parameters);
-  if (is_missed(hair, in, point)) {
-    bsdf.transparency += weight;
+  MicrofacetHair hair = microfacet_hair(in, point);
+  if (const Rgb passed = passed_beside(hair, in, point); !is_black(passed)) {
+    bsdf.transparency += passed;
     return;
   }
-  hair.alpha = std::max(hair.alpha, bsdf.gloss.least_alpha);
-  const MicrofacetHairWays ways = make_microfacet_hair(hair, in[1], point.ng, point.wo, place_hash(point));
+  hair.absorption =
+      max(absorption_of(in.subspan(3), static_cast<HairParametrization>(parameters[0]), in[8].x), Rgb(0.0f));
+  hair.alpha = std::max(in[8].x, bsdf.gloss.least_alpha);
+  hair.ior = std::max(in[10].x, 1.0f + 1e-5f);
+  hair.tilt = in[11].x;
+  hair.is_seen_from_afar = !point.is_strand;
+  const int walks = bsdf.count == 0 ? MicrofacetHairWays::kWalks : 1;  // mixes of many shall fit
+  const MicrofacetHairWays ways = make_microfacet_hair(hair, in[1], point.ng, point.wo, place_hash(point), walks);
   for (const MicrofacetHairWays::Way& way : std::span(ways.ways).first(ways.count)) {
     const Rgb part = weight * way.weight;
-    add_lobe(bsdf, way.lobe, part, average(part) * microfacet_hair_albedo(way.lobe, point.wo));
+    if (!is_negligible(part))
+      add_lobe(bsdf, way.lobe, part, average(part) * microfacet_hair_albedo(way.lobe, point.wo));
   }
 }
 
@@ -275,8 +281,7 @@ Rgb closure_transparency(Op op, std::span<const Vec3> inputs, const int32_t* par
                          uint8_t ray_kind) {
   if (inputs[0].x == 0.0f) return Rgb(0.0f);
   if (op == Op::CLOSURE_PRINCIPLED) return principled_transparency(inputs, parameters, point, ray_kind);
-  if (op == Op::CLOSURE_MICROFACET_HAIR)
-    return is_missed(microfacet_hair(inputs, parameters), inputs, point) ? Rgb(inputs[0].x) : Rgb(0.0f);
+  if (op == Op::CLOSURE_MICROFACET_HAIR) return passed_beside(microfacet_hair(inputs, point), inputs, point);
   if (op != Op::CLOSURE_TRANSPARENT) return Rgb(0.0f);
   const Rgb weight = inputs[0].x * to_rgb(inputs[1]);
   return is_negligible(weight) ? Rgb(0.0f) : weight;

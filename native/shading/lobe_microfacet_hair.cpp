@@ -14,7 +14,7 @@ using Way = MicrofacetHairLobe::Way;
 
 constexpr float kSmoothest = 1e-3f;  // GGX width, as in Cycles
 /// Of what meets the last interface from inside; the mean facet may reflect all where others do not.
-constexpr float kLeastTransmission = 0.1f;
+constexpr float kLeastExit = 0.1f;
 
 float width_of(const MicrofacetHair& hair) { return std::clamp(hair.alpha, kSmoothest, 1.0f); }
 
@@ -71,10 +71,9 @@ class Section {
   const Frame& frame() const { return frame_; }
   const Vec3& view() const { return o_; }
   bool is_beside() const { return std::abs(offset_) >= seen_; }
-  /// Where the ray of the view meets it.
-  float first_place() const {
-    return std::atan2(minor_ * o_.x, o_.z) - std::asin(std::clamp(offset_ / seen_, -1.0f, 1.0f));
-  }
+  /// Where the ray of the view meets it, or one at that share of its half width.
+  float first_place() const { return place_seen_at(std::clamp(offset_ / seen_, -1.0f, 1.0f)); }
+  float place_seen_at(float share) const { return std::atan2(minor_ * o_.x, o_.z) - std::asin(share); }
   /// Normals on the side that light in direction `d` from place `a` meets from inside.
   float next_inner_angle(float a, const Vec3& d) const { return 2.0f * std::atan2(minor_ * d.x, d.z) - a; }
   float distance(float a, float b) const {
@@ -111,7 +110,8 @@ class Walk {
       : hair_(hair), section_(section), ng_(ng), found_(found), alpha_(width_of(hair)), rng_(seed, 0, 0, 0) {}
 
   void go(int walks) {
-    const float place = section_.first_place();
+    const float place =
+        hair_.is_seen_from_afar ? section_.place_seen_at(2.0f * rng_.next_float() - 1.0f) : section_.first_place();
     const Interface side = section_.interface_at(place, -hair_.tilt);
     const Vec3 o = section_.view();
     if (!side.is_seen_from(o)) return;
@@ -240,7 +240,7 @@ float microfacet_hair_albedo(const MicrofacetHairLobe& lobe, const Vec3& wo) {
     case Way::REFLECTED:
       return fresnel_dielectric(clamp01(dot(lobe.tilted, wo)), lobe.ior);
     case Way::LEFT:
-      return std::max(1.0f - fresnel_dielectric(dot(lobe.tilted, lobe.origin), 1.0f / lobe.ior), kLeastTransmission);
+      return std::max(1.0f - fresnel_dielectric(dot(lobe.tilted, lobe.origin), 1.0f / lobe.ior), kLeastExit);
     case Way::SPREAD:
       break;
   }

@@ -20,8 +20,9 @@ struct MicrofacetHair {
   float tilt = 0.0f;                // of the scales, radians, towards the root
   float aspect_ratio = 1.0f;        // of the axes, either over the other
   Vec3 major_axis;                  // about that; zero: (1, 1, 1), as in Cycles
-  float reflection = 1.0f, transmission = 1.0f,
-        twice = 1.0f;  // factors: of light reflected at once, that passes, and that is reflected inside once
+  /// Factors: of light that is reflected at once, that passes, and that is reflected inside once.
+  float reflection = 1.0f, transmission = 1.0f, twice = 1.0f;
+  bool is_seen_from_afar = false;  // light enters anywhere across, whatever the normal: on what is no strand
 };
 
 /// Whether light passes a strand along `tangent` where its round hull is met in a point of normal `ng`: at the sides of

@@ -35,7 +35,8 @@ SurfacePoint make_strand_point(const Scene& scene, const Ray& ray, const Hit& hi
   if (dot(point.ng, point.wo) < 0.0f) point.ng = point.wo;
   point.ns = point.ng;
   const std::array<Vec3, 3> ends{segment.positions[1], segment.positions[2], center};
-  const float clearance = mesh.strand_shape == StrandShape::BALLS ? kClearanceOfBalls : kClearance;
+  point.is_strand = mesh.strand_shape != StrandShape::BALLS;
+  const float clearance = point.is_strand ? kClearance : kClearanceOfBalls;
   point.clearance =
       surface_clearance(coordinate_reach(instance.object_to_world, ends), point.ng) + clearance * length(offset);
   return point;

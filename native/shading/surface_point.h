@@ -43,6 +43,7 @@ struct SurfacePoint {
   int material = -1;
   bool is_backface = false;
   bool is_splat = false;
+  bool is_strand = false;      // of hair, not of points
   bool corrects_bumps = true;  // MaterialProgram::corrects_bumps, where its closures are added
   float clearance = 0.0f;      // see surface_clearance: metres off the surface at which rays start
   float footprint = 0.0f;      // radius in metres, for bump mapping

@@ -126,6 +126,16 @@ def test_microfacet_hair(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+@pytest.mark.parametrize("aspect_ratio", marked([1.0, 0.3], {1.0}))
+def test_microfacet_hair_on_a_mesh(empty_scene: bpy.types.Scene, aspect_ratio: float) -> None:
+    """There light enters a strand anywhere across, and its section turns with the view."""
+    hair = principled_hair(model="HUANG", **{"Color": BLOND, "Aspect Ratio": aspect_ratio})
+    build.stage(empty_scene, hair)
+    light_by_half_a_world(empty_scene)
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
 def test_another_cross_section_is_seen(empty_scene: bpy.types.Scene) -> None:
     """Planted: round strands in the picture of Cycles."""
     stage(empty_scene)
