@@ -77,7 +77,7 @@ class Section {
   /// Normals on the side that light in direction `d` from place `a` meets from inside.
   float next_inner_angle(float a, const Vec3& d) const { return 2.0f * std::atan2(minor_ * d.x, d.z) - a; }
   float distance(float a, float b) const {
-    return std::hypot(std::sin(a) - std::sin(b), minor_ * (std::cos(a) - std::cos(b)));
+    return std::sqrt(sqr(std::sin(a) - std::sin(b)) + sqr(minor_ * (std::cos(a) - std::cos(b))));
   }
   Interface interface_at(float a, float lean) const {
     const Vec3 facing = normalize({minor_ * std::sin(a), 0.0f, std::cos(a)});
@@ -121,7 +121,9 @@ class Walk {
   }
 
  private:
+  /// One walk; `left` is what arrives of light that each next way sends back along it.
   void enter(float place, Interface side, Rgb left) {
+    // In by a facet, and through.
     const Vec3 o = section_.view();
     float cos_from = dot(side.tilted, o);
     const Vec3 entry = sample_facet(alpha_, side.tilted, o, rng_.next_vec2());
@@ -137,6 +139,7 @@ class Walk {
     add(Way::LEFT, hair_.transmission * left, -inside, side);
     if (!(hair_.twice > 0.0f)) return;
 
+    // Back by another, and through again.
     const Vec3 turn = sample_facet(alpha_, side.tilted, -inside, rng_.next_vec2());
     const float turned = fresnel_dielectric(-dot(inside, turn), 1.0f / hair_.ior);
     inside = reflect(-inside, turn);
