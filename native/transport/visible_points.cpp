@@ -117,6 +117,7 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
   visible.clearance = point.clearance;
   visible.footprint = point.footprint;
   visible.is_backface = point.is_backface;
+  visible.is_strand = point.is_strand;
   visible.exists = true;
   const LambertLobe* lambert = only_lambert_lobe(bsdf);
   visible.is_lambertian = lambert && !scene.materials[static_cast<size_t>(point.material)]->depends_on_view;
@@ -140,6 +141,7 @@ SurfacePoint surface_point(const VisiblePoint& visible) {
   point.triangle = visible.triangle;
   point.material = visible.material;
   point.is_backface = visible.is_backface;
+  point.is_strand = visible.is_strand;
   point.clearance = visible.clearance;
   point.footprint = visible.footprint;
   return point;

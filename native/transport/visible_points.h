@@ -16,7 +16,7 @@ struct VisiblePoint {
   uint32_t instance = 0, triangle = 0;
   int material = -1;
   float clearance = 0.0f, footprint = 0.0f;
-  bool is_backface = false;
+  bool is_backface = false, is_strand = false;
   bool exists = false;
   uint8_t scattered_kinds = 0;                         // RayVisibility bits of the rays that it can send on
   RoughSampling rough_sampling = RoughSampling::BSDF;  // of its BSDF

@@ -460,6 +460,18 @@ TEST(Closures, ShadowRaysPassHairWherePathsDo) {
   EXPECT_LT(passed, 450);
 }
 
+/// Resampling evaluates materials again at points that it keeps.
+TEST(Closures, KeptPointsOfStrandsStayStrands) {
+  Rng rng(7, 0, 0, 0);
+  SurfacePoint point = strand_point(rng);
+  const Bsdf bsdf = build(Op::CLOSURE_MICROFACET_HAIR, microfacet_hair(1.0f), point, 2);
+  for (const bool is_strand : {false, true}) {
+    point.is_strand = is_strand;
+    EXPECT_EQ(surface_point(make_visible_point(Scene{}, point, bsdf)).is_strand, is_strand);
+    EXPECT_EQ(place_hash(surface_point(make_visible_point(Scene{}, point, bsdf))), place_hash(point));
+  }
+}
+
 TEST(Closures, ManyHairsFitIntoOneMaterial) {
   Rng rng(5, 0, 0, 0);
   const int32_t parameter = 2;
