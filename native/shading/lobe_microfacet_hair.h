@@ -8,7 +8,7 @@ namespace cistern {
 // made of GGX facets. [Huang, Hullin and Hanika 2022, A Microfacet-based Hair Scattering Model; with what Cycles adds:
 // energy that facets lose is returned as for glass, and what is reflected inside more than once is spread evenly
 // around] The paper integrates over the facets by which light enters and turns back, anew for each pair of directions.
-// Here they are drawn once for each point, by a hash of where it lies, as if the strand had a texture of very fine
+// Here they are drawn a few times for each point, by a hash of where it lies, as if the strand had a texture of fine
 // grain: given these, each way of light ends at one facet more, so that its lobe has a closed form, and a density. The
 // mean over points is the model's. [Guo, Hasan and Zhao 2018, Position-Free Monte Carlo Simulation for Arbitrary
 // Layered BSDFs, whose paths these are] Where light leaves the strand is taken to be where it entered. Densities: of
@@ -32,7 +32,7 @@ bool passes_beside(const MicrofacetHair& hair, const Vec3& tangent, const Vec3& 
 /// The lobes of a point that light does not pass. `seed`: its place_hash.
 struct MicrofacetHairWays {
   /// Times that the facets inside are drawn. (Variance x CPU time of fur under lamps with 1, 2, 3 and 6: 1, 0.92, 0.88
-  /// and 0.99.)
+  /// and 0.99; one run, another script.)
   static constexpr int kWalks = 3;
   struct Way {
     MicrofacetHairLobe lobe;
