@@ -149,6 +149,16 @@ def test_bars_compare_with_the_best_setting_of_cycles():
     assert report.history_of(found, shots["path"][0])["errors"]["pixel"] == 0.2
 
 
+def test_all_scenes_are_drawn_at_a_glance(tmp_path):
+    pytest.importorskip("matplotlib")
+    from tests.benchmark.scoreboard import plots
+
+    shots = {name: [shot(engine_named(name), 16, 1.0, 0.1)] for name in ("cycles", "path", "restir-gi", "final")}
+    found = SceneScore(SCENES[0], reference(), [shot(ENGINES[0], 64, 10.0, 0.1)], None, shots)
+    plots.draw_overview(tmp_path / "overview.png", [found, found])
+    assert (tmp_path / "overview.png").stat().st_size > 0
+
+
 @pytest.mark.parametrize(
     ("command", "arguments"),
     [

@@ -12,8 +12,9 @@ Cycles takes for its `--samples`, without export and building, which are measure
 relMSE per pixel and in boxes of 4 x 4 and 8 x 8 pixels, and per pixel after the same denoiser with the same guides for
 all, for direct light, indirect light and the emission in view each by itself.
 
-The output folder gets scoreboard.md (tables, and the bars met or missed), a plot of error against time of each scene, a
-page with all pictures beside their errors (index.html), and a line of JSON for each picture, added to history.jsonl.
+The output folder gets scoreboard.md (tables, and the bars met or missed), overview.png (all of it at a glance), a plot
+of error against time of each scene, a page with all pictures beside their errors (index.html), and a line of JSON for
+each picture, added to history.jsonl.
 Scenes are those that examples/ builds and those of the folder CISTERN_TEST_SCENES. Needs matplotlib.
 """
 

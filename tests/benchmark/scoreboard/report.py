@@ -169,5 +169,7 @@ def write(folder: Path, scores: Sequence[SceneScore]) -> None:
     for score in scores:
         lines += [f"## {score.scene.name}", "", *scene_table(score), ""]
         plots.draw(folder / f"{score.scene.name}.png", score)
+    if OURS in names and any(name.startswith("cycles") for name in names):
+        plots.draw_overview(folder / "overview.png", scores)
     (folder / "scoreboard.md").write_text("\n".join(lines))
     page.write(folder, scores)
