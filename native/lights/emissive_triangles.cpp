@@ -4,6 +4,7 @@
 
 #include "base/parallel.h"
 #include "base/warp.h"
+#include "lights/coincident_triangles.h"
 #include "shading/material.h"
 
 namespace cistern {
@@ -64,6 +65,7 @@ EmissiveTriangles::EmissiveTriangles(const Scene& scene) {
   fill(scene);
   find_uniform_emission(scene);
   estimate_radiance(scene);
+  join_coincident(scene);
 }
 
 EmissiveTriangles::Selection EmissiveTriangles::select(const Scene& scene, const Instance& instance) {
@@ -179,7 +181,19 @@ void EmissiveTriangles::estimate_radiance(const Scene& scene) {
   }
 }
 
+void EmissiveTriangles::join_coincident(const Scene& scene) {
+  represented_by_ = find_coincident_triangles(scene, triangles_, uniform_);
+  for (size_t i = 0; i < represented_by_.size(); ++i) {
+    if (represented_by_[i] != i) triangles_[i].edge_1 = triangles_[i].edge_2 = {};
+  }
+}
+
 std::optional<uint32_t> EmissiveTriangles::find(uint32_t instance, uint32_t triangle) const {
+  const std::optional<uint32_t> index = number(instance, triangle);
+  return index && !represented_by_.empty() ? represented_by_[*index] : index;
+}
+
+std::optional<uint32_t> EmissiveTriangles::number(uint32_t instance, uint32_t triangle) const {
   const Placement& placement = placements_[instance];
   if (placement.selection < 0) return std::nullopt;
   const std::vector<uint32_t>& rank = selections_[static_cast<size_t>(placement.selection)].rank;
@@ -205,7 +219,8 @@ LightBounds EmissiveTriangles::bounds(size_t index) const {
 
 size_t EmissiveTriangles::memory_bytes() const {
   size_t bytes = triangles_.capacity() * sizeof(EmissiveTriangle) + radiance_.capacity() * sizeof(float) +
-                 uniform_.capacity() * sizeof(SideEmission) + placements_.capacity() * sizeof(Placement);
+                 uniform_.capacity() * sizeof(SideEmission) + represented_by_.capacity() * sizeof(uint32_t) +
+                 placements_.capacity() * sizeof(Placement);
   for (const Selection& selection : selections_) bytes += selection.rank.capacity() * sizeof(uint32_t);
   return bytes;
 }

@@ -27,10 +27,12 @@ struct SideEmission {
   Rgb along_normal, against_normal;
   /// Magnitude.
   float mean() const { return 0.5f * (magnitude(along_normal) + magnitude(against_normal)); }
+  friend bool operator==(const SideEmission&, const SideEmission&) = default;
 };
 
 /// Every triangle of every instance whose material may emit, in the order of the scene. 60 bytes per triangle, and 4
-/// bytes per triangle of meshes only part of which emits.
+/// bytes per triangle of meshes only part of which emits. Of several that lie in one place and are alike, as of an
+/// object that was duplicated, the first stands for all, as rays meet one of them alone: the others have no extent.
 class EmissiveTriangles {
  public:
   EmissiveTriangles() = default;
@@ -45,6 +47,7 @@ class EmissiveTriangles {
   /// Mean radiance (magnitude) over both sides: exact for uniform emission, otherwise from a few evaluations, mixed
   /// with the material's mean so that a texture that is bright between them is still found. Never zero.
   float radiance_estimate(size_t index) const { return radiance_[index]; }
+  /// The triangle that stands for that one.
   std::optional<uint32_t> find(uint32_t instance, uint32_t triangle) const;
   LightBounds bounds(size_t index) const;
   size_t memory_bytes() const;
@@ -66,12 +69,15 @@ class EmissiveTriangles {
   void fill(const Scene& scene);
   void find_uniform_emission(const Scene& scene);
   void estimate_radiance(const Scene& scene);
+  void join_coincident(const Scene& scene);
+  std::optional<uint32_t> number(uint32_t instance, uint32_t triangle) const;
 
   std::vector<Selection> selections_;
   std::vector<Placement> placements_;  // per instance
   std::vector<EmissiveTriangle> triangles_;
   std::vector<SideEmission> uniform_;
   std::vector<float> radiance_;
+  std::vector<uint32_t> represented_by_;  // per triangle; empty: each by itself
 };
 
 /// Whether a material is worth sampling: it may emit, and not just a constant zero.

@@ -58,7 +58,10 @@ EmitterMatch::EmitterMatch(const LightSet& earlier, const LightSet& later, const
     }
     if (const auto t = later.triangle_of(emitter)) {
       const auto before = earlier_index(change.earlier_instances, t->instance);
-      return before ? earlier.emitter_of(*before, t->triangle) : std::nullopt;
+      const auto found = before ? earlier.emitter_of(*before, t->triangle) : std::nullopt;
+      // What another one stood for has no samples of its own.
+      const bool is_own = found && earlier.triangle_of(*found) == LightSet::Triangle{*before, t->triangle};
+      return is_own ? found : std::nullopt;
     }
     return change.environment ? std::nullopt : earlier.environment_emitter();
   };

@@ -122,6 +122,7 @@ class LightSet {
   std::optional<uint32_t> lamp_of(uint32_t emitter) const;
   struct Triangle {
     uint32_t instance, triangle;
+    friend bool operator==(const Triangle&, const Triangle&) = default;
   };
   std::optional<Triangle> triangle_of(uint32_t emitter) const;
   /// The environment as an emitter, none where it is not sampled (see EnvironmentDensity); and the density per solid

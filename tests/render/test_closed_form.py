@@ -47,6 +47,19 @@ def test_disk_over_floor(sampler: core.LightSampling) -> None:
     assert result.agrees, result
 
 
+@pytest.mark.parametrize("sampler", [core.LightSampling.UNIFORM, core.LightSampling.POWER, core.LightSampling.TREE])
+def test_disks_in_one_place_shine_once(sampler: core.LightSampling) -> None:
+    """Rays meet one of them. Found apart, light samples would bring each, by up to half of the light too much."""
+
+    def add(scene: SceneDescription) -> None:
+        for _ in range(2):
+            disk(scene, 0.5, 1.0, 3.0)
+
+    area = 0.5 * 256 * math.sin(2 * math.pi / 256) / math.pi
+    result = compare_to_value(irradiance(floor_below(add), light_sampling=sampler), area * math.pi * 3.0 * 0.25 / 1.25)
+    assert result.agrees, result
+
+
 def test_disk_over_floor_sees_half_a_percent() -> None:
     """Planted bug: a light 0.5 % too strong."""
     scene = floor_below(lambda s: disk(s, 0.5, 1.0, 3.0 * 1.005))

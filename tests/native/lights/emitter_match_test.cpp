@@ -79,6 +79,18 @@ TEST(EmitterMatch, TrianglesGoWithTheirInstance) {
   EXPECT_EQ(later_of(before, stage.lit()), (std::vector<int>{0, 1, -1, -1, 4})) << "what has a key was not there";
 }
 
+TEST(EmitterMatch, WhatAnotherOneStoodForIsNew) {
+  Stage stage;
+  const auto copy = stage.scene.builder.add_instance(stage.tile);
+  const Lit together = stage.lit();
+  Instance moved = stage.tile;
+  moved.object_to_world.translation.x = 5.0f;
+  stage.scene.builder.add_instance(moved, copy);
+  const Lit apart = stage.lit();
+  EXPECT_EQ(later_of(together, apart), (std::vector<int>{0, 1, 2, 3, -1, -1, 6}));
+  EXPECT_EQ(later_of(apart, together), (std::vector<int>{0, 1, 2, 3, 4, 5, 6}));
+}
+
 TEST(EmitterMatch, AnEnvironmentThatChangedIsAnother) {
   Stage stage;
   const Lit before = stage.lit();

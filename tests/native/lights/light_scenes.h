@@ -51,6 +51,14 @@ inline std::shared_ptr<const MaterialProgram> constant_emission(Vec3 radiance) {
   return writer.emit(radiance, writer.constant(1.0f));
 }
 
+/// Emission 3 on the outer side of a surface only.
+inline std::shared_ptr<const MaterialProgram> one_sided_emission() {
+  ProgramWriter w;
+  const Operand back = w.add(Op::BACKFACING, {});
+  const Operand strength = w.add(Op::MATH, {back, w.constant(-3.0f), w.constant(3.0f)}, {4, 0});
+  return w.emit({1, 1, 1}, strength);
+}
+
 inline Light make_light(auto shape) {
   Light light;
   light.name = "light";

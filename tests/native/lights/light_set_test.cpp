@@ -9,14 +9,6 @@
 namespace cistern::test {
 namespace {
 
-/// Emission 3 on the outer side of a surface only.
-std::shared_ptr<const MaterialProgram> one_sided_emission() {
-  ProgramWriter w;
-  const Operand back = w.add(Op::BACKFACING, {});
-  const Operand strength = w.add(Op::MATH, {back, w.constant(-3.0f), w.constant(3.0f)}, {4, 0});
-  return w.emit({1, 1, 1}, strength);
-}
-
 /// Everything that shines: lamps of every shape (some that do not count), two emissive meshes, a glowing sky.
 std::shared_ptr<Scene> full_scene() {
   auto scene = std::make_shared<Scene>();
@@ -79,6 +71,7 @@ TEST(LightSet, FindsTheEmittingTrianglesOfAMixedMesh) {
   scene->materials.push_back(constant_emission({1, 1, 1}));
   scene->material_sets[0] = {0, 1};
   scene->instances.push_back(scene->instances[0]);
+  scene->instances[1].object_to_world.translation.x = 1.0f;
   const LightSet lights(scene, LightSampling::TREE);
   EXPECT_EQ(lights.emitter_count(), 8u);
   EXPECT_FALSE(lights.emitter_of(0, 0));
