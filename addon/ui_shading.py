@@ -185,6 +185,7 @@ CLASSES = (
     CISTERN_WORLD_PT_surface,
     CISTERN_WORLD_PT_volume,
     CISTERN_WORLD_PT_mist,
+    CISTERN_WORLD_PT_ambient_occlusion,
     CISTERN_WORLD_PT_ray_visibility,
     CISTERN_WORLD_PT_settings,
     CISTERN_WORLD_PT_light_group,

@@ -109,7 +109,7 @@ void Session::start(std::shared_ptr<const Shutter> shutter, std::shared_ptr<Rend
   if (can_share(*shutter->middle()) && !can_blur_motion(settings_))
     throw Error("motion blur",
                 "needs frames that keep no samples: indirect 'PATH' or 'CELL_SHARED' without temporal "
-                "reuse, and light by 'NEE', 'RIS' or 'LEARNED'");
+                "reuse, and light by 'NEE' or 'LEARNED'");
   if (shutter->moves_anything()) shutter_ = shutter;
   start(shutter->middle(), std::move(cache));
 }

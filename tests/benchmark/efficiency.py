@@ -21,7 +21,7 @@ from tests.benchmark.scoreboard.catalogue import LEARNED, scene_named
 from tests.benchmark.scoreboard.errors import boxes
 
 SHARED = {"indirect": "CELL_SHARED", "temporal_reuse": False}
-FINAL = SHARED | {"share_trial": True, "light_samples": 2}
+FINAL = SHARED | {"share_trial": True, "light_samples": 2, "caustic_guide": True}
 SYSTEMS: dict[str, dict] = {
     "path tracing": {},
     "learned lights": LEARNED,

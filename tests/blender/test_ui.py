@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from addon import techniques, ui, ui_data, ui_sampling, ui_shading, ui_subdivision, ui_viewport
+from addon import techniques, ui, ui_bake, ui_data, ui_sampling, ui_shading, ui_subdivision, ui_viewport
 from tests.blender.engine_fakes import fresh_scene
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -295,6 +295,17 @@ def test_material_world_and_object_panels_draw():
     assert {"is_holdout", "is_shadow_catcher"} <= set(draw(ui_data.CISTERN_OBJECT_PT_visibility, object=cube))
     drawn = draw(ui_data.CISTERN_OBJECT_PT_ray_visibility, object=cube)
     assert {"visible_shadow", "visible_volume_scatter"} <= set(drawn)
+
+
+def test_every_panel_is_registered():
+    modules = (ui, ui_sampling, ui_subdivision, ui_viewport, ui_bake, ui_shading, ui_data)
+    defined = {
+        cls
+        for module in modules
+        for cls in vars(module).values()
+        if isinstance(cls, type) and issubclass(cls, bpy.types.Panel) and hasattr(cls, "bl_label")
+    }
+    assert defined <= set(ui.CLASSES)
 
 
 def test_view_layers_have_a_filter():
