@@ -176,6 +176,7 @@ class BakeRender(SessionRender):
         synced = exported.sync(self.depsgraph, is_stopped=self.engine.is_stop_wanted, needs_camera=False)
         for warning in synced.warnings:
             self.figures.warn_once(warning)
+        exported.finish()
         self.figures.sync_seconds = time.perf_counter() - start
         instances = np.flatnonzero(synced.surface_items == item)
         if len(instances) == 0:

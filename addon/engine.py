@@ -8,7 +8,6 @@ finalizer ends.
 
 import contextlib
 import time
-import traceback
 import weakref
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -27,7 +26,8 @@ from .viewport_render import stop_all
 if TYPE_CHECKING:
     from .sync.scene import SceneSync
 
-# How often it is looked whether a final render has ended that keeps the engine's class.
+# Jobs of Blender that keep the engine's class, and how often it is looked whether they have ended.
+RENDER_JOBS = ("RENDER", "RENDER_PREVIEW", "OBJECT_BAKE")
 WAIT_SECONDS = 0.1
 
 
@@ -173,7 +173,7 @@ def error_sentence(error: Exception) -> str:
         return str(error)
     if core_loader.is_core_error(error):
         return str(error)
-    traceback.print_exception(error)
+    report.print_traceback(error)
     return f"Unexpected {type(error).__name__}: {error}"
 
 
@@ -183,7 +183,8 @@ def is_disabled() -> bool:
 
 
 def is_rendering_in_window() -> bool:
-    return not bpy.app.background and bpy.app.is_job_running("RENDER")
+    """Be it a final render, a bake or an icon."""
+    return not bpy.app.background and any(map(bpy.app.is_job_running, RENDER_JOBS))
 
 
 def registered_class() -> type | None:
@@ -208,7 +209,7 @@ def register_now() -> None:
 
 
 def register_later() -> float | None:
-    """A timer: once no final render is under way."""
+    """A timer: once no render is under way."""
     if is_rendering_in_window():
         return WAIT_SECONDS
     register_now()

@@ -68,7 +68,9 @@ class LayerRender(SessionRender):
             self.engine.kept_export = None
             exported.close()  # and no longer decode what waits
         finally:
-            if not self.keeps_export:
+            if self.keeps_export:
+                exported.drop()
+            else:
                 exported.close()
 
     def export(self, exported: SceneSync) -> SyncReport:

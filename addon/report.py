@@ -1,7 +1,9 @@
 """What a rendered view layer cost and what went wrong, as one printed line that scripts can read."""
 
+import contextlib
 import json
 import sys
+import traceback
 from dataclasses import asdict, dataclass, field
 
 LINE_PREFIX = "CISTERN "
@@ -53,11 +55,18 @@ def line(report: RenderReport) -> str:
     return LINE_PREFIX + json.dumps(values)
 
 
+def print_traceback(error: Exception) -> None:
+    """Of an unforeseen error, to standard error."""
+    with contextlib.suppress(OSError, ValueError):  # nobody reads it any more
+        traceback.print_exception(error)
+
+
 def publish(report: RenderReport) -> None:
     """Keep the report and print its line."""
     global error_count
     error_count += report.error is not None
     last.append(report)
     del last[:-KEPT_REPORTS]
-    sys.stdout.write(line(report) + "\n")
-    sys.stdout.flush()
+    with contextlib.suppress(OSError, ValueError):  # nobody reads it any more
+        sys.stdout.write(line(report) + "\n")
+        sys.stdout.flush()

@@ -279,7 +279,9 @@ def shared_panels() -> list[type[Panel]]:
     """Blender's panels that also make sense for our engine."""
     found = []
     for panel in bpy.types.Panel.__subclasses__():
-        engines = getattr(panel, "COMPAT_ENGINES", ())
+        engines = getattr(panel, "COMPAT_ENGINES", None)
+        if not isinstance(engines, set):  # as some add-ons have it
+            continue
         is_general = "BLENDER_RENDER" in engines and panel.__name__ not in EXCLUDED_PANELS
         if is_general or panel.__name__ in INCLUDED_PANELS:
             found.append(panel)

@@ -16,7 +16,9 @@ class CISTERN_RENDER_PT_bake(CisternPanel, Panel):
     def draw(self, context: Context) -> None:
         layout = split_layout(self)
         settings, bake = context.scene.cistern, context.scene.render.bake
-        layout.operator("object.bake", icon="RENDER_STILL").type = settings.bake_type
+        bake_now = layout.operator("object.bake", icon="RENDER_STILL")
+        if settings.bake_type:  # else chosen in another version of Cistern
+            bake_now.type = settings.bake_type
         layout.prop(settings, "bake_type")
         layout.prop(bake, "view_from")
 

@@ -28,7 +28,8 @@ FEWEST_CHARACTERS = 20  # of a line
 
 def item_texts(items: tuple[tuple[str, str, str], ...], identifier: str) -> tuple[str, str]:
     """Name and description of one of a menu's items."""
-    return next((name, description) for key, name, description in items if key == identifier)
+    unknown = ("Unknown", "Chosen in another version of Cistern: choose anew")
+    return next(((name, description) for key, name, description in items if key == identifier), unknown)
 
 
 def line_characters(context: Context) -> int:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import denoise
+from .report import print_traceback
 
 if TYPE_CHECKING:
     from .viewport_camera import Rectangle
@@ -62,6 +63,8 @@ class Filter(threading.Thread):
             pixels = denoise.quickly_denoised_combined(read, samples, self._threads, self._is_wanted)
             self.pixels = None if pixels is None else np.ascontiguousarray(pixels, np.float32)
         except Exception as error:  # DenoiserError, and whatever else: there is a picture without denoising
+            if not isinstance(error, RuntimeError):
+                print_traceback(error)
             self.error = str(error) or type(error).__name__
         self.seconds = time.perf_counter() - self._begun
 

@@ -19,7 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import view_modes
+from .core import is_core_error
 from .progress import status_text
+from .report import print_traceback
 from .viewport_camera import Rectangle, View
 from .viewport_catchers import BUILDING_STAGE, Caches, ShadowedSession
 from .viewport_denoise import Filter, ViewportDenoiser
@@ -213,6 +215,8 @@ class ViewportRender:
                 self._render(job)
                 self.error = None
             except Exception as error:  # one that ended the thread would freeze the picture without a word
+                if not (isinstance(error, RuntimeError) or is_core_error(error)):
+                    print_traceback(error)
                 with self._condition:
                     self.error = str(error) or type(error).__name__
                     self._condition.notify_all()

@@ -308,8 +308,10 @@ def read_file(path: str, packed: bytes | None = None) -> FilePixels | None:
 
 
 def _native(pixels: NDArray) -> NDArray:
+    """Other integers as floats of which 1 is their largest, other floats as they are."""
     if pixels.dtype not in _NATIVE_TYPES:
-        pixels = pixels.astype(np.float32)
+        largest = np.iinfo(pixels.dtype).max if np.issubdtype(pixels.dtype, np.integer) else 1.0
+        pixels = (pixels / largest).astype(np.float32)
     return np.ascontiguousarray(pixels[::-1, :, :4])
 
 

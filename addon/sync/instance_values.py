@@ -13,7 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .instance_levels import InstanceLevels
-from .nodes.value_names import COLOR, EMITTER, INDEX, INSTANCER, NO_PARTICLE, OBJECT, PARTICLE, split_value_name
+from .nodes.value_names import (
+    COLOR,
+    EMITTER,
+    INDEX,
+    INSTANCER,
+    NO_PARTICLE,
+    OBJECT,
+    OCCLUSION_DISTANCE,
+    PARTICLE,
+    split_value_name,
+)
 
 Rgba = tuple[float, float, float, float]
 
@@ -48,9 +58,12 @@ def _object_value(name: str, obj: bpy.types.Object, instancer: bpy.types.Object 
 
 
 def layer_value(depsgraph: bpy.types.Depsgraph, name: str) -> Rgba:
-    """Of an attribute of type View Layer."""
-    scene = depsgraph.scene_eval
-    return _first_value((depsgraph.view_layer_eval, scene, scene.world), name)
+    """Of an attribute of type View Layer, which looks past its world; of OCCLUSION_DISTANCE, with its world."""
+    scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+    world = scene.world
+    if name == OCCLUSION_DISTANCE and layer.world_override is not None:
+        world = layer.world_override
+    return _first_value((layer, scene, world), name)
 
 
 def _first_value(owners: Iterable[bpy.types.bpy_struct | None], name: str) -> Rgba:

@@ -196,7 +196,7 @@ def restore_normal_axis(columns: NDArray[np.float32], flat_axes: NDArray[np.int3
 def thicken_flattened(columns: NDArray[np.float32]) -> None:
     """Make matrices invertible that flatten to a plane: what they show becomes a card, as thick as can be told from
     none. Those that flatten to a line or a point stay as they are."""
-    flattened = np.flatnonzero(is_flattened(columns))
+    flattened = np.flatnonzero(is_flattened(columns) & np.isfinite(columns[:, :3, :3]).all(axis=(1, 2)))
     linear = columns[flattened, :3, :3].astype(np.float64)
     left, sizes, right = np.linalg.svd(linear)
     lengths = np.linalg.norm(linear, axis=2).prod(axis=1)

@@ -56,6 +56,7 @@ class SceneSync:
         """Fill `builder`. `camera` overrides the scene's. `frame`: which movies and sequences show, if not the scene's;
         `drift`: of what is blurred. Raises SyncError, the core's Error, or SyncStoppedError once
         `is_stopped` says so."""
+        self.drop()  # before there is another one
         self.builder = self._core.SceneBuilder()
         report = SyncReport(is_stopped=is_stopped)
         self._shading = _sync(
@@ -99,9 +100,18 @@ class SceneSync:
         )
         return builder
 
+    def drop(self) -> None:
+        """Drop the scene, and with it what asks whether to stop; image files stay."""
+        self.builder = self._shading = None
+
+    def finish(self) -> None:
+        """Keep `builder` alone: the scene is neither shaded anew nor synced again."""
+        self._shading = None
+        self._images.close()
+
     def close(self) -> None:
         """Drop the scene and stop the decoding threads."""
-        self.builder = self._shading = None
+        self.drop()
         self._images.close()
 
 

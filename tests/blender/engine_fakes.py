@@ -162,6 +162,13 @@ class FakeSession:
 SNAPSHOT = SimpleNamespace(volume_name="", dispersive_name="", warnings=[], has_shadow_catchers=False)
 
 
+def store_choice(scene, name, number):
+    """In a setting, a number that no item has, as a file of a later version may."""
+    settings = scene.cistern
+    has_own_store = hasattr(settings, "bl_system_properties_get")  # from Blender 5.0 on
+    (settings.bl_system_properties_get(do_create=True) if has_own_store else settings)[name] = number
+
+
 class FakeExport:
     """Plays SceneSync; `instances` and `closed` count exporters, `syncs` and `cameras` hold what they were given."""
 
@@ -174,10 +181,13 @@ class FakeExport:
 
     def __init__(self):
         FakeExport.instances += 1
-        self.builder = SimpleNamespace(snapshot=lambda **_: SNAPSHOT, set_camera=self.set_camera)
+        self.builder = None
 
     def set_camera(self, **camera):
         FakeExport.cameras.append(camera)
+
+    def drop(self):
+        self.builder = None
 
     def close(self):
         FakeExport.closed += 1
@@ -185,6 +195,7 @@ class FakeExport:
     def sync(self, depsgraph, camera=None, motion=(), is_stopped=None):
         if FakeExport.failure is not None:
             raise FakeExport.failure
+        self.builder = SimpleNamespace(snapshot=lambda **_: SNAPSHOT, set_camera=self.set_camera)
         FakeExport.syncs.append((depsgraph.scene_eval.frame_current, depsgraph.view_layer_eval.name))
         return SyncReport(warnings=list(FakeExport.warnings))
 

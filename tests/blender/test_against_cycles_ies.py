@@ -147,3 +147,21 @@ def test_broken_profiles_are_named_and_glare(empty_scene: bpy.types.Scene, text:
     assert render(empty_scene, "CISTERN", 4, 1)[..., :3].max() > 1.0
     (warning,) = addon.report.last[-1].warnings
     assert "Light 'point'" in warning and reason in warning
+
+
+def test_files_beside_a_library(empty_scene: bpy.types.Scene, tmp_path: Path) -> None:
+    """Paths that begin with // count from the file that the lamp is linked from."""
+    lamp = add_luminaire(empty_scene, PROFILES["half"], shadow_soft_size=0.0)
+    node_of(lamp).mode, node_of(lamp).filepath = "EXTERNAL", "//luminaire.ies"
+    (tmp_path / "library").mkdir()
+    (tmp_path / "library" / "luminaire.ies").write_text(PROFILES["half"])
+    library = str(tmp_path / "library" / "lamps.blend")
+    bpy.data.libraries.write(library, {lamp})
+    bpy.data.objects.remove(lamp)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "shot.blend"), check_existing=False)
+    with bpy.data.libraries.load(library, link=True) as (there, here):
+        here.objects = there.objects
+    bpy.context.scene.collection.objects.link(here.objects[0])
+    prepare(bpy.context.scene, 16, 16)
+    render(bpy.context.scene, "CISTERN", 4, 1)
+    assert not addon.report.last[-1].warnings

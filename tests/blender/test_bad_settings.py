@@ -24,13 +24,15 @@ from tests.blender.bad_input import (
     surface,
     tree,
 )
-from tests.blender.engine_fakes import fresh_scene
+from tests.blender.engine_fakes import fresh_scene, store_choice
 
 pytestmark = pytest.mark.usefixtures("registered_addon", "built_core")
 
 
 FAILURES = {
     "matrix nan": (object_(location=(math.nan, 0, 0)), "Cube"),
+    "scale nan": (object_(scale=(math.nan, 1, 1)), "Cube"),
+    "rotation nan": (object_(rotation_euler=(math.nan, 0, 0)), "Cube"),
     "camera matrix nan": (set_members(lambda s: s.camera, location=(math.nan, 0, 0)), "Camera"),
     "camera scale 0": (set_members(lambda s: s.camera, scale=(0, 0, 0)), "Camera"),
     "clip": (camera(clip_start=100.0, clip_end=1.0), "Camera: clip end"),
@@ -236,8 +238,7 @@ def test_the_core_takes_both_ends_of_every_range(preset, built_core) -> None:
 def test_choices_of_a_later_version_are_named(name) -> None:
     """Blender reads a number that no item has as no choice at all."""
     scene = fresh_scene(WIDTH, HEIGHT)
-    stored = scene.cistern.bl_system_properties_get if hasattr(scene.cistern, "bl_system_properties_get") else None
-    (stored(do_create=True) if stored else scene.cistern)[name] = 77
+    store_choice(scene, name, 77)
     message = f"Scene 'Scene': what was chosen for .* \\({name}\\) is unknown"
     with pytest.raises(RuntimeError, match=message):
         bpy.ops.render.render()

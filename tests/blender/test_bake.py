@@ -1,5 +1,7 @@
 """Baking by itself: which pixels lie where, several images, colours of vertices, and what cannot be baked."""
 
+import gc
+
 import bpy
 import numpy as np
 import pytest
@@ -213,3 +215,14 @@ def test_sum_of_parts():
     assert baked("COMBINED", EMIT | DIFFUSE | DIRECT) == 10.5
     assert baked("COMBINED", EMIT | DIFFUSE) == 10.0
     assert baked("EMIT", 0) == 10.0
+
+
+def test_what_was_exported_goes_with_the_bake(scene):
+    """At once, not when Python next looks for cycles: it is as large as the scene."""
+    gc.collect()
+    gc.disable()
+    try:
+        scene.bake("CISTERN", "EMIT")
+        assert not [thing for thing in gc.get_objects() if type(thing).__name__ in ("SceneSync", "ExportedObject")]
+    finally:
+        gc.enable()

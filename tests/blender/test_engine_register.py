@@ -54,6 +54,21 @@ def test_an_upgrade_waits_for_the_engine_that_renders(monkeypatch):
     bpy.app.timers.unregister(engine.register_later)
 
 
+def test_jobs_that_render_are_known_to_blender():
+    assert not any(map(bpy.app.is_job_running, engine.RENDER_JOBS))
+
+
+def test_a_report_that_nobody_reads_any_more_is_kept(monkeypatch):
+    class Closed:
+        def write(self, _text):
+            raise BrokenPipeError
+
+    monkeypatch.setattr(sys, "stdout", Closed())
+    report.publish(report.RenderReport(7, "unread"))
+    monkeypatch.undo()
+    assert report.last_report().layer == "unread"
+
+
 def test_registering_does_not_load_the_core():
     program = "import sys, bpy, addon; addon.register(); addon.unregister(); assert 'cistern_core' not in sys.modules"
     root = Path(addon.__file__).parent.parent

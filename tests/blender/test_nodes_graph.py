@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,9 +13,9 @@ import pytest
 from node_trees import Context, Tree, emission_color, shown_as_colour, socket
 
 from addon.sync import versions
-from addon.sync.nodes import compile_light, compile_material, compile_world
+from addon.sync.nodes import _DEEP_RECURSION, RECURSION_LIMIT, compile_light, compile_material, compile_world
 from addon.sync.nodes.enums import MATH_OPERATIONS
-from addon.sync.nodes.graph import Scope
+from addon.sync.nodes.graph import Scope, all_groups, is_foreign, is_group
 
 SCENES = "CISTERN_TEST_SCENES"
 
@@ -420,3 +421,30 @@ def test_materials_of_real_scenes(empty_scene):
         context = Context()
         programs = [compile_material(material, context) for material in bpy.data.materials]
         print(file.name, len(programs), "materials;", *context.warnings, sep="\n  ")
+
+
+def test_groups_of_python_add_ons_are_groups(empty_scene):
+    class Custom(bpy.types.ShaderNodeCustomGroup):
+        bl_idname, bl_label = "TestCustomGroup", "Custom"
+
+    bpy.utils.register_class(Custom)
+    try:
+        tree = Tree()
+        use = tree.node("TestCustomGroup", node_tree=tinting_group("Tint"))
+        assert is_group(use) and not is_foreign(use)
+        assert use.node_tree in set(all_groups([tree.tree]))
+        tree.tree.links.new(tree.shown(tree.node("ShaderNodeRGB"), "Color").inputs["Color"], use.outputs[0])
+        context = Context()
+        tree.compile(context)
+        assert not context.warnings
+    finally:
+        bpy.utils.unregister_class(Custom)
+
+
+def test_threads_that_compile_leave_each_other_room():
+    limit = sys.getrecursionlimit()
+    with _DEEP_RECURSION:
+        with _DEEP_RECURSION:
+            pass
+        assert sys.getrecursionlimit() >= RECURSION_LIMIT
+    assert sys.getrecursionlimit() == limit

@@ -4,7 +4,9 @@ import bpy
 import pytest
 from node_trees import Context, Tree, shown_value
 
+from addon.sync.instance_values import layer_value
 from addon.sync.nodes import compile_light, compile_world
+from addon.sync.nodes.value_names import OCCLUSION_DISTANCE
 
 
 def occlusion(tree: Tree, distance: float = 1.0, **members: object) -> bpy.types.Node:
@@ -111,3 +113,14 @@ def test_nothing_warns():
     tree.shown(occlusion(tree), "AO")
     tree.compile(context)
     assert context.warnings == []
+
+
+def test_a_distance_of_0_is_that_of_the_view_layers_world(empty_scene):
+    """As in the pass; Attribute nodes look past it."""
+    empty_scene.world, other = bpy.data.worlds.new("World"), bpy.data.worlds.new("Other")
+    empty_scene.world.light_settings.distance, other.light_settings.distance = 1.0, 2.0
+    for override, expected in ((None, 1.0), (other, 2.0)):
+        empty_scene.view_layers[0].world_override = override
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        depsgraph.update()
+        assert layer_value(depsgraph, OCCLUSION_DISTANCE)[0] == expected

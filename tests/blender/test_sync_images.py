@@ -21,8 +21,9 @@ ROWS = np.array([[[0, 10, 20, 255], [30, 40, 50, 128]], [[1, 2, 3, 4], [5, 6, 7,
 def write(path: Path, pixels: np.ndarray) -> Path:
     oiio = versions.image_reader()
     height, width, channels = pixels.shape
-    kinds = {"uint8": oiio.UINT8, "uint16": oiio.UINT16, "float16": oiio.HALF, "float32": oiio.FLOAT}
-    spec = oiio.ImageSpec(width, height, channels, kinds[str(pixels.dtype)])
+    names = {"float16": "half", "float32": "float"}
+    kind = oiio.TypeDesc(names.get(str(pixels.dtype), str(pixels.dtype)))
+    spec = oiio.ImageSpec(width, height, channels, kind)
     spec.attribute("oiio:UnassociatedAlpha", 1)
     spec.attribute("compression", "none")
     output = oiio.ImageOutput.create(str(path))
@@ -123,6 +124,14 @@ def test_one_handle_for_one_image(empty_scene, cache, tmp_path) -> None:
     builder, report = SceneBuilder(), SyncReport()
     assert cache.handle(image, None, builder, report) == cache.handle(image, None, builder, report) == 0
     assert len(builder.calls) == 1
+
+
+def test_other_integers_are_shares_of_their_largest(tmp_path) -> None:
+    """As in Cycles; elevation models have them."""
+    values = np.array([0.0, 0.25, 0.5, 1.0], np.float64).reshape(2, 2, 1)
+    file = read_file(str(write(tmp_path / "a.tif", (values * np.iinfo(np.int16).max).astype(np.int16))))
+    assert file.pixels.dtype == np.float32
+    np.testing.assert_allclose(file.pixels[::-1, :, :], values, atol=1e-4)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".exr"])

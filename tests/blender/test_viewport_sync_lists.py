@@ -109,6 +109,20 @@ def test_flags_that_are_driven_as_the_object_moves_are_followed(watched, member)
         watched.expect_truth()
 
 
+def test_objects_that_take_turns_as_they_move_are_told_apart(watched) -> None:
+    """There are as many as before, and both of them move."""
+    names = ("Object 1", "Object 2")
+    for frame in (1, 10):
+        for name, is_hidden in zip(names, (frame == 1, frame != 1), strict=True):
+            obj = bpy.data.objects[name]
+            obj.location.x, obj.hide_viewport = frame, is_hidden
+            obj.keyframe_insert("location", frame=frame)
+            obj.keyframe_insert("hide_viewport", frame=frame)
+    for frame in (1, 10, 1, 10):
+        watched.after(lambda frame=frame: bpy.context.scene.frame_set(frame))
+        watched.expect_truth()
+
+
 def test_an_object_that_is_moved_and_renamed_in_one_go_has_its_new_name(watched) -> None:
     obj = bpy.data.objects["Object 1"]
     watched.after(lambda: (setattr(obj, "location", (7, 8, 9)), setattr(obj, "name", "Other")))

@@ -8,8 +8,8 @@ what a tree contains: what cannot be expressed becomes a default, with one line 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+import threading
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import bpy
@@ -186,15 +186,30 @@ def _emit(compiler: Compiler, rgb: Sequence[float]) -> None:
     compiler.code.closure("CLOSURE_EMISSION", (ONE, constant(*rgb, COLOR), ONE))
 
 
-@contextmanager
-def _deep_recursion() -> Iterator[None]:
-    """Room for chains of a thousand nodes, each of which waits for the one before it."""
-    limit = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(limit, RECURSION_LIMIT))
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(limit)
+class _DeepRecursion:
+    """Room for chains of a thousand nodes, each of which waits for the one before it. The limit is the process's, and
+    several threads may compile: the last of them restores it."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._users = 0
+        self._limit = 0
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._users == 0:
+                self._limit = sys.getrecursionlimit()
+                sys.setrecursionlimit(max(self._limit, RECURSION_LIMIT))
+            self._users += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._users -= 1
+            if self._users == 0:
+                sys.setrecursionlimit(self._limit)
+
+
+_DEEP_RECURSION = _DeepRecursion()
 
 
 def _compile(
@@ -211,7 +226,7 @@ def _compile(
         compiler = Compiler(name, owner, context, kind)
         compiler.allow_bump = allow_bump
         try:
-            with _deep_recursion():
+            with _DEEP_RECURSION:
                 build(compiler)
         except RecursionError:
             break

@@ -39,10 +39,16 @@ class Scope:
     """One use of a node tree: the material's own tree, or what stands inside one group node."""
 
     def __init__(
-        self, tree: Tree, parent: Scope | None = None, group_node: Node | None = None, owner: object = None
+        self,
+        tree: Tree,
+        parent: Scope | None = None,
+        group_node: Node | None = None,
+        owner: object = None,
+        library: bpy.types.Library | None = None,
     ) -> None:
         self.tree = tree
         self.owner = owner  # with which the tree would go
+        self.library = library or tree.library  # from which // in paths of its nodes counts
         self.parent = parent
         self.group_node = group_node
         self._children: dict[str, Scope | None] = {}
@@ -82,7 +88,7 @@ def scope_of(block: bpy.types.Material | bpy.types.World | bpy.types.Light, outp
     wanted, found = (active_output(tree, output) for tree in (block.node_tree, resolved.node_tree))
     if wanted is not None and (found is None or found.target != wanted.target):
         return scope
-    return Scope(resolved.node_tree, owner=resolved)
+    return Scope(resolved.node_tree, owner=resolved, library=block.library)
 
 
 def _is_whole(scope: Scope, seen: set[int]) -> bool:
@@ -107,7 +113,7 @@ def all_groups(trees: Iterable[Tree]) -> Iterator[Tree]:
             continue
         seen.add(tree.as_pointer())
         yield tree
-        pending += (node.node_tree for node in tree.nodes if node.type == "GROUP" and node.node_tree is not None)
+        pending += (node.node_tree for node in tree.nodes if is_group(node) and node.node_tree is not None)
 
 
 def all_nodes(trees: Iterable[Tree]) -> Iterator[Node]:
@@ -149,7 +155,8 @@ def is_pass_through(node: Node) -> bool:
 
 
 def is_group(node: Node) -> bool:
-    return node.bl_idname in ("ShaderNodeGroup", "ShaderNodeCustomGroup")
+    """Those of Python add-ons too, which have names of their own."""
+    return node.type in {"GROUP", "CUSTOM GROUP"}
 
 
 def is_foreign(node: Node) -> bool:

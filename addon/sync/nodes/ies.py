@@ -23,7 +23,7 @@ BROKEN = 100.0  # watts to everywhere, glaring: as in Cycles
 def ies_texture(node: NodeView, output: str) -> Value:
     strength = node.value("Strength")
     try:
-        text = _text(node.node)
+        text = _text(node.node, node.scope.library)
         luminaire = photometry.parse(text)
     except (OSError, ValueError) as error:
         node.warn(f"the light profile of node '{node.name}' cannot be read, it is {BROKEN:g} everywhere: {error}")
@@ -36,12 +36,12 @@ def ies_texture(node: NodeView, output: str) -> Value:
     return node.math("MULTIPLY", strength, separate(node, color, 0))
 
 
-def _text(node: bpy.types.Node) -> str:
+def _text(node: bpy.types.Node, library: bpy.types.Library | None) -> str:
     if node.mode == "INTERNAL":
         if node.ies is None:
             raise ValueError("there is no text")
         return node.ies.as_string()
-    path = bpy.path.abspath(node.filepath, library=node.id_data.library)
+    path = bpy.path.abspath(node.filepath, library=library)
     return Path(path).read_text(encoding="latin-1")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .compiler import NodeView, value_node
 from .instructions import COLOR, Value, constant
+from .value_names import OCCLUSION_DISTANCE
 
 _DISTANCE_WITHOUT_WORLD = 10.0  # m
 _RAYCAST_PARTS = {"Is Hit": "SEPARATE_X", "Self Hit": "SEPARATE_Y", "Hit Distance": "SEPARATE_Z"}
@@ -24,7 +25,7 @@ def _occlusion_distance(node: NodeView) -> Value:
     distance = node.value("Distance")
     if node.linked("Distance") is not None or distance.constant[0] != 0.0:
         return distance
-    of_world, *_, is_there = node.compiler.context.layer_value("light_settings.distance")
+    of_world, *_, is_there = node.compiler.context.layer_value(OCCLUSION_DISTANCE)
     return constant(of_world if is_there else _DISTANCE_WITHOUT_WORLD)
 
 

@@ -33,6 +33,7 @@ ATTRIBUTE_OUTPUTS = {
 VOLUME_OUTPUTS = {"Color": "color", "Density": "density", "Flame": "flame", "Temperature": "temperature"}
 COLOR, INDEX = "INFO:color", "INFO:index"
 OBJECT, INSTANCER, VIEW_LAYER = "OBJECT", "INSTANCER", "VIEW_LAYER"  # types of Attribute nodes
+OCCLUSION_DISTANCE = "light_settings.distance"  # of the world that a view layer shows
 PARTICLE = "PARTICLE"  # outputs of the Particle Info node
 NO_PARTICLE = {"Random": 0xDC3D74F9 / 0xFFFFFFFF}  # what is none has the random number of the first, and else zeros
 EMITTER = "EMITTER"  # coordinates of where on a surface an instance sits: those outputs of Texture Coordinate
