@@ -140,11 +140,10 @@ PassedLight find_lamp_past_panes(const PathContext& context, PaneRay ray, uint32
 }
 
 PassedLight find_triangle_past_panes(const PathContext& context, PaneRay ray, uint32_t emitter) {
-  const auto sought = context.lights.triangle_of(emitter);
   PathState seen;
   seen.ray_kind = kVisibleToTransmission;
   while (const std::optional<Hit> hit = ray.meet()) {
-    const bool is_met = hit->instance == sought->instance && hit->triangle == sought->triangle;
+    const bool is_met = context.lights.emitter_of(hit->instance, hit->triangle) == emitter;  // or one in its place
     if (is_met && ray.faces() > 0 && ray.is_parallel_again())
       return {ray.share() * evaluate_emission(context.scene, ray.point(*hit), seen, &context.accel), ray.faces()};
     if (!ray.pass(*hit)) break;

@@ -46,6 +46,10 @@ class EquiAngular {
  public:
   EquiAngular(Vec3 origin, Vec3 direction, float begin, float end, Vec3 towards);
 
+  /// Whether the point is so far away that all distances are alike to it, and angles too small for single precision.
+  static bool is_far(Vec3 origin, float begin, float end, Vec3 towards) {
+    return end - begin < 1e-3f * length(towards - origin);
+  }
   float sample(float u) const;
   /// Per metre; 0 beyond the ends.
   float pdf(float distance) const;

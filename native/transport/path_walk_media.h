@@ -123,6 +123,7 @@ inline void Walk<Kind>::add_light_in_medium(const Sample& sample_inside, const P
     if (place.is_distant) return std::nullopt;
     const std::optional<LitPart> lit = context_.lights.lit_part_of(emitter, origin, ray_.direction, media_.length);
     if (!lit) return EquiAngular(origin, ray_.direction, 0.0f, 0.0f, place.center);
+    if (EquiAngular::is_far(origin, lit->begin, lit->end, place.center)) return std::nullopt;
     return EquiAngular(origin, ray_.direction, lit->begin, lit->end, place.center);
   };
   if (u_technique < 0.5f) {
@@ -134,6 +135,7 @@ inline void Walk<Kind>::add_light_in_medium(const Sample& sample_inside, const P
     light_sample.emitter = context_.media->emitters().sample(u_choice);
     const std::optional<EquiAngular> near = towards(light_sample.emitter);
     distance = near ? near->sample(u_distance) : sample_inside(u_channel, u_distance);
+    if (near && !(near->pdf(distance) > 0.0f)) return;  // no angle is left: the other technique finds it all
   }
   const Vec3 position = origin + distance * ray_.direction;
   const float pmf = context_.lights.pmf(light_sample.emitter, position, {}, light_set);

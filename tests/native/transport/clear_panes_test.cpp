@@ -362,6 +362,14 @@ const Case kCases[] = {
        c.pane(), c.face(1.5f, -1.0f, c.emission({3, 3, 3}), 1.5f);
      },
      {}},
+    {"a panel that is there four times",
+     [](Court& c) {
+       c.pane();
+       const int glow = c.emission({3, 3, 3});
+       const Instance panel = c.quad({0, 0, 1.5f}, {1.5f, 0, 0}, {0, 1.5f, 0}, glow);
+       c.builder.add_instance(panel), c.face(1.5f, -1.0f, glow, 1.5f), c.builder.add_instance(panel);
+     },
+     {}},
     {"a large panel that emits unevenly",
      [](Court& c) { c.pane(), c.face(1.5f, -1.0f, c.striped_emission(3.0f), 6.0f); },
      {}},
