@@ -27,7 +27,7 @@ Place place_of(const Scene& scene, const EmissiveTriangle& t) {
   Place place{scene.meshes[static_cast<size_t>(instance.mesh)]->triangle_positions(t.triangle)};
   auto& corners = place.corners;
   for (Vec3& corner : corners) corner = instance.object_to_world.point(corner);
-  for (const auto [i, k] : {std::pair{0u, 1u}, {1u, 2u}, {0u, 1u}}) {
+  for (const auto& [i, k] : {std::pair{0u, 1u}, {1u, 2u}, {0u, 1u}}) {
     const Vec3 &a = corners[i], &b = corners[k];
     if (std::array{a.x, a.y, a.z} <= std::array{b.x, b.y, b.z}) continue;
     std::swap(corners[i], corners[k]);
