@@ -7,8 +7,8 @@ from pathlib import Path
 
 from tests.benchmark.plotting import load_pyplot
 from tests.benchmark.scoreboard.board import SCALES, SceneScore, Shot
-from tests.benchmark.scoreboard.catalogue import KINDS, OURS, OURS_DENOISED, PATH_TRACER
-from tests.benchmark.scoreboard.report import DENOISED, ratio
+from tests.benchmark.scoreboard.catalogue import OURS, OURS_DENOISED, PATH_TRACER
+from tests.benchmark.scoreboard.report import DENOISED, bars_of, ours_at, ratio
 
 STYLES = {"CYCLES": "--", "PATH": ":", "PAPERS": "-", "OURS": "-"}
 # Of the overview, by group: how a system is drawn, and in front of what.
@@ -59,13 +59,10 @@ def draw_overview(path: Path, scores: Sequence[SceneScore]) -> None:
             shade = GROUP_COLORS.get(engine.group, color.get(name))
             fill = "none" if engine.group == "PAPERS" else shade
             axis.plot(ratios, rows, marker, color=shade, mfc=fill, ms=size, mew=2, zorder=order, label=engine.title)
-        ours = OURS_DENOISED if scale == DENOISED and OURS_DENOISED in scores[0].shots else OURS
-        ratios = [ratio(score, ours, scale) for score in scores]
+        ratios = [ratio(score, ours_at(score, scale), scale) for score in scores]
         axis.plot(ratios, rows, "D", color="crimson", ms=9, zorder=4, label=scores[0].shots[OURS][0].engine.title)
         for row, score in enumerate(scores):
-            bars = KINDS[score.scene.kind]
-            bar = {"pixel": bars.pixel, "box8": bars.boxes, DENOISED: bars.denoised}[scale]
-            axis.vlines(bar, row - 0.4, row + 0.4, color="black", lw=2, zorder=1)
+            axis.vlines(bars_of(score)[scale], row - 0.4, row + 0.4, color="black", lw=2, zorder=1)
         axis.axvline(1.0, color="0.8", zorder=0)
         axis.set(xscale="log", xlabel="over the best of Cycles: less is better", title=title)
         axis.grid(axis="y", alpha=0.25)

@@ -114,14 +114,23 @@ def verdict(value: float, bar: float) -> str:
     return f"{value:.2f} (≤ {bar:g}) {'met' if value <= bar else '**missed**'}"
 
 
+def bars_of(score: SceneScore) -> dict[str, float]:
+    """By scale."""
+    bars = KINDS[score.scene.kind]
+    return {"pixel": bars.pixel, "box8": bars.boxes, DENOISED: bars.denoised}
+
+
+def ours_at(score: SceneScore, scale: str) -> str:
+    """Which of ours the bars are for: where a denoiser follows, the one that is told so."""
+    return OURS_DENOISED if scale == DENOISED and OURS_DENOISED in score.shots else OURS
+
+
 def bars_table(scores: Sequence[SceneScore]) -> list[str]:
     """Ours over the best setting of Cycles."""
     lines = ["| scene | kind | 1 px | 8 px | denoised alike, time to target |", "|---|---|---|---|---|"]
     for score in scores:
-        bars = KINDS[score.scene.kind]
-        pairs = (("pixel", bars.pixel), ("box8", bars.boxes), (DENOISED, bars.denoised))
-        ours = {DENOISED: OURS_DENOISED if OURS_DENOISED in score.shots else OURS}
-        cells = " | ".join(verdict(ratio(score, ours.get(scale, OURS), scale), bar) for scale, bar in pairs)
+        bars = bars_of(score).items()
+        cells = " | ".join(verdict(ratio(score, ours_at(score, scale), scale), bar) for scale, bar in bars)
         lines.append(f"| {score.scene.name} | {score.scene.kind} | {cells} |")
     return lines
 
