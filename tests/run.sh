@@ -21,7 +21,7 @@ esac
 [ $full = 0 ] || export CISTERN_FULL_TESTS=1
 
 resources=$(mktemp -d)
-trap 'rm -rf "$resources"' EXIT
+trap 'stop_job; rm -rf "$resources"' EXIT
 failed=()
 
 part() { # part NAME COMMAND...: runs it, tells how long it took, remembers a failure and goes on
@@ -49,6 +49,18 @@ python_tests() { # python_tests VENV SECONDS FOLDER: pytest in a process with a 
     timeout -k 5 "$limit" "$venv/bin/python" -m pytest -q -m "$marks" "$folder"
 }
 
+job='' # what runs beside
+result_of_job() { # result_of_job LOG: waits for it, and prints what it wrote
+  local status=0
+  wait "$job" || status=$?
+  job=''
+  cat "$1"
+  return $status
+}
+stop_job() { # its shell ends with what runs in it
+  [ -z "$job" ] || kill $(cat "/proc/$job/task/$job/children") 2>/dev/null || :
+}
+
 tidy() { # without precompiled headers, which are another compiler's and hide that one is not included
   command -v clang-tidy >/dev/null || { echo "clang-tidy is not installed: left out" && return 0; }
   cmake --preset Release -B build/tidy -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON >/dev/null &&
@@ -65,8 +77,11 @@ limit=1500
 
 # Where the objects of the module are.
 part "native tests" native_tests build/core -DCISTERN_BUILD_TESTS=ON "-Dpybind11_DIR=$(.venv/bin/python -m pybind11 --cmakedir)"
-part "render tests" python_tests .venv $limit tests/render
+# Side by side: each leaves a core idle in turn.
+python_tests .venv $limit tests/render >"$resources/render.log" 2>&1 &
+job=$!
 part "Blender 5.0 tests" python_tests .venv $limit tests/blender
+part "render tests" result_of_job "$resources/render.log"
 part "extension tests" python_tests .venv $limit tests/extension
 if [ $full = 1 ]; then
   part "native tests under sanitizers" native_tests build/sanitize --preset Sanitize
