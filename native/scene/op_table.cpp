@@ -182,8 +182,9 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"CLOSURE_RAY_PORTAL", "fcvv", 0, 0, true},       // weight, colour, position, direction (zero: straight on)
     {"CLOSURE_NORMAL", "fv", 0, 0, true},             // weight 1, normal
     {"CLOSURE_AOV", "fcf", 0, 1, true},               // weight 1, colour, value; [name index]
-    // weight, scattering colour, absorption colour, density in 1/m that multiplies both, anisotropy (Henyey-Greenstein)
-    {"CLOSURE_VOLUME", "fccff", 0, 0, true},
+    // weight, scattering colour, absorption colour, density in 1/m that multiplies both, anisotropy, or of MIE the diameter in micrometres
+    // and of FOURNIER_FORAND the ior; of DRAINE alpha, and of FOURNIER_FORAND the backscattered fraction; [Phase]
+    {"CLOSURE_VOLUME", "fccfff", 0, 1, true},
     {"CLOSURE_VOLUME_EMISSION", "fcf", 0, 0, true},   // weight, colour, strength: radiance per metre
     {"CLOSURE_DISPLACEMENT", "fv", 0, 1, true},       // weight 1, world space vector; [1: normals are not made anew]
     {"CLOSURE_DISPLACED_BUMP", "ffff", 0, 1, true},   // weight 1, heights at steps 0, 1, 2; [shift]

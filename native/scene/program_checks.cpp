@@ -26,6 +26,7 @@ constexpr ParameterRule kImage{ParameterKind::IMAGE, -1, 0};
 constexpr ParameterRule kDimensions = range(1, 4);
 constexpr ParameterRule kDistribution = up_to(3);
 constexpr ParameterRule kSubsurface = up_to(3);
+constexpr ParameterRule kPhase = up_to(4);
 constexpr ParameterRule kRays = range(1, 128);  // Blender's limit
 constexpr int kMaxFrequency = 99;               // of brick rows; Blender's limit
 constexpr int kMaxThousandths = 1000000;        // of brick offset and squash
@@ -82,6 +83,8 @@ ParameterRules parameter_rules(Op op) {
       return {kFlag, kSubsurface, up_to(15), up_to(2)};
     case Op::CLOSURE_SUBSURFACE:
       return {kSubsurface};
+    case Op::CLOSURE_VOLUME:
+      return {kPhase};
     case Op::BUMP:
     case Op::WIREFRAME:
       return {kFlag, kShift};

@@ -60,6 +60,25 @@ void keep_on_surface(const Scene& scene, const SurfacePoint& point, const PathSt
   bsdf.subsurface_count = kept;
 }
 
+/// `first` and `second`: what CLOSURE_VOLUME has for each phase.
+void scatter_by(Phase phase, float first, float second, Rgb scattering, Medium& medium) {
+  switch (phase) {
+    case Phase::HENYEY_GREENSTEIN:
+      return add_scattering(medium, scattering, PhaseFunction::henyey_greenstein(first));
+    case Phase::RAYLEIGH:
+      return add_scattering(medium, scattering, PhaseFunction::rayleigh());
+    case Phase::DRAINE:
+      return add_scattering(medium, scattering, PhaseFunction::draine(first, second));
+    case Phase::MIE: {
+      const DropletPhase droplets = droplet_phase(first);
+      add_scattering(medium, scattering * (1.0f - droplets.draine_share), droplets.henyey_greenstein);
+      return add_scattering(medium, scattering * droplets.draine_share, droplets.draine);
+    }
+    case Phase::FOURNIER_FORAND:
+      return add_scattering(medium, scattering, PhaseFunction::fournier_forand(first, second));
+  }
+}
+
 /// `scale` times as dense and as bright.
 void run_medium(const NodeContext& context, float scale, Medium& medium) {
   run(context, context.program.volume_instructions, [&](const Instruction& closure, std::span<const Vec3> in) {
@@ -68,7 +87,7 @@ void run_medium(const NodeContext& context, float scale, Medium& medium) {
       return;
     }
     const float density = in[0].x * std::max(in[3].x, 0.0f) * scale;
-    add_scattering(medium, to_rgb(in[1]) * density, in[4].x);
+    scatter_by(static_cast<Phase>(closure.parameters[0]), in[4].x, in[5].x, to_rgb(in[1]) * density, medium);
     add_absorption(medium, to_rgb(in[2]) * density);
   });
 }

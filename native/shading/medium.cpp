@@ -16,26 +16,28 @@ float mean_path(float extinction, float distance) {
   return std::isfinite(distance) ? distance : 0.0f;
 }
 
+PhaseFunction joined(const PhaseFunction& a, float weight_a, const PhaseFunction& b, float weight_b) {
+  if (!a.is_henyey_greenstein() || !b.is_henyey_greenstein()) return weight_a < weight_b ? b : a;
+  return PhaseFunction::henyey_greenstein((a.g() * weight_a + b.g() * weight_b) / (weight_a + weight_b));
+}
+
 }  // namespace
 
-void add_scattering(Medium& medium, Rgb scattering, float g) {
+void add_scattering(Medium& medium, Rgb scattering, const PhaseFunction& phase) {
   const Rgb s = coefficients(scattering);
   if (is_black(s)) return;
-  const float anisotropy = std::isfinite(g) ? std::clamp(g, -kLargestAnisotropy, kLargestAnisotropy) : 0.0f;
   medium.extinction += s;
   medium.scattering += s;
   int i = 0;
-  while (i < medium.lobe_count && medium.lobes[static_cast<size_t>(i)].g != anisotropy) ++i;
+  while (i < medium.lobe_count && medium.lobes[static_cast<size_t>(i)].phase != phase) ++i;
   const bool is_full = i == Medium::kMaxLobes;
   PhaseLobe& lobe = medium.lobes[static_cast<size_t>(is_full ? i - 1 : i)];
   if (is_full) {
-    const float before = average(lobe.scattering), more = average(s);
-    lobe.g = (lobe.g * before + anisotropy * more) / (before + more);
-    lobe.scattering += s;
+    lobe = {lobe.scattering + s, joined(lobe.phase, average(lobe.scattering), phase, average(s))};
   } else if (i < medium.lobe_count) {
     lobe.scattering += s;
   } else {
-    lobe = {s, anisotropy};
+    lobe = {s, phase};
     ++medium.lobe_count;
   }
 }

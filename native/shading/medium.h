@@ -4,17 +4,16 @@
 #include <array>
 
 #include "base/rgb.h"
+#include "shading/phase_function.h"
 
 namespace cistern {
 
-/// What a medium scatters by one Henyey-Greenstein phase function.
+/// What a medium scatters by one phase function.
 struct PhaseLobe {
   Rgb scattering;  // 1/m
-  float g = 0.0f;  // mean cosine of the angle of deflection, in [-kLargestAnisotropy, kLargestAnisotropy]
+  PhaseFunction phase;
 };
 
-/// As Cycles: beyond it the phase function is a spike that single precision does not resolve.
-inline constexpr float kLargestAnisotropy = 0.999f;
 /// Denser is opaque in any case, and products of numbers beyond would overflow.
 inline constexpr float kDensest = 1e18f;  // 1/m
 
@@ -31,9 +30,9 @@ struct Medium {
   bool scatters() const { return lobe_count > 0; }
 };
 
-/// Coefficients that are negative count as zero. Of more than kMaxLobes anisotropies the last takes in the rest, with
-/// the mean of them.
-void add_scattering(Medium& medium, Rgb scattering, float g);
+/// Coefficients that are negative count as zero. Of more than kMaxLobes phase functions the last takes in the rest:
+/// with the mean anisotropy where they are Henyey and Greenstein's, else with that of whichever scatters most.
+void add_scattering(Medium& medium, Rgb scattering, const PhaseFunction& phase);
 void add_absorption(Medium& medium, Rgb absorption);
 
 /// Fraction of light that goes straight on over `distance`, which may be infinite.

@@ -1,16 +1,8 @@
 #pragma once
 
-#include "base/frame.h"
 #include "shading/medium.h"
 
 namespace cistern {
-
-/// Density per solid angle of deflection by an angle of that cosine; over the sphere it integrates to 1.
-/// [Henyey and Greenstein 1941, Diffuse radiation in the Galaxy]
-float henyey_greenstein(float cosine, float g);
-
-/// The direction of light that went along `direction`, by that density.
-Vec3 sample_henyey_greenstein(Vec3 direction, float g, Vec2 u);
 
 /// Of a medium that scatters: the mean over its lobes by the grey of what each scatters, as in Cycles. So colours of
 /// media that overlap are exact, and which of them scatters forward is the same for all colours.

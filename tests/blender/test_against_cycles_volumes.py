@@ -239,6 +239,47 @@ def test_volumes(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+def sun_by_phase(scene: bpy.types.Scene, phase: str, **inputs: object) -> None:
+    """A cube of which a strip is seen from ahead of the sun, a floor below it by what goes on."""
+
+    def volume(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node:
+        node = tree.nodes.new(SCATTER)
+        node.phase = phase
+        for name, value in inputs.items():
+            node.inputs[name].default_value = value
+        return node
+
+    stage(scene)
+    add_cube(scene, medium("mist", volume))
+    build.add_light(scene, "SUN", rotation=(-1.2, 0.1, 0.0), energy=3.0, angle=0.1)
+
+
+PHASES: dict[str, dict[str, object]] = {
+    "Rayleigh": {"phase": "RAYLEIGH"},
+    "Draine": {"phase": "DRAINE", "Anisotropy": 0.6, "Alpha": 1.0},
+    "Draine, backward": {"phase": "DRAINE", "Anisotropy": -0.5, "Alpha": 0.7},
+    "sea water": {"phase": "FOURNIER_FORAND", "IOR": 1.33, "Backscatter": 0.1},
+    "clear water": {"phase": "FOURNIER_FORAND", "IOR": 1.1, "Backscatter": 0.02},
+    "cloud": {"phase": "MIE", "Diameter": 20.0},
+    "haze": {"phase": "MIE", "Diameter": 2.0},
+    "smoke": {"phase": "MIE", "Diameter": 0.5},
+    "fumes": {"phase": "MIE", "Diameter": 0.06},
+}
+
+
+def has_phases() -> bool:
+    return "phase" in bpy.types.ShaderNodeVolumeScatter.bl_rna.properties
+
+
+@pytest.mark.parametrize("case", PHASES)
+def test_phase_functions(empty_scene: bpy.types.Scene, case: str) -> None:
+    if not has_phases():
+        pytest.skip("this Blender has one phase function")
+    sun_by_phase(empty_scene, **PHASES[case])
+    result = compare_with_cycles(empty_scene, SIZE, SAMPLES)
+    assert result.agrees, result
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("case", [cloud, glowing_cloud])
 def test_uneven(empty_scene: bpy.types.Scene, case: Callable) -> None:
@@ -322,6 +363,10 @@ def thinner_inside(scene: bpy.types.Scene) -> None:
     node_of(scene, "red", "VOLUME_ABSORPTION").inputs["Density"].default_value *= 0.5
 
 
+def without_alpha(scene: bpy.types.Scene) -> None:
+    node_of(scene, "mist", "VOLUME_SCATTER").inputs["Alpha"].default_value = 0.0
+
+
 def node_of(scene: bpy.types.Scene, name: str, kind: str) -> bpy.types.Node:
     tree = bpy.data.materials[name].node_tree
     tree.update_tag()
@@ -330,6 +375,14 @@ def node_of(scene: bpy.types.Scene, name: str, kind: str) -> bpy.types.Node:
 
 PLANTED = [(lamp_in_cube, denser), (sun_in_cube, turned), (nested, thinner_inside)]
 PLANTED += [pytest.param(cloud, thinner_noise, marks=pytest.mark.slow)]
+
+
+def dusty(scene: bpy.types.Scene) -> None:
+    sun_by_phase(scene, **PHASES["Draine"])
+
+
+if has_phases():
+    PLANTED.append((dusty, without_alpha))
 
 
 @pytest.mark.parametrize(("case", "plant"), PLANTED)

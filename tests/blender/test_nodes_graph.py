@@ -14,8 +14,9 @@ from node_trees import Context, Tree, emission_color, shown_as_colour, socket
 
 from addon.sync import versions
 from addon.sync.nodes import _DEEP_RECURSION, RECURSION_LIMIT, compile_light, compile_material, compile_world
-from addon.sync.nodes.enums import MATH_OPERATIONS
+from addon.sync.nodes.enums import MATH_OPERATIONS, PHASE_FUNCTIONS
 from addon.sync.nodes.graph import Scope, all_groups, is_foreign, is_group
+from addon.sync.nodes.volumes import PHASE_INPUTS
 
 SCENES = "CISTERN_TEST_SCENES"
 
@@ -332,17 +333,22 @@ def test_volumes_are_nothing_on_a_surface(empty_scene, idname):
     assert not context.warnings
 
 
-def test_other_phase_functions_warn(empty_scene):
-    if not hasattr(bpy.types.ShaderNodeVolumeScatter, "phase"):
-        pytest.skip("this Blender has one phase function")
+@pytest.mark.parametrize("idname", ["ShaderNodeVolumeScatter", "ShaderNodeVolumeCoefficients"])
+@pytest.mark.parametrize("phase", PHASE_INPUTS)
+def test_phase_functions_take_what_they_depend_on(empty_scene, idname, phase):
+    if not hasattr(bpy.types, idname) or "phase" not in bpy.types.ShaderNodeVolumeScatter.bl_rna.properties:
+        pytest.skip("this Blender has no such node, or one phase function")
     tree = Tree()
-    scatter = tree.node("ShaderNodeVolumeScatter", phase="RAYLEIGH")
-    scatter.inputs["Anisotropy"].default_value = 0.5
-    tree.link(scatter, "Volume", tree.output, "Volume")
+    node = tree.node(idname, phase=phase)
+    expected = [0.25, 0.375][: len(PHASE_INPUTS[phase])]
+    for name, value in zip(PHASE_INPUTS[phase], expected, strict=True):
+        node.inputs[name].default_value = value
+    tree.link(node, "Volume", tree.output, "Volume")
     context = Context()
-    (_, closure) = tree.compile(context).closures
-    assert closure.inputs[4][0] == 0.0
-    assert len(context.warnings) == 1 and "RAYLEIGH" in context.warnings[0]
+    medium = next(closure for closure in tree.compile(context).closures if closure.op == "CLOSURE_VOLUME")
+    assert list(medium.parameters) == [PHASE_FUNCTIONS.index(phase)]
+    assert [value[0] for value in medium.inputs[4:6]] == [*expected, 0.0, 0.0][:2]
+    assert not context.warnings
 
 
 def test_object_without_material_is_as_cycles_has_it(empty_scene):

@@ -23,8 +23,8 @@ def grid_medium(
     p.is_boundary = True
     name = p.attribute("density")
     density = p.emit("AVERAGE", [p.emit(op, [], [name] if op == "GRID_FACTOR" else [name, 0])])
-    inside = [one, p.constant(*scattering), p.constant(*absorption), density, p.constant(anisotropy)]
-    p.closure("CLOSURE_VOLUME", inside)
+    inside = [one, p.constant(*scattering), p.constant(*absorption), density, p.constant(anisotropy), p.constant(0.0)]
+    p.closure("CLOSURE_VOLUME", inside, [0])
     p.closure("CLOSURE_VOLUME_EMISSION", [one, p.constant(*glow), density])
     return p
 

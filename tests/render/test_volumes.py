@@ -20,6 +20,7 @@ from tests.support.core_scenes import (
 )
 from tests.support.statistics import Comparison, block_means, compare_replicas, compare_to_value
 
+DRAINE, DROPLETS, FOURNIER_FORAND = 2, 3, 4  # phase functions
 REPLICAS = 16
 CLIP_START = 1e-3  # m, of SceneDescription.set_camera
 ABSORPTION = (0.3, 0.7, 1.5)  # 1/m
@@ -140,25 +141,26 @@ def test_uneven_medium_without_absorption_is_invisible() -> None:
     assert result.agrees, result
 
 
-def lamp_in_endless_fog() -> core.Scene:
+def lamp_in_endless_fog(phase: tuple[int, float] = (0, 0.0)) -> core.Scene:
     scene = SceneDescription()
-    fog = medium((0.2, 0.1, 0.05), (0.1, 0.1, 0.1), anisotropy=0.5, is_boundary=False)
+    fog = medium((0.2, 0.1, 0.05), (0.1, 0.1, 0.1), anisotropy=0.5, is_boundary=False, phase=phase)
     scene.builder.set_environment(scene.builder.add_material(fog))
     scene.builder.add_point_light("lamp", (0.4, 3.0, 0.0), radius=0.0, intensity=(10.0, 10.0, 10.0))
     scene.set_camera((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1e-4)
     return scene.snapshot()
 
 
-def scattered_once(g: float = 0.5, with_shadow: bool = True) -> np.ndarray:
+def scattered_once(g: float = 0.5, with_shadow: bool = True, alpha: float = 0.0) -> np.ndarray:
     """What reaches the origin from along +y: the integral of transmittance, scattering, phase function and intensity
     over r^2, by the trapezoidal rule in the angle at the lamp, where the integrand is smooth. Fog begins where the
-    camera clips."""
+    camera clips. The phase function is Draine's, without `alpha` Henyey and Greenstein's."""
     scattering, extinction = np.array([0.2, 0.1, 0.05]), np.array([0.3, 0.2, 0.15])
     angle = np.linspace(math.atan2(CLIP_START - 3.0, 0.4), 0.5 * math.pi - 1e-6, 200001)
     t = 3.0 + 0.4 * np.tan(angle)
     r = np.hypot(t - 3.0, 0.4)
     cosine = (3.0 - t) / r
     phase = (1 - g * g) / (4 * math.pi * (1 + g * g - 2 * g * cosine) ** 1.5)
+    phase *= (1 + alpha * cosine**2) / (1 + alpha * (1 + 2 * g * g) / 3)
     length = t[:, None] - CLIP_START + (r[:, None] if with_shadow else 0.0)
     integrand = scattering * np.exp(-extinction * length) * (phase * 10.0 / 0.4)[:, None]  # r^2 cancels
     step = angle[1] - angle[0]
@@ -176,19 +178,37 @@ def test_single_scattering() -> None:
     assert not compare_to_value(found, 1.02 * scattered_once()).agrees
 
 
-def ball_in_fog(use_mis: bool) -> core.Scene:
+def test_single_scattering_by_draine() -> None:
+    """False-alarm rate 1 %. Planted: Henyey and Greenstein's phase function, an alpha that is 10 % off."""
+    pictures = replicas(lamp_in_endless_fog((DRAINE, 3.0)), REPLICAS, samples=64, max_bounces=0)
+    found = np.array([image.mean((0, 1)) for image in pictures])
+    assert compare_to_value(found, scattered_once(alpha=3.0)).agrees, (found.mean(0), scattered_once(alpha=3.0))
+    assert not compare_to_value(found, scattered_once()).agrees
+    assert not compare_to_value(found, scattered_once(alpha=3.3)).agrees
+
+
+def ball_in_fog(use_mis: bool, phase: tuple[int, float] = (0, 0.0), anisotropy: float = 0.3) -> core.Scene:
     scene = SceneDescription()
-    scene.add_box(0.8, medium((1.2, 1.0, 0.8), (0.2, 0.2, 0.2), anisotropy=0.3))
+    scene.add_box(0.8, medium((1.2, 1.0, 0.8), (0.2, 0.2, 0.2), anisotropy=anisotropy, phase=phase))
     common = dict(use_mis=use_mis, visibility=VISIBLE_TO_ALL - CAMERA)
     scene.builder.add_point_light("lamp", (0.2, -0.1, 0.1), 0.3, (5.0, 5.0, 5.0), soft=False, **common)
     scene.set_camera((0.0, -4.0, 0.0), (0.0, 0.0, 0.0), 0.25)
     return scene.snapshot()
 
 
-def test_scattered_rays_and_light_samples_find_the_same_lamp() -> None:
+PHASES = {
+    "Henyey and Greenstein's": ((0, 0.0), 0.3),
+    "Draine's": ((DRAINE, 2.0), 0.3),
+    "of droplets": ((DROPLETS, 0.0), 0.06),
+    "Fournier and Forand's": ((FOURNIER_FORAND, 0.45), 1.2),
+}
+
+
+@pytest.mark.parametrize("case", PHASES)
+def test_scattered_rays_and_light_samples_find_the_same_lamp(case: str) -> None:
     """False-alarm rate 1 %. Planted: 3 % of the light is found twice."""
     both, samples_alone = (
-        np.array([block_means(image, 2, 2) for image in replicas(ball_in_fog(use_mis), REPLICAS, samples=128)])
+        np.array([block_means(p, 2, 2) for p in replicas(ball_in_fog(use_mis, *PHASES[case]), REPLICAS, samples=128)])
         for use_mis in (True, False)
     )
     assert compare_replicas(both, samples_alone).agrees, compare_replicas(both, samples_alone)

@@ -80,8 +80,10 @@ def medium(
     glow: Color = (0.0, 0.0, 0.0),
     is_boundary: bool = True,
     seems_uneven: bool = False,
+    phase: tuple[int, float] = (0, 0.0),
 ) -> core.MaterialProgram:
-    """What is inside of a surface that rays pass straight through; of the world without `is_boundary`."""
+    """What is inside of a surface that rays pass straight through; of the world without `is_boundary`. `phase`: the
+    phase function, and what else it takes beside the anisotropy."""
     p = core.MaterialProgram("medium")
     one = p.constant(1.0)
     if is_boundary:
@@ -92,7 +94,8 @@ def medium(
         zero = p.constant(0.0)
         nothing = p.emit("MATH", [p.emit("SEPARATE_Y", [p.emit("POSITION", [], [0])]), zero, zero], [2, 0])
         factor = p.emit("MATH", [nothing, factor, zero], [0, 0])
-    p.closure("CLOSURE_VOLUME", [one, p.constant(*scattering), p.constant(*absorption), factor, p.constant(anisotropy)])
+    coefficients = [p.constant(*scattering), p.constant(*absorption), factor]
+    p.closure("CLOSURE_VOLUME", [one, *coefficients, p.constant(anisotropy), p.constant(phase[1])], [phase[0]])
     p.closure("CLOSURE_VOLUME_EMISSION", [one, p.constant(*glow), one])
     return p
 
@@ -105,7 +108,7 @@ def uneven_medium(scattering: Color = (0.0, 0.0, 0.0), absorption: Color = (0.0,
     p.is_boundary = True
     y = p.emit("SEPARATE_Y", [p.emit("POSITION", [], [0])])
     density = p.emit("MATH", [y, zero, zero], [9, 0])  # ABSOLUTE
-    p.closure("CLOSURE_VOLUME", [one, p.constant(*scattering), p.constant(*absorption), density, zero])
+    p.closure("CLOSURE_VOLUME", [one, p.constant(*scattering), p.constant(*absorption), density, zero, zero], [0])
     return p
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from .color import blackbody_color
 from .compiler import Compiler, NodeView, flatten_shader, volume_node
-from .enums import MATH_OPERATIONS
+from .enums import MATH_OPERATIONS, PHASE_FUNCTIONS
 from .graph import Port
 from .instructions import COLOR, FLOAT, VECTOR, Value, constant
 
@@ -14,9 +15,14 @@ ONE, ZERO = constant(1.0), constant(0.0)
 WHITE, BLACK = constant(1.0, 1.0, 1.0, COLOR), constant(0.0, letter=COLOR)
 MEDIA = ("CLOSURE_VOLUME", "CLOSURE_VOLUME_EMISSION")
 
-PHASE_FUNCTIONS = {"RAYLEIGH": 0.0, "MIE": 0.85, "FOURNIER_FORAND": 0.85}
-"""Mean cosines of those that are not Henyey and Greenstein's and have no anisotropy of their own; of a cloud's droplets
-about, where the node has their size instead."""
+PHASE_INPUTS = {
+    "HENYEY_GREENSTEIN": ["Anisotropy"],
+    "RAYLEIGH": [],
+    "DRAINE": ["Anisotropy", "Alpha"],
+    "MIE": ["Diameter"],
+    "FOURNIER_FORAND": ["IOR", "Backscatter"],
+}
+"""What each phase function of a node depends on, in the order of the instruction's inputs."""
 
 STEFAN_BOLTZMANN = 5.670373e-8 * 1e-6 / math.pi
 """W/(m^2 K^4), in Cycles' unit for the radiance of a fire."""
@@ -50,7 +56,7 @@ def add_default_medium(compiler: Compiler) -> None:
     """Of a volume object without a material: a new Principled Volume, as in Cycles."""
     density = compiler.code.convert(grid_factor(compiler, "density"), FLOAT)
     grey = constant(0.5, 0.5, 0.5, COLOR)
-    compiler.code.closure("CLOSURE_VOLUME", (ONE, grey, grey, density, ZERO))
+    compiler.code.closure("CLOSURE_VOLUME", (ONE, grey, grey, density, ZERO, ZERO), (0,))
 
 
 def _factor(node: NodeView, value: Value, attribute: str) -> Value:
@@ -65,8 +71,20 @@ def _factor(node: NodeView, value: Value, attribute: str) -> Value:
     return node.math("MULTIPLY", value, node.math("MAXIMUM", node.emit("AVERAGE", (factor,)), ZERO))
 
 
-def _add(node: NodeView, weight: Value, scattering: Value, absorption: Value, density: Value, g: Value) -> None:
-    node.compiler.code.closure("CLOSURE_VOLUME", (weight, scattering, absorption, density, g))
+@dataclass(frozen=True)
+class _Phase:
+    kind: str = "HENYEY_GREENSTEIN"
+    inputs: tuple[Value, Value] = (ZERO, ZERO)
+
+
+ISOTROPIC = _Phase()
+
+
+def _add(
+    node: NodeView, weight: Value, scattering: Value, absorption: Value, density: Value, phase: _Phase = ISOTROPIC
+) -> None:
+    inputs = (weight, scattering, absorption, density, *phase.inputs)
+    node.compiler.code.closure("CLOSURE_VOLUME", inputs, (PHASE_FUNCTIONS.index(phase.kind),))
 
 
 def _rest(node: NodeView, color: Value) -> Value:
@@ -75,24 +93,26 @@ def _rest(node: NodeView, color: Value) -> Value:
     return node.vector_math("MAXIMUM", node.vector_math("SUBTRACT", WHITE, color), zero).retyped(COLOR)
 
 
-def _anisotropy(node: NodeView) -> Value:
-    phase = getattr(node.node, "phase", "HENYEY_GREENSTEIN")
-    if phase == "HENYEY_GREENSTEIN":
-        return node.value("Anisotropy")
-    node.warn(f"the phase function {phase} is not supported: Henyey-Greenstein is used")
-    return constant(PHASE_FUNCTIONS[phase]) if phase in PHASE_FUNCTIONS else node.value("Anisotropy")
+def _phase(node: NodeView) -> _Phase:
+    """Blender before 4.3 has one phase function."""
+    kind = getattr(node.node, "phase", "HENYEY_GREENSTEIN")
+    if kind not in PHASE_INPUTS:
+        node.warn(f"the phase function {kind} is not supported: Henyey-Greenstein is used")
+        kind = "HENYEY_GREENSTEIN"
+    first, second, *_ = (*map(node.value, PHASE_INPUTS[kind]), ZERO, ZERO)
+    return _Phase(kind, (first, second))
 
 
 @volume_node("ShaderNodeVolumeAbsorption")
 def absorption(node: NodeView, weight: Value) -> None:
     color, density = node.values("Color, Density")
-    _add(node, weight, BLACK, _rest(node, color), density, ZERO)
+    _add(node, weight, BLACK, _rest(node, color), density)
 
 
 @volume_node("ShaderNodeVolumeScatter")
 def scatter(node: NodeView, weight: Value) -> None:
     color, density = node.values("Color, Density")
-    _add(node, weight, color, BLACK, density, _anisotropy(node))
+    _add(node, weight, color, BLACK, density, _phase(node))
 
 
 @volume_node("ShaderNodeVolumeCoefficients")
@@ -100,7 +120,7 @@ def coefficients(node: NodeView, weight: Value) -> None:
     scattered, absorbed, emitted = (
         node.value(f"{kind} Coefficients") for kind in ("Scatter", "Absorption", "Emission")
     )
-    _add(node, weight, scattered, absorbed, ONE, _anisotropy(node))
+    _add(node, weight, scattered, absorbed, ONE, _phase(node))
     node.compiler.code.closure("CLOSURE_VOLUME_EMISSION", (weight, emitted, ONE))
 
 
@@ -117,7 +137,7 @@ def principled(node: NodeView, weight: Value) -> None:
     half, zero = constant(0.5, 0.5, 0.5, VECTOR), constant(0.0, letter=VECTOR)
     root = node.vector_math("POWER", node.vector_math("MAXIMUM", tint, zero), half)
     absorbed = node.vector_math("MULTIPLY", _rest(node, color), _rest(node, root))
-    _add(node, weight, color, absorbed, density, anisotropy)
+    _add(node, weight, color, absorbed, density, _Phase(inputs=(anisotropy, ZERO)))
     emit = node.compiler.code.closure
     strength = node.math("MAXIMUM", node.value("Emission Strength"), ZERO)
     emit("CLOSURE_VOLUME_EMISSION", (weight, node.value("Emission Color"), strength))

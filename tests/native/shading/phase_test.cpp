@@ -41,7 +41,8 @@ double p_value_of_samples(const Medium& medium, const Medium& density) {
 
 Medium with_lobes(std::initializer_list<std::pair<float, float>> lobes) {
   Medium medium;
-  for (const auto& [scattering, g] : lobes) add_scattering(medium, Rgb(scattering), g);
+  for (const auto& [scattering, g] : lobes)
+    add_scattering(medium, Rgb(scattering), PhaseFunction::henyey_greenstein(g));
   return medium;
 }
 
@@ -77,17 +78,29 @@ TEST(Medium, MoreAnisotropiesThanItHoldsBecomeTheirMean) {
       with_lobes({{1.0f, 0.1f}, {1.0f, 0.2f}, {1.0f, 0.3f}, {1.0f, 0.4f}, {1.0f, 0.1f}, {3.0f, 0.8f}});
   EXPECT_EQ(medium.lobe_count, Medium::kMaxLobes);
   EXPECT_EQ(medium.lobes[0].scattering, Rgb(2.0f));
-  EXPECT_NEAR(medium.lobes[3].g, (0.4f + 3.0f * 0.8f) / 4.0f, 1e-6f);
+  EXPECT_NEAR(medium.lobes[3].phase.g(), (0.4f + 3.0f * 0.8f) / 4.0f, 1e-6f);
   EXPECT_EQ(medium.scattering, Rgb(8.0f));
+}
+
+TEST(Medium, OfMorePhaseFunctionsThanItHoldsTheStrongestStays) {
+  const PhaseFunction weak = PhaseFunction::draine(0.5f, 1.0f), strong = PhaseFunction::fournier_forand(1.3f, 0.1f);
+  for (const bool weak_first : {false, true}) {
+    Medium medium = with_lobes({{1.0f, 0.1f}, {1.0f, 0.2f}, {1.0f, 0.3f}});
+    add_scattering(medium, Rgb(weak_first ? 1.0f : 3.0f), weak_first ? weak : strong);
+    add_scattering(medium, Rgb(weak_first ? 3.0f : 1.0f), weak_first ? strong : weak);
+    EXPECT_EQ(medium.lobe_count, Medium::kMaxLobes);
+    EXPECT_EQ(medium.lobes[3].phase, strong);
+    EXPECT_EQ(medium.lobes[3].scattering, Rgb(4.0f));
+  }
 }
 
 TEST(Medium, BadCoefficientsAreClamped) {
   Medium medium;
-  add_scattering(medium, {-1.0f, NAN, INFINITY}, 7.0f);
+  add_scattering(medium, {-1.0f, NAN, INFINITY}, PhaseFunction::henyey_greenstein(7.0f));
   add_absorption(medium, {NAN, -3.0f, 1e30f});
   EXPECT_EQ(medium.scattering, Rgb(0.0f, 0.0f, kDensest));
   EXPECT_EQ(medium.extinction.r, 0.0f);
-  EXPECT_EQ(medium.lobes[0].g, kLargestAnisotropy);
+  EXPECT_EQ(medium.lobes[0].phase.g(), kLargestAnisotropy);
   EXPECT_TRUE(is_finite(medium_transmittance(medium, INFINITY)));
   medium.emission = Rgb(1.0f);
   EXPECT_EQ(medium_radiance(medium, INFINITY).r, 0.0f) << "endless and without absorption";

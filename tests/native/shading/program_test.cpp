@@ -317,7 +317,8 @@ TEST(Program, WithoutTransparentShadowOnlyRaysOfLightSamplesStop) {
     ProgramBuilder b;
     b.add(Op::CLOSURE_TRANSPARENT, {b.constant(0.5f), b.constant(1)});
     if (has_volume)
-      b.add(Op::CLOSURE_VOLUME, {b.constant(1), b.constant(1), b.constant(1), b.constant(1), b.constant(0)});
+      b.add(Op::CLOSURE_VOLUME,
+            {b.constant(1), b.constant(1), b.constant(1), b.constant(1), b.constant(0), b.constant(0)}, {0});
     b.program.has_transparent_shadow = has_transparent_shadow;
     const Scene scene = scene_of(b);
     PathState path;

@@ -13,7 +13,7 @@ constexpr int kSamples = 200000, kBins = 40;
 /// Absorbs in one channel alone, and in all.
 Medium coloured() {
   Medium medium;
-  add_scattering(medium, {0.5f, 2.0f, 0.0f}, 0.2f);
+  add_scattering(medium, {0.5f, 2.0f, 0.0f}, PhaseFunction::henyey_greenstein(0.2f));
   add_absorption(medium, {0.5f, 0.1f, 1.0f});
   return medium;
 }
@@ -94,7 +94,7 @@ double p_value_inside(const Medium& medium, float length, float longer = 1.0f) {
 
 TEST(FreeFlight, DistancesInsideFollowTheirDensity) {
   Medium thin;
-  add_scattering(thin, Rgb(1e-9f), 0.0f);
+  add_scattering(thin, Rgb(1e-9f), {});
   EXPECT_GT(p_value_inside(coloured(), 2.0f), shared_rate(2));
   EXPECT_GT(p_value_inside(thin, 2.0f), shared_rate(2));
   EXPECT_LT(p_value_inside(coloured(), 2.0f, 1.2f), kFalseAlarmRate) << "planted: of another length";
