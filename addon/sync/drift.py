@@ -33,9 +33,25 @@ class Drift:
         self, geometry: bpy.types.Mesh | bpy.types.Curves | bpy.types.PointCloud
     ) -> list[tuple[str, str, NDArray[np.float32]]]:
         """The attribute that tells how far each point goes in the second half; none where nothing does."""
-        velocity = geometry.attributes.get(_VELOCITY)
-        if velocity is None or velocity.domain != "POINT" or velocity.data_type != "FLOAT_VECTOR":
-            return []
-        values = np.empty((len(velocity.data), 3), np.float32)
-        velocity.data.foreach_get("vector", values.ravel())
-        return [(DRIFT, "POINT", values * np.float32(self.seconds))]
+        velocity = _velocity(geometry)
+        return [] if velocity is None else [(DRIFT, "POINT", velocity * np.float32(self.seconds))]
+
+
+def points_after(mesh: bpy.types.Mesh, seconds: float) -> NDArray[np.float32] | None:
+    """Where its points (n, 3) will be, or were; None where nothing tells."""
+    velocity = _velocity(mesh)
+    if velocity is None:
+        return None
+    points = np.empty_like(velocity)
+    mesh.attributes["position"].data.foreach_get("vector", points.ravel())
+    return points + velocity * np.float32(seconds)
+
+
+def _velocity(geometry: bpy.types.Mesh | bpy.types.Curves | bpy.types.PointCloud) -> NDArray[np.float32] | None:
+    """In metres for each second, (n, 3)."""
+    velocity = geometry.attributes.get(_VELOCITY)
+    if velocity is None or velocity.domain != "POINT" or velocity.data_type != "FLOAT_VECTOR":
+        return None
+    values = np.empty((len(velocity.data), 3), np.float32)
+    velocity.data.foreach_get("vector", values.ravel())
+    return values

@@ -149,6 +149,11 @@ class InstanceSync:
         placements = self._kept.placements
         return placements.items_of(placements.entries_showing(Surface))
 
+    @property
+    def surfaces(self) -> list[Surface]:
+        """The different ones of the last run."""
+        return [shown for shown in self._prototypes.values() if isinstance(shown, Surface)]
+
     def _place_surfaces(self, placements: Placements, arrays: dict[str, NDArray]) -> None:
         if replace_instances(self._builder, self._kept, placements, arrays):
             warn_of_flattened(self._builder, self._kept, self._report)

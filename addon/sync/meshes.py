@@ -74,7 +74,7 @@ def mesh_arrays(
     if drift is not None:
         attributes += drift.columns(mesh)
     return MeshArrays(
-        positions=_positions(mesh),
+        positions=points_of(mesh),
         corner_vertices=_corner_vertices(mesh, corner_count),
         polygon_offsets=offsets,
         triangle_corners=triangle_corners,
@@ -97,14 +97,14 @@ def generated_coordinates(mesh: bpy.types.Mesh) -> NDArray[np.float32] | None:
     size = np.array(mesh.texspace_size, np.float32)
     scale = np.divide(0.5, size, out=np.zeros_like(size), where=size != 0.0)
     generated = (before - np.array(mesh.texspace_location, np.float32)) * scale + 0.5
-    positions = _positions(mesh)
+    positions = points_of(mesh)
     lower = positions.min(axis=0, initial=np.inf)
     extent = positions.max(axis=0, initial=-np.inf) - lower
     in_bounds = np.divide(positions - lower, extent, out=np.full_like(positions, 0.5), where=extent > 0.0)
     return None if np.allclose(generated, in_bounds, rtol=0.0, atol=SAME_COORDINATE) else generated
 
 
-def _positions(mesh: bpy.types.Mesh) -> NDArray[np.float32]:
+def points_of(mesh: bpy.types.Mesh) -> NDArray[np.float32]:
     positions = np.empty((len(mesh.vertices), 3), np.float32)
     if len(positions):
         mesh.attributes["position"].data.foreach_get("vector", positions.ravel())

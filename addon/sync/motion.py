@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from . import SyncReport
 from .camera import camera_arguments
-from .changes import original_uid
+from .changes import data_uid, original_uid
+from .drift import points_after
 from .instances import read_places
-from .placements import identity_of
+from .meshes import points_of
+from .placements import Surface, identity_of
 
 if TYPE_CHECKING:
     from cistern_core import SceneBuilder
@@ -28,6 +30,8 @@ class MotionStep:
     camera: dict[str, Any]
     matrices: NDArray[np.float32]
     identities: NDArray[np.uint64]
+    shapes: dict[int, NDArray[np.float32]]
+    """Points (n, 3) of meshes that modifiers or shape keys bend, by the session ids of their objects."""
 
     def matrices_of(self, matrices: NDArray[np.float32], identities: NDArray[np.uint64]) -> NDArray[np.float32]:
         """Of the items that have these matrices now. What was not there rests."""
@@ -62,7 +66,19 @@ def _read(depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None) -> Mo
     eye = camera if camera is not None else scene.camera
     evaluated = eye.evaluated_get(depsgraph) if eye is not None else None
     matrices, _ = read_places(depsgraph)
-    return MotionStep(camera_arguments(scene, evaluated, SyncReport()), matrices, _identities(depsgraph))
+    shapes = {original_uid(obj): points_of(obj.data) for obj in _meshes(depsgraph) if _is_bent(obj, depsgraph)}
+    return MotionStep(camera_arguments(scene, evaluated, SyncReport()), matrices, _identities(depsgraph), shapes)
+
+
+def _meshes(depsgraph: bpy.types.Depsgraph) -> Iterator[bpy.types.Object]:
+    """Evaluated objects that are meshes; where there are collections that only instances show, theirs too."""
+    for item in depsgraph.ids:
+        if isinstance(item, bpy.types.Object) and isinstance(item.data, bpy.types.Mesh):
+            yield item
+
+
+def _is_bent(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
+    return obj.is_deform_modified(depsgraph.scene_eval, "RENDER" if depsgraph.mode == "RENDER" else "PREVIEW")
 
 
 def _identities(depsgraph: bpy.types.Depsgraph) -> NDArray[np.uint64]:
@@ -78,12 +94,27 @@ def _identities(depsgraph: bpy.types.Depsgraph) -> NDArray[np.uint64]:
 
 
 def place_steps(
-    builder: SceneBuilder, steps: Iterable[MotionStep], depsgraph: bpy.types.Depsgraph, items: NDArray[np.intp]
+    builder: SceneBuilder,
+    steps: Iterable[MotionStep],
+    depsgraph: bpy.types.Depsgraph,
+    items: NDArray[np.intp],
+    surfaces: Iterable[Surface],
 ) -> None:
     """Give the builder, which has the surfaces of these items, where they were; its camera is then that of a step."""
     matrices, _ = read_places(depsgraph)
     identities = _identities(depsgraph)
-    for number, step in enumerate(steps):
+    handles = {(surface.key[0], surface.key[2]): surface.mesh for surface in surfaces}
+    shown = [(obj, handles.get((original_uid(obj), data_uid(obj.data)))) for obj in _meshes(depsgraph)]
+    shown = [(obj, handle) for obj, handle in shown if handle is not None]
+    render = depsgraph.scene_eval.render
+    seconds = render.fps_base / render.fps
+    for number, (step, sign) in enumerate(zip(steps, (-1.0, 1.0), strict=True)):
         columns = step.matrices_of(matrices, identities)[items]
+        shapes = {}
+        for obj, handle in shown:
+            bent = step.shapes.get(original_uid(obj))
+            shape = points_after(obj.data, sign * seconds) if bent is None else bent
+            if shape is not None and len(shape) == builder.mesh_statistics(handle)["points"]:
+                shapes[handle] = shape
         builder.set_camera(**step.camera)
-        builder.set_motion_step(number, np.ascontiguousarray(columns.transpose(0, 2, 1)))
+        builder.set_motion_step(number, np.ascontiguousarray(columns.transpose(0, 2, 1)), shapes)

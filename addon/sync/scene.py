@@ -227,7 +227,7 @@ def _sync(
         instances.run()
         report.surface_items = instances.surface_items
         if motion:
-            place_steps(builder, motion, depsgraph, instances.surface_items)
+            place_steps(builder, motion, depsgraph, instances.surface_items, instances.surfaces)
             builder.set_camera(**camera_now)
     report.seconds["meshes"] = instances.meshes.seconds
     return shading

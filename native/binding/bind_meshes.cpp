@@ -158,6 +158,7 @@ py::dict mesh_statistics(const SceneBuilder& builder, int handle) {
   if (!exists) throw Error("mesh", "there is no mesh with handle " + std::to_string(handle));
   const Mesh& mesh = *meshes[handle];
   py::dict statistics;
+  statistics["points"] = mesh.positions.size();
   statistics["triangles"] = mesh.triangle_count();
   statistics["dropped_triangles"] = mesh.dropped_triangles;
   statistics["memory_bytes"] = memory_bytes(mesh);

@@ -1,6 +1,8 @@
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 
+#include <map>
+
 #include "base/murmur_hash.h"
 #include "base/stop_poll.h"
 #include "binding/arrays.h"
@@ -142,13 +144,21 @@ int add_instances(SceneBuilder& builder, const Array<int32_t>& mesh, const Array
   return first;
 }
 
-void set_motion_step(SceneBuilder& builder, int step, const Array<float>& object_to_world) {
+void set_motion_step(SceneBuilder& builder, int step, const Array<float>& object_to_world,
+                     const std::map<int, Array<float>>& positions) {
   if (object_to_world.ndim() != 3 || object_to_world.shape(1) != 4 || object_to_world.shape(2) != 4)
     throw Error("motion", "object_to_world must have shape (n, 4, 4)");
   std::vector<Transform> matrices;
   for (py::ssize_t i = 0; i < object_to_world.shape(0); ++i)
     matrices.push_back(transform_from_rows(object_to_world.data() + 16 * i));
-  builder.set_motion_step(step, std::move(matrices));
+  std::unordered_map<int, std::vector<Vec3>> shapes;
+  for (const auto& [mesh, points] : positions) {
+    if (points.ndim() != 2 || points.shape(1) != 3) throw Error("motion", "positions must have shape (n, 3)");
+    std::vector<Vec3>& shape = shapes[mesh];
+    for (py::ssize_t i = 0; i < points.shape(0); ++i)
+      shape.push_back({*points.data(i, 0), *points.data(i, 1), *points.data(i, 2)});
+  }
+  builder.set_motion_step(step, std::move(matrices), std::move(shapes));
 }
 
 void set_instance_values(SceneBuilder& builder, const std::vector<std::string>& names, const Array<float>& rows) {
@@ -267,7 +277,8 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
            py::arg("keys").noconvert() = none, py::arg("values").noconvert() = none,
            py::arg("link_sets").noconvert() = none, py::arg("links").noconvert() = none,
            py::arg("shadow_catcher").noconvert() = none, py::arg("light_group").noconvert() = none)
-      .def("set_motion_step", &set_motion_step, py::arg("step"), py::arg("object_to_world").noconvert())
+      .def("set_motion_step", &set_motion_step, py::arg("step"), py::arg("object_to_world").noconvert(),
+           py::arg("positions") = std::map<int, Array<float>>())
       .def("set_instance_values", &set_instance_values, py::arg("names"), py::arg("rows").noconvert())
       .def("blend_normals_in_world", &SceneBuilder::blend_normals_in_world)
       .def("remove_mesh", &SceneBuilder::remove_mesh, py::arg("handle"))

@@ -6,7 +6,7 @@ the value and what is allowed, and leaves the builder as it was. Lengths are met
 scene-linear. Matrices are row-major, object to world.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from typing import Any
 
@@ -170,8 +170,11 @@ class SceneBuilder:
         light_group: NDArray[np.int16] | None = None,  # (n,) of the emitter; -1: none
     ) -> int:
         """Handle of the first; the others follow. Flat (singular) instances are left out and counted."""
-    def set_motion_step(self, step: int, object_to_world: NDArray[np.float32]) -> None:
-        """Of the frame before (0) or after (1): the camera that is set now, and matrices (n, 4, 4) of all instances."""
+    def set_motion_step(
+        self, step: int, object_to_world: NDArray[np.float32], positions: Mapping[int, NDArray[np.float32]] = ...
+    ) -> None:
+        """Of the frame before (0) or after (1): the camera that is set now, matrices (n, 4, 4) of all instances, and
+        points (n, 3) of meshes that have another shape then."""
     def set_instance_values(self, names: Sequence[str], rows: NDArray[np.float32]) -> None:
         """What INSTANCE_VALUE reads of all instances: (n, names, 4), finite."""
     @property

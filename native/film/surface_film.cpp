@@ -36,6 +36,25 @@ std::vector<float> means(const std::vector<float>& sums, const std::vector<uint3
   return result;
 }
 
+/// Where a point of a surface is in another frame, in object space; where that is not known, where it is now.
+Vec3 position_then(const Scene& scene, const MotionStep& then, const SurfacePoint& point) {
+  const int handle = scene.instances[point.instance].mesh;
+  const Mesh& shown = *scene.meshes[static_cast<size_t>(handle)];
+  const Vec3 now = interpolate_position(shown, point.triangle, point.barycentric);
+  const auto known = then.positions.find(scene.undisplaced(handle));
+  // Diced meshes have other points.
+  if (known == then.positions.end() || known->second.size() != shown.positions.size() || shown.is_strands()) return now;
+  const Mesh& undisplaced = *scene.meshes[static_cast<size_t>(known->first)];
+  const std::array<float, 3> weights{1.0f - point.barycentric.x - point.barycentric.y, point.barycentric.x,
+                                     point.barycentric.y};
+  Vec3 way;
+  for (size_t j = 0; j < 3; ++j) {
+    const size_t vertex = shown.vertices[point.triangle][j];
+    way += weights[j] * (known->second[vertex] - undisplaced.positions[vertex]);
+  }
+  return is_finite(way) ? now + way : now;
+}
+
 /// Of a surface, by MatteKind.
 std::array<float, kMatteKinds> matte_ids(const Scene& scene, const SurfacePoint& point) {
   const ObjectLabel& label = scene.object_labels[static_cast<size_t>(scene.instances[point.instance].object)];
@@ -116,14 +135,13 @@ void SurfaceFilm::add_uv(const Sample& sample, const Scene& scene, const Surface
 /// later. [Cycles, primitive_motion_vector]
 void SurfaceFilm::add_motion(const Sample& sample, const Scene& scene, const SurfacePoint& point) {
   ++moving_[sample.pixel];
-  const Mesh& mesh = *scene.meshes[static_cast<size_t>(scene.instances[point.instance].mesh)];
-  const Vec3 in_object = interpolate_position(mesh, point.triangle, point.barycentric);
   const std::optional<Vec2> now = project(scene.camera, point.position);
   float* sum = &motion_[kMotionChannels * sample.pixel];
   for (size_t step = 0; step < scene.motion.size(); ++step) {
     if (!scene.motion[step]) continue;
     const MotionStep& then = *scene.motion[step];
-    const std::optional<Vec2> there = project(then.camera, then.object_to_world[point.instance].point(in_object));
+    const Vec3 place = then.object_to_world[point.instance].point(position_then(scene, then, point));
+    const std::optional<Vec2> there = project(then.camera, place);
     if (!now || !there) continue;
     const float sign = step == 0 ? 1.0f : -1.0f;
     sample.rounding.add(sign * (there->x - now->x) * frame_size_.x, sum[2 * step]);

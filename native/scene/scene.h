@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "scene/camera.h"
@@ -56,7 +57,8 @@ struct ObjectLabel {
 /// Where things were a frame before, or will be a frame later.
 struct MotionStep {
   Camera camera;
-  std::vector<Transform> object_to_world;  // by instance
+  std::vector<Transform> object_to_world;                // by instance
+  std::unordered_map<int, std::vector<Vec3>> positions;  // of meshes that have another shape then, in object space
 };
 
 /// An immutable snapshot of everything to render. Meshes, images and programs are shared between snapshots: an
@@ -86,6 +88,12 @@ struct Scene {
 
   /// That whose coordinates materials read: as in Cycles, those of an exposure's middle.
   const Camera& material_camera() const { return middle_camera ? *middle_camera : camera; }
+
+  /// The handle of the mesh that this one is shown in place of, or its own.
+  int undisplaced(int mesh) const {
+    const size_t own = meshes.size() - displaced_from.size(), handle = static_cast<size_t>(mesh);
+    return handle < own ? mesh : displaced_from[handle - own];
+  }
 
   /// Tangents of a mesh by an attribute or kNoUvMap; null where no material of it reads them.
   const CornerTangents* find_tangents(int mesh, int attribute, bool is_of_original) const {

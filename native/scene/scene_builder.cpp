@@ -82,12 +82,9 @@ void check_image(const Image& image) {
 bool is_left_out(const Instance& instance) { return instance.mesh < 0 && is_singular(instance.object_to_world); }
 
 void remove_displaced(Scene& scene) {
-  const size_t own = scene.meshes.size() - scene.displaced_from.size();
-  for (Instance& instance : scene.instances) {
-    if (instance.mesh >= static_cast<int>(own))
-      instance.mesh = scene.displaced_from[static_cast<size_t>(instance.mesh) - own];
-  }
-  scene.meshes.resize(own);
+  for (Instance& instance : scene.instances)
+    if (instance.mesh >= 0) instance.mesh = scene.undisplaced(instance.mesh);
+  scene.meshes.resize(scene.meshes.size() - scene.displaced_from.size());
   scene.displaced_from.clear();
 }
 
@@ -187,14 +184,23 @@ int SceneBuilder::add_instance(const Instance& instance, std::optional<int> repl
   return store(scene_.instances, stored, replace);
 }
 
-void SceneBuilder::set_motion_step(int step, std::vector<Transform> object_to_world) {
+void SceneBuilder::set_motion_step(int step, std::vector<Transform> object_to_world,
+                                   std::unordered_map<int, std::vector<Vec3>> positions) {
   check_handle("motion", "step", step, scene_.motion.size());
   if (object_to_world.size() != scene_.instances.size())
     throw Error("motion", std::to_string(object_to_world.size()) + " matrices for " +
                               std::to_string(scene_.instances.size()) + " instances");
   for (const Transform& matrix : object_to_world) check_transform("motion", "matrix", matrix);
+  for (const auto& [handle, points] : positions) {
+    check_handle("motion", "mesh", handle, scene_.meshes.size());
+    const std::shared_ptr<const Mesh>& mesh = scene_.meshes[static_cast<size_t>(handle)];
+    const size_t count = mesh ? mesh->positions.size() : 0;
+    if (points.size() != count)
+      throw Error(mesh ? mesh->name : "motion",
+                  std::to_string(points.size()) + " points in another frame, " + std::to_string(count) + " now");
+  }
   scene_.motion[static_cast<size_t>(step)] =
-      std::make_shared<const MotionStep>(MotionStep{scene_.camera, std::move(object_to_world)});
+      std::make_shared<const MotionStep>(MotionStep{scene_.camera, std::move(object_to_world), std::move(positions)});
 }
 
 void SceneBuilder::set_instance_values(const std::vector<std::string>& names, std::vector<float> rows) {

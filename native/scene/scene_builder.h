@@ -125,9 +125,10 @@ class SceneBuilder {
   /// Makes the camera that is set look at a sheet instead, for pictures of its size: from right above, or from where it
   /// is; another one takes its place. Instances and meshes of the sheet must not change any more.
   void set_sheet(const SheetInput& input, bool sees_from_eye, const std::string& name);
-  /// Of the frame before (0) or after (1): the camera as it is set now, and matrices by instance; throws Error for
-  /// another number of them.
-  void set_motion_step(int step, std::vector<Transform> object_to_world);
+  /// Of the frame before (0) or after (1): the camera as it is set now, matrices by instance, and points of meshes that
+  /// have another shape then, which rest where they are not finite. Throws Error for other numbers of them.
+  void set_motion_step(int step, std::vector<Transform> object_to_world,
+                       std::unordered_map<int, std::vector<Vec3>> positions = {});
   /// Of what is there now, normals of meshes with a single instance are transformed before they are interpolated, where
   /// that makes a difference: it is stretched or sheared. As Cycles in final renders, but for what it leaves in object
   /// space: meshes that are displaced, diced, or have subsurface scattering. [Cycles,

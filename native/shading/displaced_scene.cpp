@@ -128,8 +128,7 @@ bool can_be_displaced(const Scene& scene, const Instance& instance) {
 
 /// Returns the handle of a mesh that is to be shown in place of another.
 int add_in_place_of(int handle, std::shared_ptr<const Mesh> mesh, Scene& scene) {
-  const size_t own = scene.meshes.size() - scene.displaced_from.size(), other = static_cast<size_t>(handle);
-  scene.displaced_from.push_back(other < own ? handle : scene.displaced_from[other - own]);
+  scene.displaced_from.push_back(scene.undisplaced(handle));
   scene.meshes.push_back(std::move(mesh));
   return static_cast<int>(scene.meshes.size() - 1);
 }

@@ -111,6 +111,73 @@ def test_planted_differences_are_found(cards, plant):
     assert not result.agrees, result
 
 
+def bend(scene):
+    """The parent of others by a shape key, another card by a modifier."""
+    card = bpy.data.objects["Thick"]
+    card.shape_key_add(name="Basis")
+    key = card.shape_key_add(name="Bent")
+    for point in key.data:
+        point.co.x += 0.4 * (1.0 + point.co.y)
+    for frame, value in enumerate((0.0, 0.5, 0.8), 1):
+        key.value = value
+        key.keyframe_insert("value", frame=frame)
+    wave = bpy.data.objects["Bare"].modifiers.new("Bend", "SIMPLE_DEFORM")
+    wave.deform_method = "TWIST"
+    for frame, value in enumerate((0.0, 0.3, 0.9), 1):
+        wave.angle = value
+        wave.keyframe_insert("angle", frame=frame)
+    scene.frame_set(2)
+
+
+def test_vectors_follow_meshes_that_bend(cards):
+    scene = cards()
+    before, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    bend(scene)
+    result = compare(scene)
+    assert result.agrees, result
+    after, _ = pass_scenes.render_layers(scene, "CISTERN", 4)
+    assert not np.array_equal(before["ViewLayer.Vector.X"], after["ViewLayer.Vector.X"])
+
+
+def rigid_again(scene):
+    bpy.data.objects["Thick"].data.shape_keys.animation_data_clear()
+
+
+def test_a_bend_that_one_engine_misses_is_found(cards):
+    scene = cards()
+    bend(scene)
+    result = compare(scene, rigid_again)
+    assert not result.agrees, result
+
+
+def test_vectors_follow_the_attribute_velocity(cards):
+    """In metres for each second, of 24 frames."""
+    scene = cards()
+    for card in (bpy.data.objects["Thick"], bpy.data.objects["Glass"]):
+        card.animation_data_clear()
+        speed = card.data.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
+        speed.data.foreach_set("vector", np.tile(np.float32((2.4, 0.0, -4.8)), len(speed.data)))
+    scene.frame_set(2)
+    result = compare(scene)
+    assert result.agrees, result
+
+
+def test_at_a_cut_vectors_are_those_of_one_camera(cards):
+    """Cameras bound to markers."""
+    scene = cards()
+    first, second = scene.camera, scene.camera.copy()
+    second.animation_data_clear()
+    second.location.x += 1.5
+    scene.collection.objects.link(second)
+    for frame, camera in ((1, first), (2, second), (3, first)):
+        scene.timeline_markers.new(f"cut {frame}", frame=frame).camera = camera
+    scene.frame_set(2)
+    assert scene.camera == second
+    result = compare(scene)
+    assert result.agrees, result
+    assert scene.camera == second
+
+
 def test_things_that_come_and_go_rest(cards):
     """One that is hidden in the frame before has no way from there; the others keep theirs."""
     scene = cards()

@@ -116,8 +116,8 @@ TEST(SurfaceFilm, VectorIsTheWayInPixelsFromTheFrameBeforeAndToTheNext) {
   moved[1].translation.x -= 0.12f;
   Camera raised = scene.camera;
   raised.camera_to_world.translation.z += 0.06f;
-  scene.motion[0] = std::make_shared<const MotionStep>(MotionStep{scene.camera, moved});
-  scene.motion[1] = std::make_shared<const MotionStep>(MotionStep{raised, rest});
+  scene.motion[0] = std::make_shared<const MotionStep>(MotionStep{scene.camera, moved, {}});
+  scene.motion[1] = std::make_shared<const MotionStep>(MotionStep{raised, rest, {}});
   SurfacePasses passes;
   passes.motion = true;
   SurfaceFilm film(passes, 2, 1, {100.0f, 100.0f});
@@ -130,6 +130,45 @@ TEST(SurfaceFilm, VectorIsTheWayInPixelsFromTheFrameBeforeAndToTheNext) {
   const std::vector<float> pixels = film.resolve(*find_surface_layer("Vector"));
   const std::array<float, 8> expected{0.0f, 0.0f, 0.0f, 0.0f, -10.0f, 0.0f, 0.0f, 5.0f};
   for (size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(pixels[i], expected[i], 1e-4f) << i;
+}
+
+TEST(SurfaceFilm, VectorFollowsPointsOfMeshesThatChangeTheirShape) {
+  Scene scene = *small_room();
+  scene.camera.type = CameraType::ORTHOGRAPHIC;  // 1.2 m wide
+  std::vector<Transform> rest;
+  for (const Instance& instance : scene.instances) rest.push_back(instance.object_to_world);
+  const int handle = scene.instances[1].mesh;
+  const std::shared_ptr<const Mesh> mesh = scene.meshes[static_cast<size_t>(handle)];
+  std::vector<Vec3> bent = mesh->positions;
+  bent[mesh->vertices[0][1]].x -= 0.24f;
+  const auto vector = [&](std::vector<Vec3> positions, bool is_displaced) {
+    Scene shown = scene;
+    shown.motion[0] = std::make_shared<const MotionStep>(MotionStep{scene.camera, rest, {{handle, positions}}});
+    if (is_displaced) {
+      auto displaced = std::make_shared<Mesh>(*mesh);
+      for (Vec3& p : displaced->positions) p.z += 0.05f;
+      shown.meshes.push_back(displaced);
+      shown.displaced_from.push_back(handle);
+      shown.instances[1].mesh = static_cast<int>(shown.meshes.size() - 1);
+    }
+    SurfacePasses passes;
+    passes.motion = true;
+    SurfaceFilm film(passes, 1, 1, {100.0f, 100.0f});
+    SeenSurface seen;
+    seen.point.instance = 1;
+    seen.point.barycentric = {0.5f, 0.0f};
+    const auto [a, b, c] = shown.meshes[static_cast<size_t>(shown.instances[1].mesh)]->triangle_positions(0);
+    seen.point.position = rest[1].point(lerp(a, b, 0.5f));
+    film.add(0, shown, {&seen, 1});
+    return film.resolve(*find_surface_layer("Vector"))[0];
+  };
+  EXPECT_NEAR(vector(mesh->positions, false), 0.0f, 1e-4f);
+  EXPECT_NEAR(vector(bent, false), -10.0f, 1e-4f);
+  EXPECT_NEAR(vector(bent, true), -10.0f, 1e-4f) << "displaced";
+  bent[mesh->vertices[0][1]].x = NAN;
+  EXPECT_NEAR(vector(bent, false), 0.0f, 1e-4f) << "not finite";
+  bent.pop_back();
+  EXPECT_NEAR(vector(bent, false), 0.0f, 1e-4f) << "other points, as of a diced mesh";
 }
 
 TEST(SurfaceFilm, PixelsWithoutSamplesAreZero) {
