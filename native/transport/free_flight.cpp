@@ -13,14 +13,19 @@ float scattered_share(float extinction, float length) { return -std::expm1(-exti
 FreeFlight::FreeFlight(const Medium& medium, Rgb throughput, float length)
     : medium_(medium), length_(length), extinction_(channels(medium.extinction)) {
   const std::array<float, 3> scattering = channels(medium.scattering), weight = channels(throughput);
+  const std::array<float, 3> passed = channels(medium_transmittance(medium, length));
   float sum = 0.0f;
   for (size_t i = 0; i < 3; ++i) {
-    if (scattering[i] > 0.0f) probability_[i] = std::abs(weight[i]) * (scattering[i] / extinction_[i]);
+    const float albedo = scattering[i] > 0.0f ? scattering[i] / extinction_[i] : 0.0f;
+    probability_[i] = std::abs(weight[i]) * albedo;
+    straight_ += std::abs(weight[i]) * std::max(1.0f - albedo, 0.0f) * passed[i];
     sum += probability_[i];
   }
-  can_scatter_ = sum > 0.0f && std::isfinite(sum) && length > 0.0f;
+  can_scatter_ = sum > 0.0f && std::isfinite(sum + straight_) && length > 0.0f;
   if (!can_scatter_) return;
+  sum += straight_;
   for (float& p : probability_) p /= sum;
+  straight_ /= sum;
 }
 
 /// One of those that are possible.
@@ -38,11 +43,13 @@ int FreeFlight::channel(float u) const {
 }
 
 FreeFlight::Sample FreeFlight::sample(float u_channel, float u_distance) const {
-  const float t = -std::log1p(-u_distance) / extinction_[static_cast<size_t>(channel(u_channel))];
+  const bool is_straight = u_channel < straight_;
+  const size_t chosen = static_cast<size_t>(channel(u_channel - straight_));
+  const float t = is_straight ? length_ : -std::log1p(-u_distance) / extinction_[chosen];
   const bool is_inside = t < length_;
   const Rgb transmittance = medium_transmittance(medium_, is_inside ? t : length_);
   const std::array<float, 3> passed = channels(transmittance);
-  float pdf = 0.0f;
+  float pdf = is_inside ? 0.0f : straight_;
   for (size_t i = 0; i < 3; ++i) pdf += probability_[i] * passed[i] * (is_inside ? extinction_[i] : 1.0f);
   if (!(pdf > 0.0f)) return {is_inside ? std::optional(t) : std::nullopt, Rgb()};
   const Rgb weight = transmittance * (1.0f / pdf);
@@ -51,7 +58,7 @@ FreeFlight::Sample FreeFlight::sample(float u_channel, float u_distance) const {
 }
 
 float FreeFlight::sample_inside(float u_channel, float u_distance) const {
-  const float extinction = extinction_[static_cast<size_t>(channel(u_channel))];
+  const float extinction = extinction_[static_cast<size_t>(channel(u_channel * (1.0f - straight_)))];
   const float share = scattered_share(extinction, length_);
   if (!(share > 0.0f)) return u_distance * length_;  // so thin that single precision sees nothing of it
   return std::min(-std::log1p(-u_distance * share) / extinction, length_);
@@ -65,7 +72,7 @@ float FreeFlight::pdf_inside(float distance) const {
     pdf += probability_[i] *
            (share > 0.0f ? extinction_[i] * std::exp(-extinction_[i] * distance) / share : 1.0f / length_);
   }
-  return pdf;
+  return pdf / (1.0f - straight_);
 }
 
 EquiAngular::EquiAngular(Vec3 origin, Vec3 direction, float begin, float end, Vec3 towards)

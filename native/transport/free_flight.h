@@ -9,8 +9,10 @@ namespace cistern {
 
 /// How far light goes in a homogeneous medium until it is scattered. The extinction of a colour channel that was chosen
 /// by what it may still bring is sampled, and weighed by the mean density over the channels: spectral multiple
-/// importance sampling, balance heuristic. [Wilkie et al. 2014, Hero Wavelength Spectral Sampling; Novák et al. 2018,
-/// Monte Carlo Methods for Volumetric Light Transport Simulation, §4.3]
+/// importance sampling, balance heuristic. What a channel loses to absorption is no matter of chance: in proportion to
+/// what of it would have been absorbed, and reaches the end, the end is chosen at once. [Wilkie et al. 2014, Hero
+/// Wavelength Spectral Sampling; Novák et al. 2018, Monte Carlo Methods for Volumetric Light Transport Simulation,
+/// §4.3]
 class FreeFlight {
  public:
   /// `throughput` of the path so far; the medium goes on for `length` metres, which may be infinite.
@@ -32,12 +34,14 @@ class FreeFlight {
   float pdf_inside(float distance) const;
 
  private:
+  /// `u` below the sum of their probabilities.
   int channel(float u) const;
 
   const Medium& medium_;
   float length_;
   bool can_scatter_ = false;
   std::array<float, 3> extinction_{}, probability_{};
+  float straight_ = 0.0f;  // probability of the end beside those of the channels
 };
 
 /// Distances along a ray in proportion to 1 / r^2 towards a point, between `begin` and `end`, which may be infinite.

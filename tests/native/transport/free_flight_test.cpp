@@ -53,6 +53,28 @@ TEST(FreeFlight, MeansAreThoseOfBeerAndLambert) {
   }
 }
 
+/// What a channel neither scatters nor absorbs arrives, however far, and what it hardly loses without much noise.
+TEST(FreeFlight, ChannelsThatScatterNothingPass) {
+  Medium blue;
+  add_scattering(blue, {0.0f, 0.0f, 1.0f}, {});
+  for (const float length : {10.0f, INFINITY}) {
+    const Outcome outcome = fly(blue, Rgb(1.0f), length);
+    for (size_t k = 0; k < 2; ++k) {
+      EXPECT_GT(mean_p_value(outcome.passed[k], 1.0), shared_rate(4)) << length;
+      EXPECT_LT(outcome.passed[k].variance(), 1.0) << "two of three samples at least: " << length;
+    }
+  }
+}
+
+TEST(FreeFlight, WhatIsAbsorbedIsNoMatterOfChance) {
+  Medium grey;
+  add_scattering(grey, Rgb(0.5f), {});
+  add_absorption(grey, Rgb(0.5f));
+  const Outcome outcome = fly(grey, Rgb(1.0f), 2.0f);
+  const double left = 0.5 * (1.0 + std::exp(-2.0));  // whatever happens
+  EXPECT_NEAR(outcome.passed[0].mean() + outcome.scattered[0].mean(), left, 1e-5);
+}
+
 TEST(FreeFlight, WrongWeightsAreSeen) {
   const Outcome outcome = fly(coloured(), {1.0f, 0.2f, 3.0f}, 2.0f, 1.02f);
   EXPECT_LT(mean_p_value(outcome.scattered[0], 0.5 * (1.0 - std::exp(-2.0))), kFalseAlarmRate);
