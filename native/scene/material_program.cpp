@@ -239,9 +239,9 @@ std::vector<TangentUse> tangents_of(const MaterialProgram& p) {
   return uses;
 }
 
-/// Whether what `op` returns depends on the direction a surface is seen from. Closures: only by their lobes.
-bool reads_view(Op op) {
-  switch (op) {
+/// Whether what it returns depends on the direction a surface is seen from. Closures: only by their lobes.
+bool reads_view(const Instruction& instruction) {
+  switch (instruction.op) {
     case Op::REFLECTION_COORDINATE:
     case Op::INCOMING:
     case Op::BACKFACING:
@@ -250,6 +250,8 @@ bool reads_view(Op op) {
     case Op::LAYER_WEIGHT_FRESNEL:
     case Op::LAYER_WEIGHT_FACING:
       return true;
+    case Op::WIREFRAME:
+      return instruction.parameters[0] != 0;  // lines as wide as pixels
     default:
       return false;
   }
@@ -321,6 +323,7 @@ bool varies_over_object(Op op) {
     case Op::AMBIENT_OCCLUSION:
     case Op::BEVEL:
     case Op::RAYCAST:
+    case Op::WIREFRAME:
       return true;
     default:
       return op < Op::LIGHT_PATH;  // coordinates and geometry
@@ -353,8 +356,8 @@ void finish_program(MaterialProgram& program, int image_count) {
     program.reads_light_path |= op == Op::LIGHT_PATH;
     program.tells_scattered_rays |= tells_scattered_rays(instruction);
     program.counts_bounces |= counts_bounces(instruction);
-    program.depends_on_view |= reads_view(op);
-    program.lobes_depend_on_view |= (reads_view(op) && op != Op::BACKFACING) || may_turn(program, instruction);
+    program.depends_on_view |= reads_view(instruction);
+    program.lobes_depend_on_view |= (reads_view(instruction) && op != Op::BACKFACING) || may_turn(program, instruction);
     program.reads_camera |= depends_on_camera(instruction);
     program.has_subsurface |= may_enter(program, instruction);
     program.looks_at_own_object |= meets_own_object_alone(instruction);
@@ -370,8 +373,8 @@ void finish_program(MaterialProgram& program, int image_count) {
   for (const Instruction& instruction : program.displaced_bump_instructions) {
     program.needs_footprint = true;
     program.tells_scattered_rays |= tells_scattered_rays(instruction);
-    program.depends_on_view |= reads_view(instruction.op);
-    program.lobes_depend_on_view |= reads_view(instruction.op);
+    program.depends_on_view |= reads_view(instruction);
+    program.lobes_depend_on_view |= reads_view(instruction);
     program.reads_camera |= depends_on_camera(instruction);
   }
   if (!program.emission_is_constant) program.constant_emission = {};

@@ -227,6 +227,13 @@ TEST(MaterialProgram, EmissionIsDerived) {
     b.add(Op::CLOSURE_EMISSION, {b.constant(1), b.constant(2), b.add(Op::SEPARATE_X, {b.add(op, {})})});
     EXPECT_FALSE(finished(b).emission_is_uniform) << describe(op).name;
   }
+  for (const int in_pixels : {0, 1}) {
+    ProgramBuilder b;
+    const Operand line = b.add(Op::WIREFRAME, {b.constant(0.01f)}, {in_pixels, 0});
+    b.add(Op::CLOSURE_EMISSION, {b.constant(1), b.constant(2), line});
+    EXPECT_FALSE(finished(b).emission_is_uniform) << "lines of edges";
+    EXPECT_EQ(finished(b).depends_on_view, in_pixels == 1);
+  }
 
   ProgramBuilder two;
   two.add(Op::CLOSURE_EMISSION, {two.constant(0.5f), two.constant(1), two.constant(4)});
