@@ -64,6 +64,34 @@ TEST(CoincidentTriangles, AreFoundWhereverTheirCornersBegin) {
   EXPECT_EQ(count_of(scene), 2 * kCount) << "and dark on one side";
 }
 
+/// Emission by the place, times an object's random number.
+std::shared_ptr<const MaterialProgram> uneven_emission() {
+  ProgramWriter w;
+  const Operand height = w.add(Op::SEPARATE_Z, {w.add(Op::POSITION, {}, {0})});
+  const Operand far = w.add(Op::MATH, {height, w.constant(4.0f), w.constant(0.0f)}, {0, 0});
+  return w.emit({1, 1, 1}, w.add(Op::MATH, {far, w.add(Op::OBJECT_RANDOM, {}), w.constant(0.0f)}, {2, 0}));
+}
+
+TEST(CoincidentTriangles, OfUnevenEmissionAreJoinedWhereTheyLookAlike) {
+  Scene scene = stacked(2);
+  scene.materials.push_back(uneven_emission());
+  scene.material_sets.push_back({static_cast<int>(scene.materials.size()) - 1});
+  for (Instance& instance : scene.instances) {
+    instance.material_set = static_cast<int>(scene.material_sets.size()) - 1;
+    instance.random = 0.7f;
+  }
+  EXPECT_EQ(count_of(scene), kCount);
+  Mesh turned = *scene.meshes[1];
+  for (auto& vertices : turned.vertices) vertices = {vertices[2], vertices[1], vertices[0]};
+  scene.meshes[1] = std::make_shared<Mesh>(turned);
+  EXPECT_EQ(count_of(scene), kCount) << "wound the other way";
+  scene.instances[1].light_group = 3;
+  EXPECT_EQ(count_of(scene), 2 * kCount) << "of another light group";
+  scene.instances[1].light_group = kNoLightGroup;
+  scene.instances[1].random = 0.6f;
+  EXPECT_EQ(count_of(scene), 2 * kCount) << "of another strength by the object";
+}
+
 TEST(CoincidentTriangles, StandForEachOther) {
   const LightSet lights(std::make_shared<Scene>(stacked(2)), LightSampling::TREE);
   for (uint32_t t = 0; t < kCount; ++t) {
