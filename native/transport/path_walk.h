@@ -312,11 +312,11 @@ class Walk {
   void add_direct_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter, int index);
   void keep_incident_light(const IncidentLight& light, Rgb radiance, const BsdfEvaluation& f,
                            const LightSource& source);
+  /// The limit for what one light sample brings to the current vertex by panes of so many faces: it is for all that
+  /// the vertex takes together.
+  float clamp_of_reflected(int faces = 0) const;
   /// Adds what the current vertex reflects of a light sample that passed so many faces of panes; by each it was
   /// scattered once more.
-  /// The limit for what one light sample brings to the current vertex by panes of so many faces: it is for all
-  /// together.
-  float clamp_of_reflected(int faces = 0) const;
   void add_reflected_light(Rgb rough_cos, Rgb smooth_cos, Rgb radiance, const LightSource& source, int faces = 0);
 
   /// Sets the chooser of the current vertex; false where the light set chooses.
@@ -410,6 +410,7 @@ class Walk {
                                              // delta lobe, but of panes
   PaneTrail panes_;                          // where the context passes_panes
   float scatter_pdf_ = 0.0f;                 // of the current direction, per solid angle
+  int light_samples_taken_ = 1;              // by the current vertex, which share its limits
   float least_pdf_ = INFINITY;               // see gloss_limits
   float path_length_ = 0.0f;
   Vec3 vertex_origin_;         // where the ray left the last vertex: transparent surfaces are no vertices

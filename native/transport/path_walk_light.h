@@ -218,7 +218,7 @@ inline void Walk<Kind>::add_light_samples(const SurfacePoint& point, const Bsdf&
   if constexpr (Kind::learns) {
     if (choose_by_learning(point, bsdf)) return add_learned_light(point, bsdf, p_scatter);
   }
-  const int count = light_samples();
+  const int count = light_samples_taken_ = light_samples();
   for (int i = 0; i < count; ++i) add_direct_light(point, bsdf, p_scatter, i);
 }
 
@@ -284,7 +284,7 @@ inline void Walk<Kind>::keep_incident_light(const IncidentLight& light, Rgb radi
 template <class Kind>
 inline float Walk<Kind>::clamp_of_reflected(int faces) const {
   const float limit = context_.limits.clamp_after(state_.depth + 1 + (faces > 0 ? 1 : 0));
-  return limit / static_cast<float>(light_samples());
+  return limit / static_cast<float>(light_samples_taken_);
 }
 
 template <class Kind>
@@ -328,6 +328,7 @@ template <class Kind>
 inline void Walk<Kind>::add_learned_light(const SurfacePoint& point, const Bsdf& bsdf, float p_scatter) {
   const LearnedLightVertex vertex{point, bsdf, scattered_state(point, bsdf), p_scatter,
                                   vertex_use().sample_point_of.has_value()};
+  light_samples_taken_ = 1;
   const auto [u_choice, u_light] = sampler_.light(state_.depth);
   const auto sample = sample_learned_light(context_, *learning_.at_vertex, vertex, u_choice, u_light, sampler_);
   if (!sample) return;

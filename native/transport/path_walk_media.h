@@ -111,6 +111,7 @@ inline void Walk<Kind>::add_light_in_medium() {
 template <class Kind>
 template <class Sample, class Pdf>
 inline void Walk<Kind>::add_light_in_medium(const Sample& sample_inside, const Pdf& pdf_inside) {
+  light_samples_taken_ = 1;
   const bool varies = media_.segment.varies();
   const Vec3 origin = ray_.origin + media_.begin * ray_.direction;
   const auto [u_choice, u_light] = sampler_.light(state_.depth);
