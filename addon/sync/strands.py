@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Set
 from dataclasses import dataclass, field
 from itertools import chain
+from typing import Any
 
 import bpy
 import numpy as np
@@ -94,7 +95,10 @@ def particle_arrays(
         return None
     read = system.co_hair
     calls = (read(object=obj, particle_no=number, step=step) for number in range(first, end) for step in range(keys))
-    world = _with_last_keys(_rows(calls, (end - first) * keys, 3).reshape(end - first, keys, 3)).reshape(-1, 3)
+    rows = _rows(calls, (end - first) * keys, 3)
+    if not rows.any():  # Blender has not evaluated it, as in edit mode; to ask it for more would end it
+        return None
+    world = _with_last_keys(rows.reshape(end - first, keys, 3)).reshape(-1, 3)
     to_object = _inverse(obj)
     positions = world @ to_object[:3, :3].T + to_object[:3, 3]
     positions = np.ascontiguousarray(positions, np.float32)
@@ -155,7 +159,10 @@ def _particle_radii(settings: bpy.types.ParticleSettings, time: NDArray[np.float
 def _emitter_attributes(
     obj: bpy.types.Object, modifier: bpy.types.ParticleSystemModifier, first: int, end: int, wanted: Set[str]
 ) -> list[tuple[str, str, NDArray[np.float32]]]:
-    """UV maps, the active render one first, and wanted colours where strands are rooted."""
+    """UV maps, the active render one first, and wanted colours where strands are rooted.
+
+    Blender looks both up by their numbers in the mesh that the modifier found, unchecked: modifiers behind it may have
+    added more."""
     system, parents, mesh = modifier.particle_system, modifier.particle_system.particles, obj.data
     if not isinstance(mesh, bpy.types.Mesh) or not len(parents):
         return []
@@ -166,11 +173,19 @@ def _emitter_attributes(
         rows = (read(modifier, particle=known[min(i, last)], particle_no=i, **number) for i in range(first, end))
         return name, "FACE", _rows(rows, end - first, components).astype(np.float32)
 
-    uv_maps = sorted(enumerate(mesh.uv_layers), key=lambda item: not item[1].active_render)
-    columns = [column(system.uv_on_emitter, 2, layer.name, uv_no=number) for number, layer in uv_maps]
-    colors = [(number, layer.name) for number, layer in enumerate(mesh.vertex_colors) if layer.name in wanted]
+    origin = obj.original.data
+    rendered = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
+    uv_maps = sorted(_shared_names(origin.uv_layers, mesh.uv_layers), key=lambda item: item[1] != rendered)
+    columns = [column(system.uv_on_emitter, 2, name, uv_no=number) for number, name in uv_maps]
+    colors = [item for item in _shared_names(origin.vertex_colors, mesh.vertex_colors) if item[1] in wanted]
     encoded = [column(system.mcol_on_emitter, 3, name, vcol_no=number) for number, name in colors]
     return columns + [(name, domain, srgb_to_linear(values)) for name, domain, values in encoded]
+
+
+def _shared_names(original: Iterable[Any], evaluated: Iterable[Any]) -> list[tuple[int, str]]:
+    """Names of layers that both have, with their numbers in the original."""
+    known = {layer.name for layer in evaluated}
+    return [(number, layer.name) for number, layer in enumerate(original) if layer.name in known]
 
 
 def _times(

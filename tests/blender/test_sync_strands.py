@@ -221,3 +221,46 @@ def test_hair_has_the_flags_of_its_object(camera_scene, recorded_sync) -> None:
     obj.visible_camera = obj.visible_diffuse = obj.visible_glossy = False
     obj.visible_transmission = obj.visible_volume_scatter = False
     assert len(recorded_sync()[0].of("add_strands")) == 1, "of what no ray sees there is no hair"
+
+
+def combed(**members) -> bpy.types.Object:
+    """A plane with hair that Blender keeps beside its mesh."""
+    bpy.ops.mesh.primitive_plane_add()
+    plane = bpy.context.object
+    add_particle_hair(plane, count=4, **members)
+    bpy.ops.object.mode_set(mode="PARTICLE_EDIT")
+    bpy.ops.particle.subdivide()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    return plane
+
+
+def test_combed_hair_of_a_mesh_in_edit_mode_is_left_out(camera_scene, recorded_sync) -> None:
+    """Blender does not evaluate it then, and would end at the question for its UV coordinates or colours."""
+    plane = combed()
+    plane.data.vertex_colors.new(name="Tint")
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        builder, report = recorded_sync()
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    assert builder.of("add_strands") == [] and report.warnings == []
+    builder, _ = recorded_sync()
+    assert len(builder.of("add_strands")) == 1
+
+
+def test_hair_has_the_uv_maps_that_its_modifier_finds(camera_scene, recorded_sync) -> None:
+    plane = combed()
+    tree = bpy.data.node_groups.new("later", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    start, finish, store = map(tree.nodes.new, ("NodeGroupInput", "NodeGroupOutput", "GeometryNodeStoreNamedAttribute"))
+    store.data_type, store.domain = "FLOAT2", "CORNER"
+    store.inputs["Name"].default_value = "Later"
+    tree.links.new(start.outputs[0], store.inputs[0])
+    tree.links.new(store.outputs[0], finish.inputs[0])
+    plane.modifiers.new("later", "NODES").node_group = tree
+    builder, report = recorded_sync()
+    (call,) = builder.of("add_strands")
+    assert [name for name, _, _ in call["attributes"]] == ["UVMap"] and report.warnings == []
+    (mesh,) = builder.of("add_mesh")
+    assert {name for name, _, _ in mesh["attributes"]} >= {"UVMap", "Later"}
