@@ -52,6 +52,8 @@ class ImageCache:
         self._handles: dict[tuple, int] = {}
         self._before: dict[tuple, int] = {}
         self._free_handles: list[int] = []
+        self._looks: dict[tuple, tuple] = {}
+        """What images were taken over by beside their files, by the keys of their handles."""
         self._warnings: dict[tuple, list[str]] = {}
         """What there is to tell of images, by the keys of their handles."""
         self._packed: dict[tuple[int, int | None, int], ImageSource] = {}
@@ -63,11 +65,13 @@ class ImageCache:
         sequences; None: as they were evaluated."""
         self._decoded = {source: pixels for source, pixels in self._decoded.items() if source in self._used}
         self._used, self._packed = set(), {}
-        self._handles, self._before, self._free_handles, self._warnings = {}, {}, [], {}
+        self._handles, self._before, self._free_handles = {}, {}, []
+        self._looks, self._warnings = {}, {}
         self._scene_frame = scene_frame
 
     def begin_again(self, has_changes: bool, scene_frame: int | None = None) -> None:
-        """Go on with the same builder. With changes, images keep their handles but are taken over anew."""
+        """Go on with the same builder. With changes, images keep their handles but are taken over anew, save for files
+        that are as they were."""
         self._decoded, self._used = {}, set()
         self._scene_frame = scene_frame
         if has_changes:
@@ -92,7 +96,9 @@ class ImageCache:
         """Start decoding an image that `handle` will be asked for."""
         for tile in tile_numbers(image) or [None]:
             source = self._source(image, image_user, tile)
-            if source is not None and not source.is_movie and (original_uid(image), source) not in self._handles:
+            key = (original_uid(image), source)
+            is_file = source is not None and not source.is_movie
+            if is_file and not (key in self._handles or self._is_as_before(image, source, key)):
                 self._decode(source, image, tile)
 
     def handle(
@@ -169,8 +175,11 @@ class ImageCache:
         tile: int | None = None,
     ) -> int:
         """The new handle, or -1 for what cannot be read."""
+        if self._is_as_before(image, source, key):
+            return self._before.pop(key)
         before = self._before.pop(key, None)
         self._warnings.pop(key, None)
+        self._looks[key] = _look(image)
         colour = image_colour(image.colorspace_settings.name, versions.working_space())
         is_file = source is not None and not source.is_movie
         file = _awaited(self._decode(source, image, tile), report) if is_file else None
@@ -196,6 +205,11 @@ class ImageCache:
             replace=self._handle_for(before),
         )
 
+    def _is_as_before(self, image: bpy.types.Image, source: ImageSource | None, key: tuple) -> bool:
+        """Whether the builder has the pixels of this file on disk, and would take them over in the same way."""
+        is_file = source is not None and source.stamp and not (source.packed_in or source.is_movie)
+        return is_file and self._before.get(key, _MISSING) != _MISSING and self._looks.get(key) == _look(image)
+
     def _warn_of(self, key: tuple, report: SyncReport) -> None:
         for text in self._warnings.get(key, ()):
             report.warn(text)
@@ -204,6 +218,11 @@ class ImageCache:
         if before is None or before == _MISSING:
             return self._free_handles.pop() if self._free_handles else None
         return before
+
+
+def _look(image: bpy.types.Image) -> tuple:
+    """What makes other colours of the same pixels."""
+    return image.colorspace_settings.name, image.alpha_mode, versions.working_space()
 
 
 def _awaited(decoding: Future, report: SyncReport) -> FilePixels | None:

@@ -165,3 +165,29 @@ def test_files_beside_a_library(empty_scene: bpy.types.Scene, tmp_path: Path) ->
     prepare(bpy.context.scene, 16, 16)
     render(bpy.context.scene, "CISTERN", 4, 1)
     assert not addon.report.last[-1].warnings
+
+
+def test_files_beside_the_library_of_a_group(empty_scene: bpy.types.Scene, tmp_path: Path) -> None:
+    """Of a lamp that is not linked, by a node of a group that is."""
+    group = bpy.data.node_groups.new("Luminaire", "ShaderNodeTree")
+    group.interface.new_socket("Fac", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    node = group.nodes.new("ShaderNodeTexIES")
+    node.mode, node.filepath = "EXTERNAL", "//luminaire.ies"
+    group.links.new(node.outputs[0], group.nodes.new("NodeGroupOutput").inputs[0])
+    (tmp_path / "library").mkdir()
+    (tmp_path / "library" / "luminaire.ies").write_text(PROFILES["half"])
+    library = str(tmp_path / "library" / "groups.blend")
+    bpy.data.libraries.write(library, {group})
+    bpy.data.node_groups.remove(group)
+    lamp = add_luminaire(empty_scene, PROFILES["half"], shadow_soft_size=0.0)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "shot.blend"), check_existing=False)
+    with bpy.data.libraries.load(library, link=True) as (there, here):
+        here.node_groups = there.node_groups
+    tree = lamp.data.node_tree
+    use = tree.nodes.new("ShaderNodeGroup")
+    use.node_tree = here.node_groups[0]
+    emission = next(n for n in tree.nodes if n.type == "EMISSION")
+    tree.links.new(use.outputs[0], emission.inputs["Strength"])
+    prepare(bpy.context.scene, 16, 16)
+    render(bpy.context.scene, "CISTERN", 4, 1)
+    assert not addon.report.last[-1].warnings

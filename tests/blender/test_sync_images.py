@@ -90,6 +90,29 @@ def test_a_file_that_changes_at_one_time_and_size_is_decoded_again(empty_scene, 
     assert (added(cache, image)[0]["pixels"] == 255 - first["pixels"]).all()
 
 
+def test_after_an_edit_files_are_read_again_only_where_they_would_look_different(
+    empty_scene, cache, tmp_path, monkeypatch
+) -> None:
+    paths = [write(tmp_path / f"{name}.png", ROWS.astype(np.uint8)) for name in "abc"]
+    same, other_file, other_colours = (bpy.data.images.load(str(path)) for path in paths)
+    builder, report = SceneBuilder(), SyncReport()
+    cache.begin()
+    handles = [cache.handle(image, None, builder, report) for image in (same, other_file, other_colours)]
+    reads = []
+    monkeypatch.setattr(images, "read_file", lambda path, packed: reads.append(path) or read_file(path, packed))
+    for _ in range(2):
+        write(paths[1], 255 - ROWS.astype(np.uint8))
+        os.utime(paths[1], (len(reads), 1))
+        other_colours.colorspace_settings.name = "Non-Color" if not reads else "sRGB"
+        cache.begin_again(has_changes=True)
+        for image in (same, other_file, other_colours):
+            cache.prefetch(image, None)
+        assert handles[0] == cache.handle(same, None, builder, report)
+        cache.handle(other_colours, None, builder, report)
+        cache.handle(other_file, None, builder, report)
+    assert reads == 2 * [str(paths[1]), str(paths[2])]
+
+
 def test_packed_pixels_that_change_at_one_size_are_decoded_again(empty_scene, cache) -> None:
     image = bpy.data.images.new("Painted", 4, 4, float_buffer=True)
     sizes = set()

@@ -44,11 +44,11 @@ class Scope:
         parent: Scope | None = None,
         group_node: Node | None = None,
         owner: object = None,
-        library: bpy.types.Library | None = None,
+        libraries: Iterable[bpy.types.Library | None] = (),
     ) -> None:
         self.tree = tree
         self.owner = owner  # with which the tree would go
-        self.library = library or tree.library  # from which // in paths of its nodes counts
+        self.libraries = tuple(libraries) or (tree.library,)  # from one of which // in paths of its nodes counts
         self.parent = parent
         self.group_node = group_node
         self._children: dict[str, Scope | None] = {}
@@ -88,7 +88,8 @@ def scope_of(block: bpy.types.Material | bpy.types.World | bpy.types.Light, outp
     wanted, found = (active_output(tree, output) for tree in (block.node_tree, resolved.node_tree))
     if wanted is not None and (found is None or found.target != wanted.target):
         return scope
-    return Scope(resolved.node_tree, owner=resolved, library=block.library)
+    libraries = dict.fromkeys([block.library, *(tree.library for tree in all_groups([block.node_tree]))])
+    return Scope(resolved.node_tree, owner=resolved, libraries=libraries)
 
 
 def _is_whole(scope: Scope, seen: set[int]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
@@ -23,7 +24,7 @@ BROKEN = 100.0  # watts to everywhere, glaring: as in Cycles
 def ies_texture(node: NodeView, output: str) -> Value:
     strength = node.value("Strength")
     try:
-        text = _text(node.node, node.scope.library)
+        text = _text(node.node, node.scope.libraries)
         luminaire = photometry.parse(text)
     except (OSError, ValueError) as error:
         node.warn(f"the light profile of node '{node.name}' cannot be read, it is {BROKEN:g} everywhere: {error}")
@@ -36,13 +37,15 @@ def ies_texture(node: NodeView, output: str) -> Value:
     return node.math("MULTIPLY", strength, separate(node, color, 0))
 
 
-def _text(node: bpy.types.Node, library: bpy.types.Library | None) -> str:
+def _text(node: bpy.types.Node, libraries: Sequence[bpy.types.Library | None]) -> str:
+    """`libraries`: of the groups that the node may be from; the first that has the file."""
     if node.mode == "INTERNAL":
         if node.ies is None:
             raise ValueError("there is no text")
         return node.ies.as_string()
-    path = bpy.path.abspath(node.filepath, library=library)
-    return Path(path).read_text(encoding="latin-1")
+    paths = [Path(bpy.path.abspath(node.filepath, library=library)) for library in libraries]
+    found = next((path for path in paths if path.is_file()), paths[0])
+    return found.read_text(encoding="latin-1")
 
 
 def _grey(table: NDArray[np.float32]) -> NDArray[np.float32]:
