@@ -61,9 +61,9 @@ def viewport_view(context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) ->
         (camera.data.clip_start, camera.data.clip_end) if camera else (space.clip_start, space.clip_end)
     )
     if not is_perspective and region_data.view_perspective != "CAMERA":
-        # Such a viewport sees what lies behind its own place as well.
-        matrix[:3, 3] += matrix[:3, 2] * clip_end
-        clip_start, clip_end = 0.0, 2.0 * clip_end
+        # Such a viewport sees what lies behind its own place as well, half of the distance either way.
+        matrix[:3, 3] += matrix[:3, 2] * (0.5 * clip_end)
+        clip_start = 0.0
     arguments = {
         "name": camera.name if camera else "Viewport",
         "type": "PERSPECTIVE" if is_perspective else "ORTHOGRAPHIC",

@@ -317,8 +317,8 @@ def test_a_point_is_seen_where_blender_draws_it(scene, window):
 def test_an_orthographic_viewport_sees_what_lies_behind_it(scene):
     view = viewport_view(fake_context(scene, viewport_fakes.orthographic()), depsgraph())
     camera = view.camera_arguments()
-    assert camera["camera_to_world"][2, 3] == pytest.approx(5.0 + 100.0)
-    assert (camera["clip_start"], camera["clip_end"]) == (0.0, 200.0)
+    assert camera["camera_to_world"][2, 3] == pytest.approx(5.0 + 50.0)
+    assert (camera["clip_start"], camera["clip_end"]) == (0.0, 100.0)
 
 
 def camera_context(scene, **space):
