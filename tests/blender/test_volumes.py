@@ -1,5 +1,6 @@
 """Scenes with volumes from Blender: which techniques they are rendered by, and what users are told."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
@@ -10,16 +11,17 @@ import addon
 from addon import unshared
 from tests.support import blender_scenes as build
 from tests.support.engines import prepare, render
+from tests.support.volume_files import add_volume, needs_openvdb, puff, write_grids
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
 
-def fog(density: float = 1.0) -> bpy.types.Material:
+def fog(density: float = 1.0, kind: str = "ShaderNodeVolumeScatter") -> bpy.types.Material:
     result = bpy.data.materials.new("Fog")
     result.use_nodes = True
     tree = result.node_tree
     tree.nodes.clear()
-    scatter = build.shader(tree, "ShaderNodeVolumeScatter", Density=density)
+    scatter = build.shader(tree, kind, Density=density)
     tree.links.new(scatter.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Volume"])
     return result
 
@@ -74,6 +76,22 @@ def test_motion_blur(foggy_scene: bpy.types.Scene) -> None:
     sphere.keyframe_insert("location", frame=foggy_scene.frame_current + 1)
     blurred = render(foggy_scene, "CISTERN", 64, 1)
     assert np.isfinite(blurred).all() and abs(blurred[..., :3].mean() / still - 1.0) > 1e-3
+
+
+@needs_openvdb
+def test_files_of_other_frames_have_no_part_in_motion_blur(foggy_scene: bpy.types.Scene, tmp_path: Path) -> None:
+    """Of a sequence that jumps from one side to the other, where the shutter opens before the frame."""
+    bpy.data.objects.remove(bpy.data.objects["sphere"])
+    for frame in (1, 2):
+        write_grids(tmp_path / f"smoke_{frame:04d}.vdb", {"density": puff(10)}, first=(20 * frame - 35, -5, 0))
+    cloud = add_volume(foggy_scene, tmp_path / "smoke_0001.vdb", fog(8.0, "ShaderNodeVolumePrincipled"))
+    cloud.data.is_sequence, cloud.data.frame_duration, cloud.data.frame_start = True, 2, 1
+    foggy_scene.frame_set(2)
+    still = render(foggy_scene, "CISTERN", 64, 1)
+    foggy_scene.render.use_motion_blur, foggy_scene.render.motion_blur_shutter = True, 1.0
+    np.testing.assert_allclose(render(foggy_scene, "CISTERN", 64, 1), still, atol=1e-5)
+    foggy_scene.frame_set(1)
+    assert np.abs(render(foggy_scene, "CISTERN", 64, 1) - still).mean() > 1e-3
 
 
 def test_warning_is_about_reuse() -> None:

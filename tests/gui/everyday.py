@@ -19,6 +19,7 @@ def scenario() -> Iterator[float]:
     yield from first_picture()
     yield from orbit()
     yield from projections()
+    yield from local_views()
     yield from panorama()
     yield from shadow_catcher()
     yield from edits()
@@ -109,6 +110,31 @@ def projections() -> Iterator[float]:
     yield 1.0
     driver.space().region_3d.view_perspective = "PERSP"
     yield from settle("perspective_again")
+
+
+def local_views() -> Iterator[float]:
+    """The cube alone, by its view or its collection; then both hidden by their kinds."""
+    before = redness()
+    driver.expect(before > 0.01, "the cube is seen")
+    plane, cube = bpy.data.objects["Plane"], bpy.data.objects["Cube"]
+    for obj, is_chosen in ((plane, False), (cube, True)):
+        obj.select_set(is_chosen)
+    with in_view3d():
+        bpy.ops.view3d.localview(frame_selected=False)
+    yield from settle("local_view")
+    driver.expect(redness() > 0.5 * before, f"the cube is in its local view: {redness():.3f}, before {before:.3f}")
+    with in_view3d():
+        bpy.ops.view3d.localview(frame_selected=False)
+    yield from settle("after_local_view")
+    driver.space().use_local_collections = True
+    yield from settle("local_collections")
+    driver.expect(redness() > 0.5 * before, f"collections are shown in their view: {redness():.3f}")
+    driver.space().use_local_collections = False
+    driver.space().show_object_viewport_mesh = False
+    yield from settle("without_meshes")
+    driver.expect(redness() < 0.1 * before, "meshes are hidden")
+    driver.space().show_object_viewport_mesh = True
+    yield from settle("with_meshes_again")
 
 
 def panorama() -> Iterator[float]:
