@@ -196,6 +196,21 @@ def ball_in_fog(use_mis: bool, phase: tuple[int, float] = (0, 0.0), anisotropy: 
     return scene.snapshot()
 
 
+def test_endless_fog_of_one_colour_lets_the_others_pass() -> None:
+    """Each sample, save for roulette."""
+    scene = SceneDescription()
+    p = core.MaterialProgram("sky")
+    one, zero = p.constant(1.0), p.constant(0.0)
+    p.closure("CLOSURE_EMISSION", [one, p.constant(1.0, 1.0, 1.0), one])
+    p.closure("CLOSURE_VOLUME", [one, p.constant(0.0, 0.0, 0.5), zero, one, zero, zero], [0])
+    scene.builder.set_environment(scene.builder.add_material(p))
+    scene.set_camera((0.0, -10.0, 0.0), (0.0, 0.0, 0.0), 0.02)
+    pictures = replicas(scene.snapshot(), REPLICAS, samples=64, max_bounces=8)
+    found = np.array([picture.mean((0, 1)) for picture in pictures])
+    assert compare_to_value(found[:, :2], np.ones(2)).agrees, found.mean(0)
+    assert not compare_to_value(0.999 * found[:, :2], np.ones(2)).agrees
+
+
 PHASES = {
     "Henyey and Greenstein's": ((0, 0.0), 0.3),
     "Draine's": ((DRAINE, 2.0), 0.3),
