@@ -18,7 +18,8 @@ FreeFlight::FreeFlight(const Medium& medium, Rgb throughput, float length)
   for (size_t i = 0; i < 3; ++i) {
     const float albedo = scattering[i] > 0.0f ? scattering[i] / extinction_[i] : 0.0f;
     probability_[i] = std::abs(weight[i]) * albedo;
-    straight_ += std::abs(weight[i]) * std::max(1.0f - albedo, 0.0f) * passed[i];
+    // Squared: fog that is lit from within has less noise by its own light than by what is behind it.
+    straight_ += std::abs(weight[i]) * sqr(std::max(1.0f - albedo, 0.0f)) * passed[i];
     sum += probability_[i];
   }
   can_scatter_ = sum > 0.0f && std::isfinite(sum + straight_) && length > 0.0f;

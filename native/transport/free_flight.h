@@ -9,10 +9,10 @@ namespace cistern {
 
 /// How far light goes in a homogeneous medium until it is scattered. The extinction of a colour channel that was chosen
 /// by what it may still bring is sampled, and weighed by the mean density over the channels: spectral multiple
-/// importance sampling, balance heuristic. What a channel loses to absorption is no matter of chance: in proportion to
-/// what of it would have been absorbed, and reaches the end, the end is chosen at once. [Wilkie et al. 2014, Hero
-/// Wavelength Spectral Sampling; Novák et al. 2018, Monte Carlo Methods for Volumetric Light Transport Simulation,
-/// §4.3]
+/// importance sampling, balance heuristic. Beside that the end is chosen at once, by what of each channel reaches it
+/// and the square of what its medium absorbs of all that it takes: what a channel does not scatter can always pass.
+/// [Wilkie et al. 2014, Hero Wavelength Spectral Sampling; Novák et al. 2018, Monte Carlo Methods for Volumetric Light
+/// Transport Simulation, §4.3]
 class FreeFlight {
  public:
   /// `throughput` of the path so far; the medium goes on for `length` metres, which may be infinite.

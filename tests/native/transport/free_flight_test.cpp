@@ -66,15 +66,6 @@ TEST(FreeFlight, ChannelsThatScatterNothingPass) {
   }
 }
 
-TEST(FreeFlight, WhatIsAbsorbedIsNoMatterOfChance) {
-  Medium grey;
-  add_scattering(grey, Rgb(0.5f), {});
-  add_absorption(grey, Rgb(0.5f));
-  const Outcome outcome = fly(grey, Rgb(1.0f), 2.0f);
-  const double left = 0.5 * (1.0 + std::exp(-2.0));  // whatever happens
-  EXPECT_NEAR(outcome.passed[0].mean() + outcome.scattered[0].mean(), left, 1e-5);
-}
-
 TEST(FreeFlight, WrongWeightsAreSeen) {
   const Outcome outcome = fly(coloured(), {1.0f, 0.2f, 3.0f}, 2.0f, 1.02f);
   EXPECT_LT(mean_p_value(outcome.scattered[0], 0.5 * (1.0 - std::exp(-2.0))), kFalseAlarmRate);
