@@ -23,6 +23,7 @@ from bpy.app.handlers import persistent
 from . import cycles_settings, report, techniques
 from .engine import CisternEngine
 from .properties import MAX_INT, MAX_NUMBER, MAX_SAMPLES
+from .sync.nodes.graph import all_nodes
 
 RENDER_OPTIONS = frozenset({"-f", "--render-frame", "-a", "--render-anim"})
 OPTION_PREFIX = "--cistern-"
@@ -54,6 +55,8 @@ class CommandLineRender:
     path_in_scene: str = ""  # which the one below takes the place of meanwhile
     path_of_folder: str = ""
     scene_name: str = ""  # whose frame is under way, if any
+    is_rendered: bool = False  # whether it only has to be written
+    errors_before: int = 0
     has_failed: bool = False
 
     def exit_status(self) -> int:
@@ -161,10 +164,21 @@ def as_path_setting(path: Path) -> str:
     return text.replace("{", "{{").replace("}", "}}") if bpy.app.version >= (4, 5, 0) else text
 
 
+def scenes_shown_by(scene: bpy.types.Scene) -> set[bpy.types.Scene]:
+    """Others of this engine that its compositor asks for: Blender renders them within the frame, without a handler."""
+    in_group = hasattr(scene, "compositing_node_group")  # since 5.0
+    tree = scene.compositing_node_group if in_group else scene.node_tree if scene.use_nodes else None
+    if tree is None or not scene.render.use_compositing:
+        return set()
+    shown = {getattr(node, "scene", None) for node in all_nodes([tree])}
+    return {other for other in shown - {None, scene} if is_ours(other)}
+
+
 @persistent
 def begin_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """Blender copies the scene's render settings after this."""
-    apply(running.options, scene)
+    for one in (scene, *scenes_shown_by(scene)):
+        apply(running.options, one)
     if is_ours(scene) and not is_for_strip(scene):
         running.has_failed |= running.is_under_way
         running.is_under_way = True
@@ -175,8 +189,8 @@ def begin_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """Point Blender to a hidden folder beside the file's place; it makes the folder when it writes. Movies stay."""
     if is_for_strip(scene):
         return
-    running.scene_name = scene.name
-    running.has_failed |= running.unwritten is not None
+    leave_frame(scene)
+    running.scene_name, running.is_rendered, running.errors_before = scene.name, False, report.error_count
     if scene.render.is_movie_format or not is_ours(scene):
         return
     place = Path(bpy.path.abspath(scene.render.frame_path(frame=scene.frame_current)))
@@ -195,6 +209,21 @@ def restore_path(scene: bpy.types.Scene) -> bool:
     return is_as_left
 
 
+def leave_frame(scene: bpy.types.Scene) -> None:
+    """Of a frame that has ended without being written: that is no failure of one that was rendered and left to the
+    File Output nodes of a compositor that has nothing else to show."""
+    if running.unwritten is not None:
+        running.has_failed |= not running.is_rendered or running.unwritten.exists()
+        restore_path(scene)
+        running.unwritten = None
+
+
+@persistent
+def note_rendered(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
+    if not is_for_strip(scene):
+        running.is_rendered = True
+
+
 @persistent
 def end_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     """The frame's files (one, or one for each view) are whole: move them to their place."""
@@ -203,6 +232,11 @@ def end_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     folder, running.unwritten = running.unwritten, None
     if not restore_path(scene) and not folder.exists():
         return  # it was written where a handler wants it
+    if report.error_count > running.errors_before:  # of a scene that this one shows, which stops nothing
+        sys.stderr.write(f"cistern: frame {scene.frame_current} is not whole, and left out\n")
+        shutil.rmtree(folder, ignore_errors=True)
+        running.has_failed = True
+        return
     try:
         for file in sorted(folder.iterdir()):
             sys.stdout.write(f"Wrote {file.replace(folder.parent / file.name)}\n")
@@ -227,12 +261,14 @@ def abandon_frame(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
 @persistent
 def end_job(scene: bpy.types.Scene, _depsgraph: object = None) -> None:
     if not is_for_strip(scene):
+        leave_frame(scene)
         running.scene_name, running.is_under_way = "", False
 
 
 HANDLERS = {
     "render_init": begin_job,
     "render_pre": begin_frame,
+    "render_post": note_rendered,
     "render_write": end_frame,
     "render_cancel": abandon_frame,
     "render_complete": end_job,

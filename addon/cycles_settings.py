@@ -65,6 +65,7 @@ def take_over(scene: bpy.types.Scene) -> list[str]:
     scene.cistern.min_bounces = scene.cycles.min_light_bounces + SURE_BOUNCES
     for layer in scene.view_layers:
         copy(layer.cycles, layer.cistern, COPIED_OF_LAYERS)
+        layer.cistern.use_pass_noisy = scene.cycles.use_denoising and layer.cycles.use_denoising
     return left_out(scene)
 
 
@@ -89,10 +90,13 @@ def left_out(scene: bpy.types.Scene) -> list[str]:
     """See `take_over`."""
     cycles = scene.cycles
     culls = scene.render.use_simplify and (cycles.use_camera_cull or cycles.use_distance_cull)
+    has_layer_samples = any(layer.samples > 0 for layer in scene.view_layers)
+    other_samples = has_layer_samples and cycles.use_layer_samples != "USE"
     other_glass = cycles.film_transparent_glass and abs(cycles.film_transparent_roughness - GLASS_ROUGHNESS) > 1e-6
     found = (
         (cycles.use_fast_gi, "no Fast GI Approximation"),
         (culls, "no Culling (Simplify)"),
+        (other_samples, "view layers have samples of their own"),
         (other_glass, f"glass is transparent up to a roughness of {GLASS_ROUGHNESS:g}"),
     )
     return [words for is_set, words in found if is_set]

@@ -48,7 +48,7 @@ EMISSION_PASSES = LAYER_PASSES[1:]
 QUICK_PASSES = (*EMISSION_PASSES, *GUIDE_PASSES)
 
 # Combined as it was before, by Cycles' name for it; of which the core knows nothing.
-NOISY_PASS = "Noisy"
+NOISY_PASS = "Noisy Image"
 
 # From so many samples on guides have so little noise that quick filters take them for clean, which keeps patterns. With
 # fewer that leaves up to half more noise.
@@ -251,7 +251,7 @@ def mean_of_neighbours(values: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def with_noisy(read: Reader) -> Reader:
-    """Reads Noisy, too: what Combined is so far."""
+    """Reads Noisy Image, too: what Combined is so far."""
     return lambda name: read("Combined" if name == NOISY_PASS else name)
 
 

@@ -113,6 +113,12 @@ class CisternEngine(bpy.types.RenderEngine):
             if self.viewport is not None:
                 self.viewport.error = sentence
 
+    def picture_settings(self, depsgraph: bpy.types.Depsgraph) -> bpy.types.RenderSettings:
+        """Those that have shape and border of the picture: where the compositor of another scene asks for it, those of
+        that scene. (Of an instance Blender's property `render` comes before the method.)"""
+        known = self.render
+        return known if isinstance(known, bpy.types.RenderSettings) else depsgraph.scene_eval.render
+
     def is_stop_wanted(self) -> bool:
         """Whether the user pressed Esc."""
         return self.test_break()

@@ -46,7 +46,7 @@ class LayerRender(SessionRender):
         self.passes = passes.enabled_passes(depsgraph.view_layer_eval)
         self.view_mode = settings.view_mode(depsgraph.scene_eval, engine.is_preview)
         self.size = (engine.resolution_x, engine.resolution_y)
-        self.region = settings.render_region(depsgraph.scene_eval.render, *self.size)
+        self.region = settings.render_region(engine.picture_settings(depsgraph), *self.size)
         self.arguments = settings.core_settings(core, depsgraph, self.size, self.region, self.passes, engine.is_preview)
         warning = settings.take_out_deaf_threshold(core, depsgraph.scene_eval, self.arguments, self.arguments)
         if warning is not None:
@@ -77,11 +77,12 @@ class LayerRender(SessionRender):
         """Bring the exported scene up to date with the evaluated one."""
         self.engine.update_stats("", "Exporting the scene")
         start = time.perf_counter()
-        camera, motion = self.engine.camera_override, self.motion() | {"is_stopped": self.engine.is_stop_wanted}
+        camera, options = self.engine.camera_override, self.motion()
+        options |= {"is_stopped": self.engine.is_stop_wanted, "render": self.engine.picture_settings(self.depsgraph)}
         if self.blur is None:
-            synced = exported.sync(self.depsgraph, camera, **motion)
+            synced = exported.sync(self.depsgraph, camera, **options)
         else:
-            synced = self.blur.sync(exported, self.depsgraph, camera, **motion)
+            synced = self.blur.sync(exported, self.depsgraph, camera, **options)
         self.figures.warnings += synced.warnings
         self.figures.sync_seconds = time.perf_counter() - start
         return synced
@@ -95,7 +96,8 @@ class LayerRender(SessionRender):
             return {}
         from .sync.motion import read_steps
 
-        return {"motion": read_steps(self.depsgraph, self.engine.camera_override, self.engine.go_to_frame)}
+        camera, picture = self.engine.camera_override, self.engine.picture_settings(self.depsgraph)
+        return {"motion": read_steps(self.depsgraph, camera, self.engine.go_to_frame, picture)}
 
     def motion_blur(self) -> MotionBlur | None:
         """None where nothing is to be blurred, or cannot be."""
@@ -167,10 +169,12 @@ class LayerRender(SessionRender):
     ) -> view_modes.Reader:
         """Reads the passes of a finished picture with shadows on its catchers."""
         of_scene, of_shadows = span.split(shadow_catchers.SCENE_SHARE)
-        read = self.rendered(plan.scene_arguments(), moments, of_scene, self.display(result, view))
+        read = self.rendered(
+            plan.scene_arguments(), moments, of_scene, self.display(result, view, shadow_catchers.hidden)
+        )
         samples, mean_samples = self.figures.samples, self.figures.mean_samples
         if self.is_cancelled or samples == 0:
-            return read
+            return shadow_catchers.hidden(read)
         alone = self.rendered(plan.alone_arguments(samples), moments.shadow_catchers_alone(), of_shadows)
         noisy_shadow, noisy_read = shadow_catchers.shadow(read, alone), shadow_catchers.without_catchers(read)
         shadow, matte = self.denoised(noisy_shadow, read), self.finished_reader(noisy_read)("Combined")
@@ -186,8 +190,13 @@ class LayerRender(SessionRender):
         self.figures.samples, self.figures.mean_samples = samples, mean_samples
         return with_passes(read, pictures)
 
-    def display(self, result: bpy.types.RenderResult, view: str) -> Look:
-        """Shows unfinished pictures."""
+    def display(
+        self,
+        result: bpy.types.RenderResult,
+        view: str,
+        shown: Callable[[view_modes.Reader], view_modes.Reader] = lambda read: read,
+    ) -> Look:
+        """Shows unfinished pictures, as what `shown` makes of them."""
         clock = DisplayClock()
         seen = 0
 
@@ -196,7 +205,7 @@ class LayerRender(SessionRender):
             if progress.version == seen or not clock.is_due():
                 return
             seen = progress.version
-            self.write(reader(session), result, view)
+            self.write(shown(reader(session)), result, view)
             self.engine.update_result(result)
             clock.restart()
 

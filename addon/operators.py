@@ -51,6 +51,8 @@ class CISTERN_OT_take_cycles_settings(bpy.types.Operator):  # noqa: N801
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         left = cycles_settings.take_over(context.scene)
+        for layer in context.scene.view_layers:
+            layer.update_render_passes()
         self.report({"INFO"}, "Settings are those of Cycles" + (f", but {', '.join(left)}" if left else ""))
         return {"FINISHED"}
 

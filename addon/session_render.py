@@ -48,7 +48,7 @@ class Moments:
         return Moments(alone, tuple(others), self.cache)
 
     def backdrop(self) -> Moments:
-        return Moments(self.scene.backdrop())
+        return Moments(self.scene.backdrop(), tuple(other.backdrop() for other in self.others))
 
 
 class SessionRender:

@@ -62,8 +62,9 @@ class ShadowPlan:
 
     def backdrop_arguments(self, samples: int) -> dict[str, Any]:
         general = ("width", "height", "region", "seed", "threads", "pixel_filter", "filter_width", "film_exposure")
+        general += ("shutter_curve",)
         return {
-            **{name: self.arguments[name] for name in general},
+            **{name: self.arguments[name] for name in general if name in self.arguments},
             **REFERENCE,
             "samples": samples,
             "passes": ["Environment"],
@@ -74,6 +75,12 @@ class ShadowPlan:
 def unshadowed(read: Reader) -> Reader:
     """Reads the pass of shadows, too, of which the core knows nothing: as if there were none."""
     return lambda name: np.ones_like(read("Combined")[..., :3]) if name == SHADOW_PASS else read(name)
+
+
+def hidden(read: Reader) -> Reader:
+    """Combined without what is seen on catchers, as long as their shadows are not known."""
+    matte = read("Combined") - read(CAUGHT_PASS)
+    return with_passes(read, {"Combined": matte, denoise.NOISY_PASS: matte})
 
 
 def without_catchers(read: Reader) -> Reader:

@@ -7,6 +7,8 @@ import bpy
 if TYPE_CHECKING:
     import cistern_core
 
+    from .engine import CisternEngine
+
 
 def view_names(engine: bpy.types.RenderEngine, layer_name: str) -> list[str]:
     """Names of the views to render, as Blender lays them out in a result; [""] without multi-view."""
@@ -17,7 +19,7 @@ def view_names(engine: bpy.types.RenderEngine, layer_name: str) -> list[str]:
 
 
 def place_view_camera(
-    engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, builder: "cistern_core.SceneBuilder"
+    engine: "CisternEngine", depsgraph: bpy.types.Depsgraph, builder: "cistern_core.SceneBuilder"
 ) -> None:
     """Set the camera of the engine's active view; the scene was synced before, so it has a camera."""
     from .sync import SyncReport
@@ -25,7 +27,7 @@ def place_view_camera(
 
     scene = depsgraph.scene_eval
     camera = (engine.camera_override or scene.camera).evaluated_get(depsgraph)
-    arguments = camera_arguments(scene, camera, SyncReport())
+    arguments = camera_arguments(scene, camera, SyncReport(), engine.picture_settings(depsgraph))
     if camera.data.type != "PANO":  # these have no shift
         extra_shift = engine.camera_shift_x(camera) - camera.data.shift_x
         moved = extra_shift * fitted_length(camera.data, arguments)

@@ -33,9 +33,16 @@ _SMALLEST_FOCUS_DISTANCE = 1e-5
 
 
 def camera_arguments(
-    scene: bpy.types.Scene, camera_object: bpy.types.Object | None, report: SyncReport
+    scene: bpy.types.Scene,
+    camera_object: bpy.types.Object | None,
+    report: SyncReport,
+    render: bpy.types.RenderSettings | None = None,
 ) -> dict[str, Any]:
-    """Keyword arguments of `SceneBuilder.set_camera` for an evaluated camera object. Raises SyncError without one."""
+    """Keyword arguments of `SceneBuilder.set_camera` for an evaluated camera object. Raises SyncError without one.
+
+    `render`: has the shape of the picture where that is not the scene's, as where the compositor of another scene asks
+    for it."""
+    render = scene.render if render is None else render
     if camera_object is None:
         raise SyncError(f"Scene '{scene.name}' has no camera")
     if camera_object.type != "CAMERA":
@@ -46,7 +53,7 @@ def camera_arguments(
     if scene.render.use_multiview and camera.type != "ORTHO" and camera.stereo.use_spherical_stereo:
         report.warn(f"Camera '{camera_object.name}': spherical stereo is not supported, the eyes look side by side")
     is_panorama = camera.type == "PANO"
-    window = panorama_window(camera) if is_panorama else camera_window(camera, scene.render)
+    window = panorama_window(camera) if is_panorama else camera_window(camera, render)
     return {
         "name": camera_object.name,
         "type": CAMERA_TYPES.get(camera.type, "PERSPECTIVE"),
@@ -55,7 +62,7 @@ def camera_arguments(
         "clip_start": camera.clip_start,
         "clip_end": camera.clip_end,
         **lens_arguments(camera_object),
-        **({"panorama": panorama_arguments(camera, scene.render)} if is_panorama else {}),
+        **({"panorama": panorama_arguments(camera, render)} if is_panorama else {}),
     }
 
 

@@ -181,7 +181,7 @@ class InstanceSync:
                 obj = item.object
                 for one in (obj, parent):
                     self._note_traits(one)
-                is_in_view = self._space is None or obj.visible_in_viewport_get(self._space)
+                is_in_view = self._is_in_viewport(obj)
                 prototype = self._known_prototype(obj, parent) if show and is_in_view else None
                 slot = slots[key] = -1 if prototype is None else len(prototypes)
                 if prototype is not None:
@@ -267,6 +267,9 @@ class InstanceSync:
         kept.traits |= {key[0]: traits(obj) for key, obj in edited.items()}
         prototypes = [lamps.get(prototype.key, prototype) for prototype in kept.placements.prototypes]
         return replace(kept.placements, prototypes=prototypes)
+
+    def _is_in_viewport(self, obj: bpy.types.Object) -> bool:
+        return self._space is None or obj.visible_in_viewport_get(self._space)
 
     def _known_prototype(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> Surface | Lamp | None:
         """The prototype of an earlier sync where nothing touched it, else a new one."""

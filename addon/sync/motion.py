@@ -46,28 +46,35 @@ class MotionStep:
 
 
 def read_steps(
-    depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None, go_to_frame: Callable[[int, float], None]
+    depsgraph: bpy.types.Depsgraph,
+    camera: bpy.types.Object | None,
+    go_to_frame: Callable[[int, float], None],
+    render: bpy.types.RenderSettings | None = None,
 ) -> tuple[MotionStep, MotionStep]:
-    """The frame before and the frame after; the dependency graph is then back where it was."""
+    """The frame before and the frame after; the dependency graph is then back where it was. `render`: as of
+    `camera_arguments`."""
     scene = depsgraph.scene
     frame, subframe = scene.frame_current, scene.frame_subframe
     steps = []
     try:
         for offset in (-1, 1):
             go_to_frame(frame + offset, subframe)
-            steps.append(_read(depsgraph, camera))
+            steps.append(_read(depsgraph, camera, render))
     finally:
         go_to_frame(frame, subframe)
     return steps[0], steps[1]
 
 
-def _read(depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None) -> MotionStep:
+def _read(
+    depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None, render: bpy.types.RenderSettings | None
+) -> MotionStep:
     scene = depsgraph.scene_eval
     eye = camera if camera is not None else scene.camera
     evaluated = eye.evaluated_get(depsgraph) if eye is not None else None
     matrices, _ = read_places(depsgraph)
     shapes = {original_uid(obj): points_of(obj.data) for obj in _meshes(depsgraph) if _is_bent(obj, depsgraph)}
-    return MotionStep(camera_arguments(scene, evaluated, SyncReport()), matrices, _identities(depsgraph), shapes)
+    arguments = camera_arguments(scene, evaluated, SyncReport(), render)
+    return MotionStep(arguments, matrices, _identities(depsgraph), shapes)
 
 
 def _meshes(depsgraph: bpy.types.Depsgraph) -> Iterator[bpy.types.Object]:

@@ -52,10 +52,11 @@ class SceneSync:
         needs_camera: bool = True,
         frame: int | None = None,
         drift: Drift | None = None,
+        render: bpy.types.RenderSettings | None = None,
     ) -> SyncReport:
         """Fill `builder`. `camera` overrides the scene's. `frame`: which movies and sequences show, if not the scene's;
-        `drift`: of what is blurred. Raises SyncError, the core's Error, or SyncStoppedError once
-        `is_stopped` says so."""
+        `drift`: of what is blurred; `render`: as of `camera_arguments`. Raises SyncError, the core's Error, or
+        SyncStoppedError once `is_stopped` says so."""
         self.drop()  # before there is another one
         self.builder = self._core.SceneBuilder()
         report = SyncReport(is_stopped=is_stopped)
@@ -70,6 +71,7 @@ class SceneSync:
             needs_camera=needs_camera,
             frame=frame,
             drift=drift,
+            render=render,
         )
         self.builder.blend_normals_in_world()
         return report
@@ -85,6 +87,7 @@ class SceneSync:
         camera: bpy.types.Object | None = None,
         is_stopped: Callable[[], bool] = lambda: False,
         frame: int | None = None,
+        render: bpy.types.RenderSettings | None = None,
     ) -> SceneBuilder:
         """A builder with what the dependency graph, at another moment of the same frame, shows of what is blurred."""
         builder = self._core.SceneBuilder()
@@ -97,6 +100,7 @@ class SceneSync:
             moment=moment,
             is_stopped=is_stopped,
             frame=frame,
+            render=render,
         )
         return builder
 
@@ -127,6 +131,7 @@ def sync_scene(
     needs_camera: bool = True,
     moment: Moment | None = None,
     frame: int | None = None,
+    render: bpy.types.RenderSettings | None = None,
 ) -> SyncReport:
     """Add everything the dependency graph shows to an empty builder. `camera` overrides the scene's, `moment`
     leaves out what is not looked at then.
@@ -147,6 +152,7 @@ def sync_scene(
             needs_camera=needs_camera,
             moment=moment,
             frame=frame,
+            render=render,
         )
     finally:
         if images is None:
@@ -189,6 +195,7 @@ def _sync(
     moment: Moment | None = None,
     frame: int | None = None,
     drift: Drift | None = None,
+    render: bpy.types.RenderSettings | None = None,
 ) -> Shading:
     scene = depsgraph.scene_eval
     with timed(report, "camera"):
@@ -196,10 +203,10 @@ def _sync(
         if camera_object is not None:
             camera_object = camera_object.evaluated_get(depsgraph)
         if needs_camera or camera_object is not None:
-            camera_now = camera_arguments(scene, camera_object, report)
+            camera_now = camera_arguments(scene, camera_object, report, render)
             builder.set_camera(**camera_now)
         if needs_camera and moment is None:
-            dice_for_render(builder, depsgraph, camera_now, report)
+            dice_for_render(builder, depsgraph, camera_now, report, render)
     with timed(report, "trees"):
         uses = tree_uses(depsgraph)
         images.begin(scene.frame_current if frame is None else frame)

@@ -127,6 +127,7 @@ class MotionBlur:
         camera: bpy.types.Object | None,
         *,
         is_stopped: Callable[[], bool] = lambda: False,
+        render: bpy.types.RenderSettings | None = None,
         **motion: Sequence[MotionStep],
     ) -> SyncReport:
         """Fill the builder of `exported` with the middle, and `moments`. The scene is then where it was."""
@@ -134,13 +135,18 @@ class MotionBlur:
         try:
             for moment in moments_of(depsgraph, seen_by):
                 self._go_to(self.times.at(moment))
-                builder = exported.sync_moment(depsgraph, moment, camera, is_stopped=is_stopped, frame=self._frame)
+                builder = exported.sync_moment(
+                    depsgraph, moment, camera, is_stopped=is_stopped, frame=self._frame, render=render
+                )
                 self.moments.append(builder)
             self._go_to(self.times.middle)
             drift = Drift.during(self.times, depsgraph.scene_eval.render)
-            report = exported.sync(depsgraph, camera, is_stopped=is_stopped, frame=self._frame, drift=drift, **motion)
+            report = exported.sync(
+                depsgraph, camera, is_stopped=is_stopped, frame=self._frame, drift=drift, render=render, **motion
+            )
             if seen_by is not None and not _doublings(seen_by):
-                resting = camera_arguments(depsgraph.scene_eval, seen_by.evaluated_get(depsgraph), SyncReport())
+                rests = seen_by.evaluated_get(depsgraph)
+                resting = camera_arguments(depsgraph.scene_eval, rests, SyncReport(), render)
                 for builder in self.moments:
                     builder.set_camera(**resting)
         finally:

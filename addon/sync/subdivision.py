@@ -116,14 +116,19 @@ def _sharpness(mesh: bpy.types.Mesh, name: str, count: int) -> np.ndarray | None
 
 
 def dice_for_render(
-    builder: SceneBuilder, depsgraph: bpy.types.Depsgraph, camera_now: dict[str, Any], report: SyncReport
+    builder: SceneBuilder,
+    depsgraph: bpy.types.Depsgraph,
+    camera_now: dict[str, Any],
+    report: SyncReport,
+    render: bpy.types.RenderSettings | None = None,
 ) -> None:
-    """Tell a builder whom a final render subdivides for: the dicing camera, or the one whose arguments these are."""
+    """Tell a builder whom a final render subdivides for: the dicing camera, or the one whose arguments these are.
+    `render`: as of `camera_arguments`."""
     scene = depsgraph.scene_eval
     camera = versions.cycles_setting(scene, "dicing_camera", None)
     if camera is not None and camera.type == "CAMERA":
-        builder.set_camera(**camera_arguments(scene, camera.evaluated_get(depsgraph), report))
-    width, height = picture_size(scene.render)
+        builder.set_camera(**camera_arguments(scene, camera.evaluated_get(depsgraph), report, render))
+    width, height = picture_size(scene.render if render is None else render)
     builder.set_dicing(f"Scene '{scene.name}'", width, height, **dicing_rates(scene, is_render=True))
     builder.set_camera(**camera_now)
 

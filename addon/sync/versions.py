@@ -47,6 +47,11 @@ def _bundled(name: str) -> ModuleType | None:
         return None
 
 
+def joins_links() -> bool:
+    """Whether Blender resolves shader trees for engines: Cycles then sees values in place of links that carry them."""
+    return _HAS_5_0
+
+
 def working_space() -> str:
     """Name of the file's scene-linear colour space; before files could choose, it was always Rec. 709."""
     settings = getattr(bpy.data, "colorspace", None)

@@ -192,7 +192,7 @@ class FakeExport:
     def close(self):
         FakeExport.closed += 1
 
-    def sync(self, depsgraph, camera=None, motion=(), is_stopped=None):
+    def sync(self, depsgraph, camera=None, motion=(), is_stopped=None, render=None):
         if FakeExport.failure is not None:
             raise FakeExport.failure
         self.builder = SimpleNamespace(snapshot=lambda **_: SNAPSHOT, set_camera=self.set_camera)

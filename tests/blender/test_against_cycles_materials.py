@@ -237,6 +237,22 @@ def test_emission_of_what_is_below_black(empty_scene: bpy.types.Scene) -> None:
     assert result.agrees, result
 
 
+def test_emission_that_a_texture_takes_below_black(empty_scene: bpy.types.Scene) -> None:
+    surface = build.principled("dim", Base_Color=RED)
+    tree = surface.node_tree
+    place = build.shader(tree, "ShaderNodeTexCoord").outputs["Generated"]
+    height = build.shader(tree, "ShaderNodeSeparateXYZ", Vector=place).outputs["Z"]
+    strength = build.shader(tree, "ShaderNodeMath", Value=height)
+    strength.operation = "SUBTRACT"
+    strength.inputs[1].default_value = 0.7
+    node = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
+    node.inputs["Emission Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    tree.links.new(strength.outputs[0], node.inputs["Emission Strength"])
+    build.stage(empty_scene, surface)
+    result = compare_with_cycles(empty_scene)
+    assert result.agrees, result
+
+
 def test_outline_of_a_coarse_smooth_mesh(empty_scene: bpy.types.Scene) -> None:
     """Interpolated normals that look away from the camera still reflect. 0.4 % of the picture's mean was measured in a
     block of the outline, of 24 replicas in Blenders 4.5 and 5.0."""

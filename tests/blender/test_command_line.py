@@ -8,6 +8,7 @@ import pytest
 
 from addon import command_line, core, preferences, report
 from tests.blender.engine_fakes import fresh_scene
+from tests.support.compositing import show
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
@@ -187,6 +188,50 @@ def test_a_handler_may_choose_another_place(command_line_render, plain_scene, tm
         bpy.app.handlers.render_pre.remove(choose)
     assert [file.name for file in tmp_path.iterdir()] == ["chosen_0001.exr"]
     assert plain_scene.render.filepath == str(tmp_path / "chosen_") and command_line_render.exit_status() == 0
+
+
+@pytest.fixture
+def shown_scene(plain_scene):
+    """One that the compositor of another asks for."""
+    other = bpy.data.scenes.new("Shown")
+    other.render.engine, other.cistern.samples = "CISTERN", 1
+    camera = bpy.data.objects.new("Eye", bpy.data.cameras.new("Eye"))
+    other.collection.objects.link(camera)
+    other.camera = camera
+    yield other
+    plain_scene.render.use_compositing = False
+    bpy.data.scenes.remove(other)
+
+
+@pytest.mark.parametrize("is_whole", [True, False])
+def test_frames_that_lack_another_scene_are_left_out(command_line_render, plain_scene, shown_scene, tmp_path, is_whole):
+    """Blender writes them, and says nothing."""
+    show(plain_scene, shown_scene)
+    if not is_whole:
+        shown_scene.camera = None
+    plain_scene.frame_end = 2
+    before = plain_scene.render.filepath = str(tmp_path / "frame_")
+    render_animation()
+    names = ["frame_0001.exr", "frame_0002.exr"] if is_whole else []
+    assert sorted(file.name for file in tmp_path.iterdir()) == names
+    assert command_line_render.exit_status() == (0 if is_whole else command_line.STATUS_FAILED)
+    assert plain_scene.render.filepath == before
+
+
+def test_scenes_of_the_compositor_have_the_options_too(monkeypatch, command_line_render, plain_scene, shown_scene):
+    show(plain_scene, shown_scene)
+    monkeypatch.setattr(command_line_render, "options", parse("--cistern-samples", "3", "--cistern-seed", "9"))
+    render_animation()
+    assert (shown_scene.cistern.samples, shown_scene.cistern.seed) == (3, 9)
+
+
+def test_a_compositor_may_write_its_own_files_alone(command_line_render, plain_scene, shown_scene, tmp_path):
+    show(plain_scene, shown_scene, file_folder=str(tmp_path / "files"))
+    plain_scene.frame_end = 2
+    before = plain_scene.render.filepath = str(tmp_path / "frame_")
+    render_animation()
+    assert [file.name for file in tmp_path.iterdir()] == ["files"] and len(list((tmp_path / "files").iterdir())) == 2
+    assert command_line_render.exit_status() == 0 and plain_scene.render.filepath == before
 
 
 @pytest.mark.parametrize("name", ["proj{1}/frame_", "{{x}}/frame_", 240 * "n" + "_"])

@@ -74,8 +74,8 @@ def test_the_noisy_picture_is_there_for_who_asks(core, stand_in, tmp_path):
     scene = denoised_scene()
     scene.view_layers[0].cistern.use_pass_noisy = True
     channels, _ = render(scene, tmp_path)
-    assert np.all(channels["ViewLayer.Noisy.R"] == np.arange(8))
-    assert np.all(plane(channels, "Noisy") == 10.0 - plane(channels, "Combined"))
+    assert np.all(channels["ViewLayer.Noisy Image.R"] == np.arange(8))
+    assert np.all(plane(channels, "Noisy Image") == 10.0 - plane(channels, "Combined"))
 
 
 def test_unfinished_pictures_have_it_too(core, stand_in, tmp_path, monkeypatch):

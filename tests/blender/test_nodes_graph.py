@@ -14,7 +14,7 @@ from node_trees import Context, Tree, emission_color, shown_as_colour, socket
 
 from addon.sync import versions
 from addon.sync.nodes import _DEEP_RECURSION, RECURSION_LIMIT, compile_light, compile_material, compile_world
-from addon.sync.nodes.enums import MATH_OPERATIONS, PHASE_FUNCTIONS
+from addon.sync.nodes.enums import PHASE_FUNCTIONS
 from addon.sync.nodes.graph import Scope, all_groups, is_foreign, is_group
 from addon.sync.nodes.volumes import PHASE_INPUTS
 
@@ -207,15 +207,19 @@ def test_principled_emits_nothing_below_zero(empty_scene, strength, emitted):
     assert closure.inputs[24] == (emitted, 0.0, 0.0)
 
 
-def test_principled_clamps_a_textured_emission(empty_scene):
+def test_principled_does_not_clamp_a_textured_emission(empty_scene):
     tree = Tree()
     node = tree.node("ShaderNodeBsdfPrincipled")
     tree.link(tree.node("ShaderNodeTexNoise"), "Fac", node, "Emission Strength")
     tree.link(node, "BSDF", tree.output, "Surface")
     (closure,) = tree.compile().closures
-    strength = closure.inputs[24]
-    assert strength.op == "MATH" and strength.inputs[1] == (0.0, 0.0, 0.0)
-    assert strength.parameters[0] == MATH_OPERATIONS.index("MAXIMUM")
+    assert closure.inputs[24].op != "MATH"
+    tree = Tree()
+    node = tree.node("ShaderNodeBsdfPrincipled")
+    node.inputs["Emission Strength"].default_value = -1.0
+    tree.link(node, "BSDF", tree.output, "Surface")
+    (closure,) = tree.compile().closures
+    assert closure.inputs[24] == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("component", ["DIFFUSE", "GLOSSY"])

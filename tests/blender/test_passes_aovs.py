@@ -110,7 +110,9 @@ def left_out(name):
 
 
 @pytest.mark.parametrize("kind", ["COLOR", "VALUE"])
-@pytest.mark.parametrize("name", ["Direct", "Noisy", "Denoising Albedo", "Depth", "CryptoObject00", "Combined_key"])
+@pytest.mark.parametrize(
+    "name", ["Direct", "Noisy Image", "Denoising Albedo", "Depth", "CryptoObject00", "Combined_key"]
+)
 def test_names_of_other_passes_are_left_out_after_a_change_of_the_engine(cards, name, kind):
     """Blender has not marked them then: it did when Cycles was asked for its passes, of which few have these names."""
     scene = cards()

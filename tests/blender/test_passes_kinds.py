@@ -85,6 +85,6 @@ def test_denoising_leaves_kinds_as_they_were_found():
     kinds.ask_for_kinds(scene)
     scene.cistern.use_denoising = scene.view_layers[0].cistern.use_pass_noisy = True
     layers, _ = render_layers(scene, "CISTERN", SAMPLES)
-    noisy = kinds.color(layers, "Noisy")
+    noisy = kinds.color(layers, "Noisy Image")
     assert not np.allclose(noisy, kinds.color(layers, "Combined"), rtol=0.01)
     np.testing.assert_allclose(kinds.sum_of_kinds(layers), noisy, rtol=ROUNDING, atol=1e-6)

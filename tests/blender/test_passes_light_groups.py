@@ -148,7 +148,7 @@ def test_denoising_leaves_groups_as_they_were_found():
     kinds.save_layers(scene, SIZE)
     scene.cistern.use_denoising = scene.view_layers[0].cistern.use_pass_noisy = True
     layers, _ = render_layers(scene, "CISTERN", SAMPLES)
-    noisy = kinds.color(layers, "Noisy")
+    noisy = kinds.color(layers, "Noisy Image")
     assert not np.allclose(noisy, kinds.color(layers, "Combined"), rtol=0.01)
     np.testing.assert_allclose(groups.sum_of_groups(layers, scene), noisy, rtol=ROUNDING, atol=1e-6)
 

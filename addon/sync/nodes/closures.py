@@ -6,6 +6,7 @@ from ..versions import (
     coats_are_whole,
     films_cover_metal,
     glass_is_anisotropic,
+    joins_links,
     radius_is_free_path,
     rough_diffuse_is_dim,
     thin_glass_is_wide,
@@ -37,30 +38,29 @@ def add_shader(node: NodeView, weight: Value) -> None:
         flatten_shader(node.compiler, node.port(identifier), weight)
 
 
-def _emission_color(node: NodeView) -> Value:
-    """Cycles emits nothing where none of the channels is above 0, if that is known beforehand."""
-    color = node.value("Emission Color")
-    is_dark = color.constant is not None and max(color.constant) <= 0.0
-    return constant(0.0, 0.0, 0.0, COLOR) if is_dark else color
+def _emission(node: NodeView, name: str, dark: Value) -> Value:
+    """Colour or strength: Cycles emits nothing where none of the channels is above 0, if that is known beforehand."""
+    value = node.value(name)
+    is_known = value.constant is not None and (joins_links() or node.linked(name) is None)
+    return dark if is_known and max(value.constant) <= 0.0 else value
 
 
 @closure_node("ShaderNodeBsdfPrincipled")
 def principled(node: NodeView, weight: Value) -> None:
     thick = _thick_wall(node)
     anisotropic = node.value("Anisotropic")
-    value = node.value
     inputs = [
         *node.values("Base Color, Metallic, Roughness, IOR, Alpha"),
         node.normal(),
         *node.values("Diffuse Roughness, Subsurface Weight, Specular IOR Level, Specular Tint"),
         anisotropic,
-        value("Anisotropic Rotation"),
+        node.value("Anisotropic Rotation"),
         _tangent(node, anisotropic),
         *node.values("Transmission Weight, Coat Weight, Coat Roughness, Coat IOR, Coat Tint"),
         _coat_normal(node),
         *node.values("Sheen Weight, Sheen Roughness, Sheen Tint"),
-        _emission_color(node),
-        node.math("MAXIMUM", value("Emission Strength"), constant(0.0)),  # Cycles emits nothing below 0
+        _emission(node, "Emission Color", constant(0.0, 0.0, 0.0, COLOR)),
+        _emission(node, "Emission Strength", constant(0.0)),
         *_subsurface(node),
         *_thin_film(node),
         _inverse_abbe(node),
