@@ -6,6 +6,8 @@ Blender says which point of which triangle each pixel shows; the core then looks
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +42,18 @@ class BakedPixels:
     @property
     def shows_anything(self) -> bool:
         return bool((self.polygons >= 0).any())
+
+
+@contextmanager
+def whole_mesh(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> Iterator[bpy.types.Mesh]:
+    """The mesh of an evaluated object; a copy while that is edited, which Blender keeps in another form then."""
+    if not mesh.is_editmode:
+        yield mesh
+        return
+    try:
+        yield obj.to_mesh()
+    finally:
+        obj.to_mesh_clear()
 
 
 def read_pixels(layer: bpy.types.RenderLayer, mesh: bpy.types.Mesh) -> BakedPixels:
@@ -124,7 +138,8 @@ class BakeRender(SessionRender):
         try:
             layer = result.layers[0]
             item, mesh = self.shown_item(obj)
-            pixels = read_pixels(layer, mesh)
+            with whole_mesh(obj.evaluated_get(self.depsgraph), mesh) as whole:
+                pixels = read_pixels(layer, whole)
             if pixels.shows_anything:
                 picture = self.picture(obj, item, bake_type, pixels, size)
                 if self.figures.samples > 0:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Any
 
+import bpy
+
+BACKGROUND_SECONDS = 5.0  # from one line of status to the next
 CACHING_STAGE = "Caching light"  # of the core's Progress
 
 
@@ -32,6 +36,21 @@ def stage_share(progress: Any) -> float:  # noqa: ANN401
     if progress.stage == CACHING_STAGE:
         return progress.stage_done
     return progress.frames_done / max(progress.expected_frames, 1)
+
+
+class StatusClock:
+    """Says when a line of status is due. In the background Blender before 5.0 prints each: one at a new stage, and then
+    one every few seconds, is enough."""
+
+    def __init__(self) -> None:
+        self.stage, self.due = "", 0.0
+
+    def is_due(self, stage: str) -> bool:
+        now = time.perf_counter()
+        if bpy.app.background and stage == self.stage and now < self.due:
+            return False
+        self.stage, self.due = stage, now + BACKGROUND_SECONDS
+        return True
 
 
 def status_text(progress: Any) -> str:  # noqa: ANN401

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from . import denoise, report, shadow_catchers, view_modes
-from .progress import Span, stage_share, status_text
+from .progress import Span, StatusClock, stage_share, status_text
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -61,6 +61,7 @@ class SessionRender:
         self.depsgraph = depsgraph
         self.core = core
         self.figures = figures
+        self.status_clock = StatusClock()
         self.is_cancelled = False
 
     def rendered(
@@ -96,7 +97,8 @@ class SessionRender:
         self.figures.peak_memory_mb = max(self.figures.peak_memory_mb, megabytes)
         engine.update_progress(span.start + span.length * stage_share(progress))
         engine.update_memory_stats(memory_used=megabytes, memory_peak=self.figures.peak_memory_mb)
-        engine.update_stats("", status_text(progress))
+        if self.status_clock.is_due(progress.stage):
+            engine.update_stats("", status_text(progress))
 
     def account(self, progress: Any) -> None:  # noqa: ANN401
         """Take over the final figures of a view. Raises RenderFailedError."""

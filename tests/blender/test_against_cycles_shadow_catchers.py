@@ -127,6 +127,32 @@ def test_without_anything_on_them_catchers_show_the_world(empty_scene):
     assert (shown[..., 3] == 1.0).all()
 
 
+def test_the_world_beside_catchers_is_blurred(empty_scene):
+    """As without catchers; planted: a camera that rests."""
+    scene = empty_scene
+    tree = build.set_world(scene, strength=1.0).node_tree
+    background = next(node for node in tree.nodes if node.type == "BACKGROUND")
+    place = build.shader(tree, "ShaderNodeTexCoord").outputs["Generated"]
+    stripes = build.shader(tree, "ShaderNodeTexWave", Vector=place, Scale=4.0)
+    tree.links.new(stripes.outputs["Color"], background.inputs["Color"])
+    floor = build.add_floor(scene, half=1.0)
+    floor.location.z, floor.is_shadow_catcher = -40.0, True  # out of view
+    camera = build.add_camera(scene)
+    camera.rotation_euler.z = -0.1
+    camera.keyframe_insert("rotation_euler", frame=0)
+    camera.rotation_euler.z = 0.1
+    camera.keyframe_insert("rotation_euler", frame=2)
+    scene.frame_set(1)
+    prepare(scene, *SIZE)
+    still = render(scene, "CISTERN", 64, 1)
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
+    with_catcher = render(scene, "CISTERN", 64, 1)
+    floor.is_shadow_catcher = False
+    blurred = render(scene, "CISTERN", 64, 1)
+    assert np.abs(with_catcher - blurred).max() < 0.1
+    assert np.abs(still - blurred).max() > 0.3
+
+
 def test_layers_over_each_other():
     matte = np.array([[[0.2, 0.1, 0.0, 0.5]]], np.float32)
     shadow = np.array([[[0.5, 0.25, 0.0]]], np.float32)  # leaves a quarter

@@ -80,6 +80,18 @@ def test_colours_of_vertices(scene):
     np.testing.assert_allclose(values[:, :3], np.tile((0.06, 0.15, 0.3), (len(values), 1)), rtol=1e-3)
 
 
+def test_colours_of_vertices_of_a_mesh_in_edit_mode(scene):
+    scene.head.data.color_attributes.new("Baked", "FLOAT_COLOR", "POINT")
+    bpy.context.view_layer.objects.active = scene.head
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        scene.bake("CISTERN", "EMIT", target="VERTEX_COLORS")
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    values = np.array([item.color[:3] for item in scene.head.data.color_attributes["Baked"].data])
+    np.testing.assert_allclose(values, np.tile((0.06, 0.15, 0.3), (len(values), 1)), rtol=1e-3)
+
+
 def test_no_camera_is_needed_from_above(scene):
     bpy.data.objects.remove(scene.scene.camera)
     assert scene.bake("CISTERN", "DIFFUSE")[..., :3].max() > 0.1

@@ -9,6 +9,7 @@ import OpenImageIO
 import pytest
 
 import addon
+from addon import progress
 from addon.engine import CisternEngine
 from addon.layer_render import LayerRender
 from addon.sync import SyncError, SyncStoppedError
@@ -51,6 +52,7 @@ def test_caching_of_light_is_shown_with_its_own_progress(core, tmp_path, monkeyp
         layer.engine = engine
 
     monkeypatch.setattr(LayerRender, "show", show_recorded)
+    monkeypatch.setattr(progress, "BACKGROUND_SECONDS", 0.0)
     core.caching = [0.25, 0.5]
     _, [report] = render(fresh_scene(samples=2), tmp_path)
     assert [text.split(" | ")[:2] for text in texts] == [
@@ -61,6 +63,14 @@ def test_caching_of_light_is_shown_with_its_own_progress(core, tmp_path, monkeyp
     ]
     assert [" | 2 Openings" in text for text in texts] == [False, False, True, True]
     assert (shares, report.samples) == ([0.25, 0.5, 0.5, 1.0], 2)
+
+
+def test_background_renders_tell_little():
+    """Of a stage that goes on once in a while, of a new one at once."""
+    clock = progress.StatusClock()
+    assert [clock.is_due(stage) for stage in ("Building", "Building", "Rendering", "Rendering")] == 2 * [True, False]
+    clock.due = 0.0
+    assert clock.is_due("Rendering")
 
 
 @pytest.mark.parametrize(
