@@ -83,6 +83,16 @@ def materials_are_trees() -> bool:
     return _HAS_5_0
 
 
+def has_old_voronoi_cells() -> bool:
+    """Whether Cycles places the cells of Voronoi textures of two dimensions and more by another hash."""
+    return not _HAS_5_0
+
+
+def wraps_scaled_magic() -> bool:
+    """Whether Cycles wraps the coordinates of Magic textures around after they are scaled, not before."""
+    return _HAS_5_2
+
+
 def films_cover_metal() -> bool:
     """Whether Cycles lets a thin film lie on metal, too."""
     return _HAS_5_0

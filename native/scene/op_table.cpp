@@ -129,7 +129,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     {"NOISE", "vffffffff", 'f', 3, false},
     {"NOISE_COLOR", "vffffffff", 'c', 3, false},
     // vector, w, scale, detail, roughness, lacunarity, smoothness, exponent, randomness; [dimensions 1..4, metric 0 EUCLIDEAN
-    // 1 MANHATTAN 2 CHEBYCHEV 3 MINKOWSKI, feature 0 F1 1 F2 2 SMOOTH_F1 3 DISTANCE_TO_EDGE 4 N_SPHERE_RADIUS, normalize]
+    // 1 MANHATTAN 2 CHEBYCHEV 3 MINKOWSKI, feature 0 F1 1 F2 2 SMOOTH_F1 3 DISTANCE_TO_EDGE 4 N_SPHERE_RADIUS, bits: 1 normalize, 2 old cells]
     {"VORONOI_DISTANCE", "vffffffff", 'f', 4, false},
     {"VORONOI_COLOR", "vffffffff", 'c', 4, false},
     {"VORONOI_POSITION", "vffffffff", 'v', 4, false},
@@ -142,7 +142,7 @@ constexpr std::array<OpDescription, static_cast<size_t>(Op::COUNT)> kOps{{
     // [offset in 1/1000, offset frequency, squash in 1/1000, squash frequency]
     {"BRICK", "vcccffffff", 'c', 4, false},
     {"BRICK_FACTOR", "vcccffffff", 'f', 4, false},
-    {"MAGIC", "vff", 'c', 1, false},             // vector, scale, distortion; [depth]
+    {"MAGIC", "vff", 'c', 2, false},             // vector, scale, distortion; [depth, 1 = wrapped around after it is scaled]
     // vector, scale, frequency, anisotropy, angle of the 2D orientation, 3D orientation; [0 2D 1 3D, 0 value 1 phase 2 intensity]
     {"GABOR", "vffffv", 'f', 2, false},
     {"RADIAL_TILING", "vff", 'v', 1, false},        // vector, sides, roundness -> (along a side, across, 0); [normalize]

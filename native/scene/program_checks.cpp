@@ -130,7 +130,7 @@ ParameterRules parameter_rules(Op op) {
     case Op::VORONOI_DISTANCE:
     case Op::VORONOI_COLOR:
     case Op::VORONOI_POSITION:
-      return {kDimensions, up_to(3), up_to(4), kFlag};
+      return {kDimensions, up_to(3), up_to(4), up_to(3)};
     case Op::WAVE:
       return {kFlag, up_to(3), up_to(2)};
     case Op::WHITE_NOISE:
@@ -141,7 +141,7 @@ ParameterRules parameter_rules(Op op) {
       return {range(-kMaxThousandths, kMaxThousandths), up_to(kMaxFrequency), range(-kMaxThousandths, kMaxThousandths),
               up_to(kMaxFrequency)};
     case Op::MAGIC:
-      return {up_to(10)};
+      return {up_to(10), kFlag};
     case Op::GABOR:
       return {kFlag, up_to(2)};
     case Op::RADIAL_TILING:

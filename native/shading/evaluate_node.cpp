@@ -152,7 +152,8 @@ Vec3 evaluate_voronoi(const Instruction& instruction, const Vec3* in) {
                                  in[6].x,
                                  in[7].x,
                                  in[8].x,
-                                 p[3] != 0};
+                                 (p[3] & 1) != 0,
+                                 (p[3] & 2) != 0};
   const VoronoiResult r = voronoi_node(in[0] * scale, in[1].x * scale, p[0], settings);
   if (instruction.op == Op::VORONOI_DISTANCE) return broadcast(r.distance);
   if (instruction.op == Op::VORONOI_COLOR) return r.color;
@@ -235,7 +236,7 @@ Vec3 evaluate_texture(const Instruction& instruction, const Vec3* in, const Node
     case Op::BRICK_FACTOR:
       return evaluate_brick(instruction, in);
     case Op::MAGIC:
-      return magic_node(in[0], in[1].x, in[2].x, p[0]);
+      return magic_node(in[0], in[1].x, in[2].x, p[0], p[1] != 0);
     case Op::GABOR:
       return broadcast(evaluate_gabor(p, in));
     default:  // RADIAL_TILING and RADIAL_TILING_VALUE

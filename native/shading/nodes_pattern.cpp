@@ -1,5 +1,7 @@
 #include "shading/nodes_pattern.h"
 
+#include <utility>
+
 #include "shading/nodes_hash.h"
 #include "shading/nodes_math.h"
 #include "shading/nodes_noise.h"
@@ -135,7 +137,8 @@ BrickResult brick_node(Vec3 p, const BrickSettings& s) {
 }
 
 /// Sines of sines, one more per step of depth; the signs are what makes Blender's pattern.
-Vec3 magic_node(Vec3 p, float scale, float distortion, int depth) {
+Vec3 magic_node(Vec3 p, float scale, float distortion, int depth, bool wraps_scaled) {
+  if (wraps_scaled) p = p * std::exchange(scale, 1.0f);
   const float px = std::fmod(p.x, kTwoPi), py = std::fmod(p.y, kTwoPi), pz = std::fmod(p.z, kTwoPi);
   float x = std::sin((px + py + pz) * 5.0f * scale);
   float y = std::cos((-px + py - pz) * 5.0f * scale);

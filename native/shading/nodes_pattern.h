@@ -32,6 +32,6 @@ struct BrickResult {
 BrickResult brick_node(Vec3 p, const BrickSettings& settings);
 
 /// `p` not scaled: the scale is applied after the coordinates are reduced.
-Vec3 magic_node(Vec3 p, float scale, float distortion, int depth);
+Vec3 magic_node(Vec3 p, float scale, float distortion, int depth, bool wraps_scaled);
 
 }  // namespace cistern

@@ -212,7 +212,7 @@ float sphere_radius(const Lookup<N>& at, float randomness) {
 
 template <size_t N>
 VoronoiResult octave(const Point<N>& p, const VoronoiSettings& s) {
-  const Lookup<N> at(p);
+  const Lookup<N> at(p, s.old_cells);
   const float smoothness = 0.5f * clamp01(s.smoothness);
   switch (s.feature) {
     case VoronoiFeature::F2:

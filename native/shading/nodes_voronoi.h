@@ -17,6 +17,7 @@ struct VoronoiSettings {
   float exponent = 0.5f;    // of MINKOWSKI
   float randomness = 1.0f;  // [0, 1]: 0 is a regular grid
   bool normalize = false;   // distances by the largest that there can be; not of N_SPHERE_RADIUS
+  bool old_cells = false;   // from two dimensions on, where Cycles before 5.0 has them
 };
 
 struct VoronoiResult {

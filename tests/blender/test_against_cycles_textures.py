@@ -76,6 +76,19 @@ def fractal(kind: str, output: str, inputs: dict[str, float], **members):
     return make
 
 
+def stepped(tree):
+    """Heights that are multiples of a quarter, told apart by a ramp that has a step at one of them."""
+    height = build.shader(
+        tree, "ShaderNodeSeparateXYZ", Vector=tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+    )
+    snapped = build.shader(tree, "ShaderNodeMath", Value=height.outputs["Z"])
+    snapped.operation = "SNAP"
+    snapped.inputs[1].default_value = 0.25
+    ramp = build.shader(tree, "ShaderNodeValToRGB", Fac=snapped.outputs[0])
+    ramp.color_ramp.interpolation, ramp.color_ramp.elements[1].position = "CONSTANT", 0.5
+    return build.shader(tree, "ShaderNodeBsdfDiffuse", Color=ramp.outputs["Color"]).outputs[0]
+
+
 def adjusted(kind: str, **inputs):
     """A colour node between an image and a diffuse."""
 
@@ -144,6 +157,10 @@ TEXTURES = {
     "voronoi edges": fractal(
         "ShaderNodeTexVoronoi", "Distance", {"Scale": 2.0, "Detail": 1.5, "Roughness": 0.8}, feature="DISTANCE_TO_EDGE"
     ),
+    "voronoi 2D": fractal("ShaderNodeTexVoronoi", "Color", {"Scale": 3.0}, voronoi_dimensions="2D"),
+    "voronoi 4D": fractal("ShaderNodeTexVoronoi", "Color", {"Scale": 3.0, "W": 0.3}, voronoi_dimensions="4D"),
+    "steps of a ramp": stepped,
+    "magic": fractal("ShaderNodeTexMagic", "Color", {"Scale": 1.3, "Distortion": 1.2}, turbulence_depth=3),
     "gabor": fractal("ShaderNodeTexGabor", "Value", {"Scale": 3.0, "Anisotropy": 0.4}, gabor_type="3D"),
     "gabor phase": fractal("ShaderNodeTexGabor", "Phase", {"Scale": 3.0, "Anisotropy": 0.4}),
     "radial tiling": tiled(sides=5.0, roundness=0.3),
@@ -162,7 +179,6 @@ TEXTURES = {
 NO_CONFIGURATION = ((4, 5, 0), "the wheel of Blender 4.2 has no OpenColorIO for Python")
 NO_GABOR = ((4, 3, 0), "Blender 4.2 has no Gabor Texture")
 NO_RADIAL_TILING = ((5, 0, 0), "Blender before 5.0 has no Radial Tiling")
-OTHER_CELLS = ((5, 0, 0), "Cycles before 5.0 places Voronoi cells by another hash")
 # What Cycles itself renders otherwise before a version of Blender.
 CHANGED = {
     "gabor": NO_GABOR,
@@ -170,9 +186,6 @@ CHANGED = {
     **dict.fromkeys(("radial tiling", "radial tiling, part of a side", "radial tiling, sides"), NO_RADIAL_TILING),
     "filmic": NO_CONFIGURATION,
     "filmic and alpha": NO_CONFIGURATION,
-    "voronoi": OTHER_CELLS,
-    "voronoi octaves": OTHER_CELLS,
-    "voronoi edges": OTHER_CELLS,
     "normal map": ((4, 5, 0), "Cycles 4.2 corrects perturbed normals in another way: 0.4 % darker"),
     "bump": ((4, 5, 0), "Cycles 4.2 corrects perturbed normals in another way: 1.5 % darker"),
 }

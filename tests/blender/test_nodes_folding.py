@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from node_trees import Tree, shown_value, socket
 
+from addon.sync import versions
 from addon.sync.nodes.fold import FOLDERS, LUMINANCE_WEIGHTS, hsv_to_rgb, rgb_to_hsv
 
 
@@ -35,7 +38,7 @@ def math_tree(operation: str, *values: float, clamp: bool = False):
         ("COMPARE", (1.0, 1.2, 0.3), 1.0),
         ("SMOOTH_MIN", (1.0, 1.0, 0.6), 0.9),
         ("SQRT", (-1.0,), 0.0),
-        ("EXPONENT", (1000.0,), 0.0),  # overflows: not finite becomes 0
+        ("EXPONENT", (1.0,), math.e),
         ("TRUNC", (-1.5,), -1.0),
         ("ROUND", (0.5,), 1.0),
     ],
@@ -145,6 +148,19 @@ def test_implicit_conversions_of_textures_emit_instructions(empty_scene):
 
     product = shown_value(checker_into_float)
     assert product.op == "MATH" and product.inputs[0].op == "LUMINANCE" and product.inputs[0].inputs[0].op == "CHECKER"
+
+
+def test_what_is_not_finite_is_left_to_the_core(empty_scene):
+    """Where it may still vanish: one over infinity is 0, as Blender knows from 5.0 on."""
+
+    def reciprocal(tree: Tree):
+        power, one = tree.node("ShaderNodeMath", operation="EXPONENT"), tree.node("ShaderNodeMath", operation="DIVIDE")
+        power.inputs[0].default_value, one.inputs[0].default_value = 100.0, 1.0
+        tree.tree.links.new(one.inputs[1], power.outputs[0])
+        return one, "Value"
+
+    value = shown_value(reciprocal)
+    assert value == (0.0, 0.0, 0.0) if versions.joins_links() else value.op == "MATH"
 
 
 def test_ramps_and_curves(empty_scene):

@@ -13,6 +13,7 @@ import bpy
 from numpy.typing import NDArray
 
 from .. import SyncError
+from ..versions import joins_links
 from .enums import MATH_OPERATIONS, VECTOR_MATH_OPERATIONS
 from .graph import (
     EEVEE_ALONE,
@@ -214,10 +215,15 @@ class Compiler:
             entry = entry_of(port)
             if entry is None:
                 return self._dead_end(port)
-            if port.node.mute:  # without a link, the socket behind keeps its own value
-                source = source_of(entry)
-                value = self.output(source) if source else None
-            elif port.node.bl_idname == "NodeReroute":
+            source, is_reroute = source_of(entry), port.node.bl_idname == "NodeReroute"
+            if source is None and (port.node.mute or is_reroute):
+                # The socket behind keeps its own value; before Blender resolved trees it read 0.
+                value = None if joins_links() else constant(0.0)
+            elif source is not None and joins_links():
+                return self.output(source)  # a tree that is not resolved: Cycles converts once, from end to end
+            elif port.node.mute:
+                value = self.output(source)
+            elif is_reroute:
                 value = self.input(entry)
             else:
                 value = self.input_or_default(entry)

@@ -176,8 +176,10 @@ def _fold(op: str, inputs: tuple[Value, ...], parameters: tuple[int, ...]) -> Va
     try:
         result = FOLDERS[op]([value.constant for value in inputs], parameters)
     except (OverflowError, ZeroDivisionError, ValueError):
-        result = (0.0, 0.0, 0.0)  # as the core: a result that is not finite becomes 0
-    return None if result is None else constant(*result)
+        return None
+    if result is None or not all(abs(value) <= LARGEST_FLOAT for value in result):
+        return None  # what is not finite may still vanish in the core, as 1 / infinity does
+    return constant(*result)
 
 
 def _is(value: Value, *numbers: float) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import bpy
 
-from ..versions import box_projections_end
+from ..versions import box_projections_end, has_old_voronoi_cells, wraps_scaled_magic
 from . import enums
 from .compiler import NodeView, value_node
 from .inputs import position, uv_coordinate
@@ -143,7 +143,8 @@ def voronoi(node: NodeView, output: str) -> Value | None:
     names = "W, Scale, Detail, Roughness, Lacunarity, Smoothness, Exponent, Randomness"
     inputs = (texture_vector(node), *node.values(names))
     kind = output.upper() if output in ("Color", "Position") else "DISTANCE"
-    return node.emit(f"VORONOI_{kind}", inputs, (dimensions, metric, feature, int(tree_node.normalize)))
+    bits = int(tree_node.normalize) + 2 * int(has_old_voronoi_cells())
+    return node.emit(f"VORONOI_{kind}", inputs, (dimensions, metric, feature, bits))
 
 
 @value_node("ShaderNodeTexWave")
@@ -174,7 +175,8 @@ def brick(node: NodeView, output: str) -> Value:
 
 @value_node("ShaderNodeTexMagic")
 def magic(node: NodeView, output: str) -> Value:
-    color = node.emit("MAGIC", (texture_vector(node), *node.values("Scale, Distortion")), (node.node.turbulence_depth,))
+    parameters = (node.node.turbulence_depth, int(wraps_scaled_magic()))
+    color = node.emit("MAGIC", (texture_vector(node), *node.values("Scale, Distortion")), parameters)
     return node.emit("AVERAGE", (color.retyped(VECTOR),)) if output == "Fac" else color
 
 

@@ -237,8 +237,11 @@ TEST(NodesProcedural, WaveEqualsCycles) {
 }
 
 TEST(NodesProcedural, MagicEqualsCycles) {
-  expect_near(magic_node(kPoint, 1.3f, 1.2f, 10), {0.7646406f, 0.31415f, 0.6474048f}, 1e-4f);
-  expect_near(magic_node(kPoint, 1.3f, 1.2f, 3), {0.09735525f, 0.0977335f, 0.9448161f}, 1e-4f);
+  expect_near(magic_node(kPoint, 1.3f, 1.2f, 10, false), {0.7646406f, 0.31415f, 0.6474048f}, 1e-4f);
+  expect_near(magic_node(kPoint, 1.3f, 1.2f, 3, false), {0.09735525f, 0.0977335f, 0.9448161f}, 1e-4f);
+  // Cycles 5.2 and before, of p = (7, 0, 0)
+  expect_near(magic_node({7.0f, 0.0f, 0.0f}, 2.5f, 1.0f, 2, true), {0.007f, 0.191f, 0.947f}, 1e-3f);
+  expect_near(magic_node({7.0f, 0.0f, 0.0f}, 2.5f, 1.0f, 2, false), {0.257f, 0.191f, 0.053f}, 1e-3f);
 }
 
 TEST(NodesProcedural, BrickEqualsCycles) {
