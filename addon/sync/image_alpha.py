@@ -1,7 +1,9 @@
-"""What Cycles makes of an image's alpha: the file decides about its colours, Blender's setting only whether to look.
+"""What Cycles makes of an image's alpha: the file decides about its colours, Blender's setting only whether to look;
+from Blender 5.1 on the setting decides about colours, too.
 
 Followed in Cycles' `scene/image_oiio.cpp` (files on disk) and `blender/image.cpp` (packed, painted, generated images,
-which Cycles reads from Blender's buffers), and measured for every format and setting against Blender 5.0.
+which Cycles reads from Blender's buffers), and measured for every format and setting against Blender 5.0, and for most
+against 5.2.
 """
 
 from __future__ import annotations
@@ -11,6 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .versions import alpha_mode_decides
 
 # Files without a word about their alpha whose colours Cycles multiplies all the same.
 _FORMATS_TAKEN_FOR_STRAIGHT = {"dds", "psd"}
@@ -38,14 +42,18 @@ def is_straight(format_name: str, channels: int, attribute: Callable[[str, int],
     return attribute("oiio:UnassociatedAlpha", 0) != 0 or format_name in _FORMATS_TAKEN_FOR_STRAIGHT
 
 
-def alpha_of_file(alpha_mode: str, is_data: bool, is_straight: bool) -> str:
-    """Name of native/scene/image.h's AlphaMode for a file on disk."""
+def alpha_of_file(alpha_mode: str, is_data: bool, is_straight: bool, channels: int = 4) -> str:
+    """Name of native/scene/image.h's AlphaMode for a file on disk. From Blender 5.1 on its setting decides where there
+    are four channels, not the file."""
+    if alpha_mode_decides() and channels == 4:
+        is_straight = alpha_mode == "STRAIGHT"
     return _without_colours(alpha_mode, is_data) or ("STRAIGHT" if is_straight else "PREMULTIPLIED")
 
 
 def alpha_of_buffer(alpha_mode: str, is_data: bool, pixels: NDArray) -> str:
-    """The same for pixels of Blender's own buffers: bytes are straight, floats multiplied, whatever the setting."""
-    return alpha_of_file(alpha_mode, is_data, pixels.dtype == np.uint8)
+    """The same for pixels of Blender's own buffers: bytes are straight, floats multiplied, whatever the setting; from
+    5.1 on the setting says what Cycles takes them for."""
+    return alpha_of_file(alpha_mode, is_data, pixels.dtype == np.uint8, pixels.shape[2])
 
 
 def alpha_of_packed(alpha_mode: str, is_data: bool) -> str:
@@ -60,7 +68,10 @@ def packed_needs_blender(alpha_mode: str, is_data: bool, pixels: NDArray, is_lin
     """
     if _without_colours(alpha_mode, is_data) or pixels.shape[2] not in (2, 4):
         return False
-    return alpha_mode == "PREMUL" if pixels.dtype == np.uint8 else not is_linear
+    if pixels.dtype == np.uint8:
+        return alpha_mode == "PREMUL"
+    is_multiplied_again = alpha_mode_decides() and alpha_mode == "STRAIGHT"
+    return is_multiplied_again or not is_linear
 
 
 def decoded(pixels: NDArray, alpha: str, decode: Callable[[NDArray], NDArray]) -> NDArray:

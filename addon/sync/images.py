@@ -276,7 +276,7 @@ def _stored_content(
     mode, is_data = image.alpha_mode, colour.is_data
     is_packed = source is not None and source.packed_in != 0
     if file is not None and not is_packed:
-        return _Content(file.pixels, colour, alpha_of_file(mode, is_data, file.is_straight))
+        return _Content(file.pixels, colour, alpha_of_file(mode, is_data, file.is_straight, file.pixels.shape[2]))
     if file is not None and not packed_needs_blender(mode, is_data, file.pixels, colour.transfer == "LINEAR"):
         return _Content(file.pixels, colour, alpha_of_packed(mode, is_data), is_packed)
     if image.source == "TILED":  # Blender gives the pixels of the first tile alone

@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 
 _HAS_5_0 = bpy.app.version >= (5, 0, 0)
+_HAS_5_1 = bpy.app.version >= (5, 1, 0)
 _HAS_5_2 = bpy.app.version >= (5, 2, 0)
 _HAS_5_3 = bpy.app.version >= (5, 3, 0)
 
@@ -81,6 +82,11 @@ def materials_are_trees() -> bool:
     """Whether every material has nodes, as from 5.0 on. There Cycles shows what has no material as a new Principled
     BSDF, before as diffuse."""
     return _HAS_5_0
+
+
+def alpha_mode_decides() -> bool:
+    """Whether Cycles goes by the Alpha Mode of images, and not by what their files say of themselves."""
+    return _HAS_5_1
 
 
 def has_old_voronoi_cells() -> bool:

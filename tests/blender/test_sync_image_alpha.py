@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from fake_core import SceneBuilder
 
-from addon.sync import SyncReport, versions
+from addon.sync import SyncReport, image_alpha, versions
 from addon.sync.images import ImageCache
 
 TEXEL = np.array([0.6, 0.5, 0.4, 0.25])
@@ -39,6 +39,35 @@ def added(image: bpy.types.Image, alpha_mode: str | None = None) -> dict:
     return builder.of("add_image")[0]
 
 
+@pytest.fixture
+def by_files(monkeypatch):
+    """Before Blender 5.1."""
+    monkeypatch.setattr(image_alpha, "alpha_mode_decides", lambda: False)
+
+
+@pytest.fixture
+def by_settings(monkeypatch):
+    monkeypatch.setattr(image_alpha, "alpha_mode_decides", lambda: True)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".exr", ".webp"])
+def test_the_setting_decides_from_blender_5_1_on(by_settings, empty_scene, tmp_path, suffix):
+    image = written(tmp_path / f"a{suffix}", 4, np.float16 if suffix == ".exr" else np.uint8, is_straight=True)
+    assert [added(image, mode)["alpha"] for mode in ("STRAIGHT", "PREMUL")] == ["STRAIGHT", "PREMULTIPLIED"]
+    assert added(image, "CHANNEL_PACKED")["alpha"] == "INDEPENDENT"
+    of_two = written(tmp_path / "b.png", 2, np.uint8, is_straight=True)
+    assert added(of_two, "STRAIGHT")["alpha"] == "PREMULTIPLIED"
+
+
+def test_cycles_then_takes_buffers_of_blender_for_what_the_setting_says(by_settings, empty_scene, tmp_path):
+    image = bpy.data.images.new("Made", 2, 2, alpha=True, float_buffer=True)
+    assert [added(image, mode)["alpha"] for mode in ("STRAIGHT", "PREMUL")] == ["STRAIGHT", "PREMULTIPLIED"]
+    packed = written(tmp_path / "a.exr", 4, np.float32, is_straight=False)
+    packed.pack()
+    call = added(packed, "STRAIGHT")  # which Blender has multiplied once
+    assert call["alpha"] == "STRAIGHT" and call["pixels"][0, 0].tolist() == pytest.approx([0.15, 0.125, 0.1, 0.25])
+
+
 @pytest.mark.parametrize(
     ("suffix", "channels", "dtype", "is_straight", "alpha"),
     [
@@ -54,7 +83,9 @@ def added(image: bpy.types.Image, alpha_mode: str | None = None) -> dict:
         (".exr", 4, np.float16, False, "PREMULTIPLIED"),
     ],
 )
-def test_the_file_decides_and_not_the_setting(empty_scene, tmp_path, suffix, channels, dtype, is_straight, alpha):
+def test_the_file_decides_and_not_the_setting(
+    by_files, empty_scene, tmp_path, suffix, channels, dtype, is_straight, alpha
+):
     image = written(tmp_path / f"a{suffix}", channels, dtype, is_straight)
     assert [added(image, mode)["alpha"] for mode in (None, "STRAIGHT", "PREMUL")] == [alpha] * 3
     assert added(image, "CHANNEL_PACKED")["alpha"] == "INDEPENDENT"
@@ -64,7 +95,7 @@ def test_the_file_decides_and_not_the_setting(empty_scene, tmp_path, suffix, cha
 
 
 @pytest.mark.parametrize(("is_float", "alpha"), [(False, "STRAIGHT"), (True, "PREMULTIPLIED")])
-def test_buffers_of_blender_go_by_their_depth(empty_scene, is_float, alpha):
+def test_buffers_of_blender_go_by_their_depth(by_files, empty_scene, is_float, alpha):
     image = bpy.data.images.new("Made", 2, 2, alpha=True, float_buffer=is_float)
     assert [added(image, mode)["alpha"] for mode in ("STRAIGHT", "PREMUL")] == [alpha] * 2
 
@@ -76,7 +107,7 @@ def test_float_buffers_are_linear_whatever_the_colour_space(empty_scene):
     assert call["transfer"] == "LINEAR" and call["to_working_space"] is None
 
 
-def test_packed_bytes_marked_premultiplied_are_divided_by_blender(empty_scene, tmp_path):
+def test_packed_bytes_marked_premultiplied_are_divided_by_blender(by_files, empty_scene, tmp_path):
     image = written(tmp_path / "a.png", 4, np.uint8, is_straight=True)
     image.pack()
     assert added(image, "STRAIGHT")["pixels"][0, 0].tolist() == [153, 127, 102, 63]
@@ -84,7 +115,7 @@ def test_packed_bytes_marked_premultiplied_are_divided_by_blender(empty_scene, t
     assert call["alpha"] == "STRAIGHT" and call["pixels"][0, 0].tolist() == [255, 255, 255, 63]
 
 
-def test_packed_encoded_floats_are_decoded_before_they_are_multiplied(empty_scene, tmp_path):
+def test_packed_encoded_floats_are_decoded_before_they_are_multiplied(by_files, empty_scene, tmp_path):
     image = written(tmp_path / "a.png", 4, np.uint16, is_straight=True)
     image.pack()
     call = added(image, "STRAIGHT")
@@ -113,7 +144,7 @@ def test_so_are_those_whose_alpha_is_no_transparency(empty_scene, tmp_path, mode
     assert call["pixels"][0, 0, 0] == pytest.approx(((0.6 + 0.055) / 1.055) ** 2.4, rel=1e-3)
 
 
-def test_packed_linear_floats_stay_as_stored(empty_scene, tmp_path):
+def test_packed_linear_floats_stay_as_stored(by_files, empty_scene, tmp_path):
     image = written(tmp_path / "a.exr", 4, np.float16, is_straight=False)
     image.pack()
     assert added(image, "PREMUL")["alpha"] == "PREMULTIPLIED" and added(image, "STRAIGHT")["alpha"] == "STRAIGHT"
@@ -121,7 +152,7 @@ def test_packed_linear_floats_stay_as_stored(empty_scene, tmp_path):
 
 
 @pytest.mark.parametrize(("suffix", "red"), [(".png", 0.3185 * 0.25), (".bmp", 1.929)])
-def test_an_encoded_space_that_is_not_srgb_is_decoded_without_alpha(empty_scene, tmp_path, suffix, red):
+def test_an_encoded_space_that_is_not_srgb_is_decoded_without_alpha(by_files, empty_scene, tmp_path, suffix, red):
     """A file with straight alpha gives decoded(0.6) * 0.25, another decoded(0.6 / 0.25) * 0.25 (alpha: 63 of 255)."""
     image = written(tmp_path / f"a{suffix}", 4, np.uint8, is_straight=True)
     image.colorspace_settings.name = "Display P3"
