@@ -1,5 +1,5 @@
 """What an image's alpha does to its colours, by Alpha Mode: a card that shows one texel, with and without Alpha as its
-opacity. A wrong mode is off by a factor of 1.5 at least; Cycles rounds what it multiplies to bytes, a twentieth here."""
+opacity. A wrong mode is off by a factor of 1.5 at least; Cycles rounds what it multiplies to bytes, by a twentieth."""
 
 from pathlib import Path
 
