@@ -6,8 +6,6 @@ Blender says which point of which triangle each pixel shows; the core then looks
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +18,7 @@ from .bake_types import BakeType, find_type
 from .progress import Span
 from .session_render import Moments, RenderFailedError, SessionRender
 from .sync import versions
+from .sync.meshes import whole_mesh
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -42,18 +41,6 @@ class BakedPixels:
     @property
     def shows_anything(self) -> bool:
         return bool((self.polygons >= 0).any())
-
-
-@contextmanager
-def whole_mesh(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> Iterator[bpy.types.Mesh]:
-    """The mesh of an evaluated object; a copy while that is edited, which Blender keeps in another form then."""
-    if not mesh.is_editmode:
-        yield mesh
-        return
-    try:
-        yield obj.to_mesh()
-    finally:
-        obj.to_mesh_clear()
 
 
 def read_pixels(layer: bpy.types.RenderLayer, mesh: bpy.types.Mesh) -> BakedPixels:

@@ -6,9 +6,10 @@ import bpy
 from bpy.props import BoolProperty
 
 
-def show_passes(_settings: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    """Give the compositor's nodes their sockets, as Blender's own switches do."""
-    context.view_layer.update_render_passes()
+def show_passes(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    """Give the nodes of the scene's compositor their sockets, as Blender's own switches do."""
+    for layer in settings.id_data.view_layers:
+        layer.update_render_passes()
 
 
 # In the bpy module of Blender 4.2 one callback is enough to crash Python as it exits; a script has to ask for sockets.

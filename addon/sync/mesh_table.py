@@ -15,7 +15,7 @@ from . import SyncReport
 from .changes import original_uid
 from .drift import Drift
 from .fluid_grids import gas_arrays, gas_domain
-from .meshes import MeshArrays, mesh_arrays
+from .meshes import MeshArrays, mesh_arrays, whole_mesh
 from .points import point_arrays
 from .splats import SplatArrays, is_splat_cloud, splat_arrays
 from .strands import StrandArrays, curve_arrays, particle_arrays
@@ -273,8 +273,5 @@ def read_mesh(
     if not obj.data.is_editmode:
         with final_mesh(obj, subdivision) as mesh:
             return mesh_arrays(mesh, wanted_attributes, subdivision, groups, drift) if len(mesh.polygons) else None
-    mesh = obj.to_mesh()
-    try:
+    with whole_mesh(obj, obj.data) as mesh:
         return mesh_arrays(mesh, wanted_attributes, vertex_groups=groups) if len(mesh.polygons) else None
-    finally:
-        obj.to_mesh_clear()

@@ -6,7 +6,8 @@ Attributes whose buffer has exactly the stored type are copied as one block; the
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Iterator, Set
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -102,6 +103,18 @@ def generated_coordinates(mesh: bpy.types.Mesh) -> NDArray[np.float32] | None:
     extent = positions.max(axis=0, initial=-np.inf) - lower
     in_bounds = np.divide(positions - lower, extent, out=np.full_like(positions, 0.5), where=extent > 0.0)
     return None if np.allclose(generated, in_bounds, rtol=0.0, atol=SAME_COORDINATE) else generated
+
+
+@contextmanager
+def whole_mesh(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> Iterator[bpy.types.Mesh]:
+    """The mesh of an evaluated object; a copy while that is edited, which Blender keeps in another form then."""
+    if not mesh.is_editmode:
+        yield mesh
+        return
+    try:
+        yield obj.to_mesh()
+    finally:
+        obj.to_mesh_clear()
 
 
 def points_of(mesh: bpy.types.Mesh) -> NDArray[np.float32]:

@@ -16,7 +16,7 @@ from .camera import camera_arguments
 from .changes import data_uid, original_uid
 from .drift import points_after
 from .instances import read_places
-from .meshes import points_of
+from .meshes import points_of, whole_mesh
 from .placements import Surface, identity_of
 
 if TYPE_CHECKING:
@@ -72,7 +72,11 @@ def _read(
     eye = camera if camera is not None else scene.camera
     evaluated = eye.evaluated_get(depsgraph) if eye is not None else None
     matrices, _ = read_places(depsgraph)
-    shapes = {original_uid(obj): points_of(obj.data) for obj in _meshes(depsgraph) if _is_bent(obj, depsgraph)}
+    shapes = {}
+    for obj in _meshes(depsgraph):
+        if _is_bent(obj, depsgraph):
+            with whole_mesh(obj, obj.data) as mesh:
+                shapes[original_uid(obj)] = points_of(mesh)
     arguments = camera_arguments(scene, evaluated, SyncReport(), render)
     return MotionStep(arguments, matrices, _identities(depsgraph), shapes)
 
@@ -119,8 +123,10 @@ def place_steps(
         columns = step.matrices_of(matrices, identities)[items]
         shapes = {}
         for obj, handle in shown:
-            bent = step.shapes.get(original_uid(obj))
-            shape = points_after(obj.data, sign * seconds) if bent is None else bent
+            shape = step.shapes.get(original_uid(obj))
+            if shape is None:
+                with whole_mesh(obj, obj.data) as mesh:
+                    shape = points_after(mesh, sign * seconds)
             if shape is not None and len(shape) == builder.mesh_statistics(handle)["points"]:
                 shapes[handle] = shape
         builder.set_camera(**step.camera)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Set
 from dataclasses import dataclass, field
-from itertools import chain
+from functools import partial
+from itertools import chain, takewhile
 from typing import Any
 
 import bpy
@@ -21,6 +22,11 @@ from .placements import hash_pair
 _DEFAULT_RADIUS = 0.005  # of curves without radii, as Cycles 5.0 shows them
 _POLY = 1  # of the attribute "curve_type"
 _STRAND_DOMAINS = {"POINT": "POINT", "CURVE": "FACE"}
+# Types of modifiers that may add or remove UV maps or colours.
+_CHANGE_LAYERS = frozenset(
+    {"BOOLEAN", "DATA_TRANSFER", "DYNAMIC_PAINT", "FLUID", "MESH_SEQUENCE_CACHE", "NODES", "OCEAN", "PARTICLE_INSTANCE"}
+    | {"REMESH", "SCREW", "SKIN"}
+)
 
 
 @dataclass(frozen=True)
@@ -174,18 +180,35 @@ def _emitter_attributes(
         return name, "FACE", _rows(rows, end - first, components).astype(np.float32)
 
     origin = obj.original.data
+    before, behind = _layers_may_change(obj, modifier)
+    found = partial(_layers_found, before=before, behind=behind)
     rendered = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
-    uv_maps = sorted(_shared_names(origin.uv_layers, mesh.uv_layers), key=lambda item: item[1] != rendered)
+    uv_maps = sorted(found(origin.uv_layers, mesh.uv_layers), key=lambda item: item[1] != rendered)
     columns = [column(system.uv_on_emitter, 2, name, uv_no=number) for number, name in uv_maps]
-    colors = [item for item in _shared_names(origin.vertex_colors, mesh.vertex_colors) if item[1] in wanted]
+    colors = [item for item in found(origin.vertex_colors, mesh.vertex_colors) if item[1] in wanted]
     encoded = [column(system.mcol_on_emitter, 3, name, vcol_no=number) for number, name in colors]
     return columns + [(name, domain, srgb_to_linear(values)) for name, domain, values in encoded]
 
 
-def _shared_names(original: Iterable[Any], evaluated: Iterable[Any]) -> list[tuple[int, str]]:
-    """Names of layers that both have, with their numbers in the original."""
-    known = {layer.name for layer in evaluated}
-    return [(number, layer.name) for number, layer in enumerate(original) if layer.name in known]
+def _layers_may_change(obj: bpy.types.Object, modifier: bpy.types.ParticleSystemModifier) -> tuple[bool, bool]:
+    """Whether modifiers before this one, and behind it, may add or remove UV maps and colours."""
+    place = obj.modifiers.find(modifier.name)
+    changes = [item.type in _CHANGE_LAYERS for item in obj.modifiers]
+    return any(changes[:place]), any(changes[place + 1 :])
+
+
+def _layers_found(
+    original: Iterable[Any], evaluated: Iterable[Any], before: bool, behind: bool
+) -> list[tuple[int, str]]:
+    """Layers of the evaluated mesh that the modifier found too, by their numbers there: as at the end, if nothing
+    `behind` changes them; as at the beginning, if nothing `before` does; else those that begin both."""
+    first, last = [layer.name for layer in original], [layer.name for layer in evaluated]
+    if not behind:
+        return list(enumerate(last))
+    if not before:
+        return [(number, name) for number, name in enumerate(first) if name in last]
+    same = takewhile(lambda names: names[0] == names[1], zip(first, last, strict=False))
+    return [(number, name) for number, (name, _) in enumerate(same)]
 
 
 def _times(

@@ -54,11 +54,29 @@ def test_the_border_is_that_of_the_scene_that_asks(empty_scene, asked_for) -> No
     np.testing.assert_allclose(shown, expected_of(asked_for)[:, 8:24], atol=1e-5)
 
 
-def test_vectors_and_blur_too(empty_scene, asked_for) -> None:
+def test_blur_too(empty_scene, asked_for) -> None:
+    still = render(empty_scene, "CISTERN", 8, 3)
+    move_the_camera(asked_for)
     asked_for.render.use_motion_blur = True
-    asked_for.camera.keyframe_insert("location", frame=asked_for.frame_current - 1)
-    asked_for.camera.location.x += 0.5
-    asked_for.camera.keyframe_insert("location", frame=asked_for.frame_current + 1)
     shown = render(empty_scene, "CISTERN", 8, 3)
+    assert np.abs(shown - still).max() > 0.01
     np.testing.assert_allclose(shown, expected_of(asked_for), atol=1e-5)
     assert not [line.error for line in addon.report.last if line.error]
+
+
+def test_vectors_too(empty_scene, asked_for) -> None:
+    move_the_camera(asked_for)
+    asked_for.view_layers[0].use_pass_vector = True
+    show(empty_scene, asked_for, output="Vector")
+    shown = render(empty_scene, "CISTERN", 8, 3)
+    assert np.abs(shown).max() > 1.0
+    for scene in (empty_scene, asked_for):
+        scene.render.resolution_x, scene.render.resolution_y = SIZE
+    asked_for.render.use_border = False
+    np.testing.assert_allclose(shown, render(empty_scene, "CISTERN", 8, 3), atol=1e-5)
+
+
+def move_the_camera(scene: bpy.types.Scene) -> None:
+    for offset in (-1, 1):
+        scene.camera.location.x = 0.25 * offset
+        scene.camera.keyframe_insert("location", frame=scene.frame_current + offset)

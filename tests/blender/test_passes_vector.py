@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
+from tests.support import blender_scenes as build
 from tests.support import pass_scenes
 from tests.support.statistics import FALSE_ALARM_RATE, compare_replicas
 
@@ -217,3 +218,27 @@ def test_the_frame_stays_the_one_that_is_rendered(cards):
     for channel in "RGBA":
         name = f"ViewLayer.Combined.{channel}"
         np.testing.assert_array_equal(with_pass[name], without[name])
+
+
+@pytest.mark.parametrize("has_modifiers", [True, False])
+def test_meshes_in_edit_mode_have_vectors(empty_scene, has_modifiers):
+    """Blender then has their points in another form."""
+    build.add_camera(empty_scene)
+    build.add_light(empty_scene, "POINT", (0.5, -0.5, 2.0), energy=100.0)
+    bpy.ops.mesh.primitive_cube_add()
+    cube = bpy.context.object
+    cube.data.attributes.new("velocity", "FLOAT_VECTOR", "POINT").data.foreach_set("vector", np.full(24, 2.0))
+    if has_modifiers:
+        cube.modifiers.new("Bend", "SIMPLE_DEFORM").angle = 0.5
+        cube.modifiers.new("Smooth", "SUBSURF")
+    pass_scenes.prepare_layers(empty_scene, "PATH_TRACING")
+    empty_scene.view_layers[0].use_pass_vector = True
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        edited, _ = pass_scenes.render_layers(empty_scene, "CISTERN", 4)
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    as_it_is, _ = pass_scenes.render_layers(empty_scene, "CISTERN", 4)
+    for channel in CHANNELS:
+        np.testing.assert_allclose(edited[f"ViewLayer.{channel}"], as_it_is[f"ViewLayer.{channel}"], atol=1e-4)
+    assert has_modifiers or np.abs(as_it_is["ViewLayer.Vector.X"]).max() > 0.1

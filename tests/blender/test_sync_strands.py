@@ -248,19 +248,55 @@ def test_combed_hair_of_a_mesh_in_edit_mode_is_left_out(camera_scene, recorded_s
     assert len(builder.of("add_strands")) == 1
 
 
-def test_hair_has_the_uv_maps_that_its_modifier_finds(camera_scene, recorded_sync) -> None:
-    plane = combed()
-    tree = bpy.data.node_groups.new("later", "GeometryNodeTree")
+def geometry_nodes(plane, name: str, node_type: str, **members) -> bpy.types.NodesModifier:
+    """A modifier of one node, which has this name."""
+    tree = bpy.data.node_groups.new(name, "GeometryNodeTree")
     for way in ("INPUT", "OUTPUT"):
         tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
-    start, finish, store = map(tree.nodes.new, ("NodeGroupInput", "NodeGroupOutput", "GeometryNodeStoreNamedAttribute"))
-    store.data_type, store.domain = "FLOAT2", "CORNER"
-    store.inputs["Name"].default_value = "Later"
-    tree.links.new(start.outputs[0], store.inputs[0])
-    tree.links.new(store.outputs[0], finish.inputs[0])
-    plane.modifiers.new("later", "NODES").node_group = tree
+    start, finish, node = map(tree.nodes.new, ("NodeGroupInput", "NodeGroupOutput", node_type))
+    for member, value in members.items():
+        setattr(node, member, value)
+    node.inputs["Name"].default_value = name
+    if node_type == "GeometryNodeStoreNamedAttribute":
+        value = next(socket for socket in node.inputs if socket.name == "Value" and socket.enabled)
+        value.default_value[:2] = 0.375, 0.625
+    tree.links.new(start.outputs[0], node.inputs[0])
+    tree.links.new(node.outputs[0], finish.inputs[0])
+    modifier = plane.modifiers.new(name, "NODES")
+    modifier.node_group = tree
+    return modifier
+
+
+def stored_uv_map(plane, name: str) -> bpy.types.NodesModifier:
+    """Of one value, (0.375, 0.625)."""
+    return geometry_nodes(plane, name, "GeometryNodeStoreNamedAttribute", data_type="FLOAT2", domain="CORNER")
+
+
+def test_hair_has_the_uv_maps_that_its_modifier_finds(camera_scene, recorded_sync) -> None:
+    """Blender looks them up by numbers, and ends where there are fewer."""
+    plane = combed()
+    stored_uv_map(plane, "Later")
     builder, report = recorded_sync()
     (call,) = builder.of("add_strands")
     assert [name for name, _, _ in call["attributes"]] == ["UVMap"] and report.warnings == []
     (mesh,) = builder.of("add_mesh")
     assert {name for name, _, _ in mesh["attributes"]} >= {"UVMap", "Later"}
+
+
+def test_hair_has_the_uv_maps_that_modifiers_before_its_own_leave(camera_scene, recorded_sync) -> None:
+    bpy.ops.mesh.primitive_plane_add()
+    plane = bpy.context.object
+    plane.data.uv_layers.new(name="Last").data.foreach_set("uv", np.full(8, 0.25, np.float32))
+    geometry_nodes(plane, "UVMap", "GeometryNodeRemoveAttribute")
+    stored_uv_map(plane, "Earlier")
+    add_particle_hair(plane, count=4)
+    builder, report = recorded_sync()
+    (call,) = builder.of("add_strands")
+    found = {name: values for name, _, values in call["attributes"]}
+    assert set(found) == {"Last", "Earlier"} and report.warnings == []
+    np.testing.assert_allclose(found["Last"], np.full((4, 2), 0.25), rtol=1e-5)
+    np.testing.assert_allclose(found["Earlier"], np.tile((0.375, 0.625), (4, 1)), rtol=1e-5)
+    stored_uv_map(plane, "Later")
+    builder, _ = recorded_sync()
+    (call,) = builder.of("add_strands")
+    assert not {name for name, _, _ in call["attributes"]} & {"Last", "Earlier", "Later"}, "numbers are not known"

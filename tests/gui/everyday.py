@@ -119,10 +119,13 @@ def local_views() -> Iterator[float]:
     plane, cube = bpy.data.objects["Plane"], bpy.data.objects["Cube"]
     for obj, is_chosen in ((plane, False), (cube, True)):
         obj.select_set(is_chosen)
+    bpy.context.scene.render.film_transparent = True
     with in_view3d():
         bpy.ops.view3d.localview(frame_selected=False)
     yield from settle("local_view")
     driver.expect(redness() > 0.5 * before, f"the cube is in its local view: {redness():.3f}, before {before:.3f}")
+    driver.expect(bool(np.mean(newest()[..., 3] > 0.01) < 0.5), "the plane is not")
+    bpy.context.scene.render.film_transparent = False
     with in_view3d():
         bpy.ops.view3d.localview(frame_selected=False)
     yield from settle("after_local_view")
