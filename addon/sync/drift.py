@@ -1,5 +1,5 @@
 """How far points go while a shutter is open, where geometry tells it by an attribute `velocity`: as fluids and files of
-simulations do, whose points are others in each frame."""
+simulations do, whose points are others in each frame. Grids of volumes: `volume_drift`."""
 
 from __future__ import annotations
 
@@ -22,12 +22,18 @@ _VELOCITY = "velocity"  # [Cycles, blender/mesh.cpp, attr_create_motion_from_vel
 class Drift:
     """What is blurred by it, of a render."""
 
-    seconds: float
-    """Half of the exposure."""
+    times: ShutterTimes
+    frame_seconds: float
+    """From one frame to the next."""
 
     @staticmethod
     def during(times: ShutterTimes, render: bpy.types.RenderSettings) -> Drift:
-        return Drift(0.5 * (times.closing - times.opening) * render.fps_base / render.fps)
+        return Drift(times, render.fps_base / render.fps)
+
+    @property
+    def seconds(self) -> float:
+        """Half of the exposure."""
+        return 0.5 * self.times.length * self.frame_seconds
 
     def columns(
         self, geometry: bpy.types.Mesh | bpy.types.Curves | bpy.types.PointCloud

@@ -34,7 +34,7 @@ from .placements import (
     is_flattened,
     name_random,
 )
-from .shutter import bends
+from .shutter import bends, moves
 from .subdivision import Subdivision, subdivision_of
 
 if TYPE_CHECKING:
@@ -358,11 +358,11 @@ class InstanceSync:
         if material is None:
             return None
         material_set, names = material
-        frame = self._depsgraph.scene_eval.frame_current
-        has_shape = self._moment is None  # boxes of other moments have other voxels
-        box = self.meshes.placed_volume(obj, original_uid(obj), names, frame) if has_shape else None
-        mesh = box if has_shape else self.meshes.empty()
-        return None if mesh is None else self._surface(obj, instancer, key, mesh, material_set)
+        if self._moment is not None:  # its boxes have other voxels
+            return self._surface(obj, instancer, key, self.meshes.empty(), material_set)
+        drift, frame = self._drift if moves(obj, instancer) else None, self._depsgraph.scene_eval.frame_current
+        box = self.meshes.placed_volume(obj, original_uid(obj), names, frame, drift)
+        return None if box is None else self._surface(obj, instancer, key, box, material_set)
 
     def _visibility(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> tuple[int, bool]:
         """Bits of the rays that see it, and whether it is a holdout."""

@@ -20,6 +20,7 @@ from .points import point_arrays
 from .splats import SplatArrays, is_splat_cloud, splat_arrays
 from .strands import StrandArrays, curve_arrays, particle_arrays
 from .subdivision import Subdivision, final_mesh
+from .volume_drift import volume_drift
 from .volume_grids import volume_arrays, volume_version
 
 if TYPE_CHECKING:
@@ -107,27 +108,32 @@ class MeshTable:
             self.seconds += time.perf_counter() - start
         return self._by_address[address]
 
-    def placed_volume(self, obj: bpy.types.Object, owner: int, names: frozenset[str], frame: int) -> PlacedMesh | None:
+    def placed_volume(
+        self, obj: bpy.types.Object, owner: int, names: frozenset[str], frame: int, drift: Drift | None = None
+    ) -> PlacedMesh | None:
         """The box of an evaluated volume object, or domain of gas, whose material reads the grids `names`; None for one
         without any."""
-        address = (obj.data.as_pointer(), hash(names))
+        address = (obj.data.as_pointer(), (names, drift))
         if address not in self._by_address:
             self._report.look_up()
             start = time.perf_counter()
-            self._by_address[address] = self._place_volume(obj, owner, names, frame)
+            self._by_address[address] = self._place_volume(obj, owner, names, frame, drift)
             self.seconds += time.perf_counter() - start
         return self._by_address[address]
 
-    def _place_volume(self, obj: bpy.types.Object, owner: int, names: frozenset[str], frame: int) -> PlacedMesh | None:
+    def _place_volume(
+        self, obj: bpy.types.Object, owner: int, names: frozenset[str], frame: int, drift: Drift | None
+    ) -> PlacedMesh | None:
         key = (owner, self._counts[owner])
         self._counts[owner] += 1
         is_volume = isinstance(obj.data, bpy.types.Volume)
-        version = volume_version(obj.data, names) if is_volume else 0
+        goes_on = volume_drift(obj.data, drift) if is_volume else None
+        version = volume_version(obj.data, names, goes_on) if is_volume else 0
         mesh = self._by_version.get((version, None))
         if mesh is None:
             heard = SyncReport(is_stopped=self._report.is_stopped)
             if is_volume:
-                arrays = volume_arrays(obj.data, f"Object '{obj.name}'", names, heard)
+                arrays = volume_arrays(obj.data, f"Object '{obj.name}'", names, heard, goes_on)
             else:
                 arrays = gas_arrays(obj, gas_domain(obj), frame, names, heard)
             if arrays is None:

@@ -55,6 +55,7 @@ class MeshArrays:
     sharp_faces: NDArray[np.uint8] | None = None
     attributes: list[tuple[str, str, NDArray[np.float32]]] = field(default_factory=list)
     subdivision: dict[str, Any] | None = None
+    texture_space: NDArray[np.float32] | None = None
 
 
 def mesh_arrays(
@@ -86,6 +87,7 @@ def mesh_arrays(
         sharp_faces=sharp.view(np.uint8) if sharp is not None and normals_domain != "FACE" else None,
         attributes=attributes,
         subdivision=None if subdivision is None else subdivision.arguments(mesh),
+        texture_space=texture_space(mesh) if GENERATED in wanted_attributes else None,
     )
 
 
@@ -115,6 +117,18 @@ def whole_mesh(obj: bpy.types.Object, mesh: bpy.types.Mesh) -> Iterator[bpy.type
         yield obj.to_mesh()
     finally:
         obj.to_mesh_clear()
+
+
+def texture_space(mesh: bpy.types.Mesh) -> NDArray[np.float32] | None:
+    """(2, 3): corners of the box that Generated coordinates of what is inside map to [0, 1]; None where these are the
+    mesh's bounds, as the core has it by itself."""
+    place, half = np.array(mesh.texspace_location, np.float32), np.array(mesh.texspace_size, np.float32)
+    positions = points_of(mesh)
+    if not len(positions):
+        return None
+    box = np.stack([place - half, place + half])
+    bounds = np.stack([positions.min(axis=0), positions.max(axis=0)])
+    return None if np.allclose(box, bounds, rtol=0.0, atol=SAME_COORDINATE * np.abs(bounds).max()) else box
 
 
 def points_of(mesh: bpy.types.Mesh) -> NDArray[np.float32]:

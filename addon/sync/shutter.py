@@ -34,6 +34,10 @@ class ShutterTimes:
     def middle(self) -> float:
         return 0.5 * (self.opening + self.closing)
 
+    @property
+    def length(self) -> float:
+        return self.closing - self.opening
+
     def at(self, moment: Moment) -> float:
         share = moment.step / (1 << moment.doublings)
         return (1.0 - share) * self.opening + share * self.closing
@@ -75,9 +79,14 @@ def _doublings(obj: bpy.types.Object, instancer: bpy.types.Object | None = None)
     return max(versions.cycles_setting(one, "motion_steps", 1) for one in shown)
 
 
+def moves(obj: bpy.types.Object, instancer: bpy.types.Object | None) -> bool:
+    """Whether it is to be blurred."""
+    return _doublings(obj, instancer) > 0
+
+
 def bends(obj: bpy.types.Object, instancer: bpy.types.Object | None) -> bool:
     """Whether blur follows changes of its shape, too."""
-    return _doublings(obj, instancer) > 0 and all(
+    return moves(obj, instancer) and all(
         versions.cycles_setting(one, "use_deform_motion", True) for one in (obj, instancer) if one is not None
     )
 

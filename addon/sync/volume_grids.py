@@ -8,9 +8,8 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import bpy
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import SyncReport, versions
+from .volume_drift import DRIFT, VolumeDrift
 
 _LEAF = 8  # voxels along an axis: Cycles' volumes are made of leaves of OpenVDB's trees, and so is our box
 _MOST_BYTES = 1 << 32  # of the dense box of one object's grids
@@ -50,12 +50,13 @@ class VolumeArrays:
     size: tuple[int, int, int]
     grids: list[tuple[str, NDArray, NDArray, float]]
     scales_with_object: bool
+    drift_opening: float = 0.0
 
 
-def volume_version(volume: bpy.types.Volume, names: Collection[str]) -> int:
+def volume_version(volume: bpy.types.Volume, names: Collection[str], drift: VolumeDrift | None = None) -> int:
     """A number that stands for the grids of these names as they are now; 0: unknown."""
     render = volume.render
-    members = (tuple(sorted(names)), render.precision, render.space)
+    members = (tuple(sorted(names)), render.precision, render.space, drift)
     if volume.session_uid:  # what modifiers made; Blender gives a new one to the result of every evaluation
         return hash((volume.session_uid, *members)) or 1
     if not volume.grids.load():
@@ -68,7 +69,11 @@ def volume_version(volume: bpy.types.Volume, names: Collection[str]) -> int:
 
 
 def volume_arrays(
-    volume: bpy.types.Volume, owner: str, names: Collection[str], report: SyncReport
+    volume: bpy.types.Volume,
+    owner: str,
+    names: Collection[str],
+    report: SyncReport,
+    drift: VolumeDrift | None = None,
 ) -> VolumeArrays | None:
     """None, and a warning that names `owner`, where nothing can be read; none where there is nothing to read."""
     if not volume.grids.load():
@@ -79,14 +84,15 @@ def volume_arrays(
     wanted = [grid.name for grid in volume.grids if grid.name in names]
     if not wanted:
         return None
+    ways = drift.names if drift is not None else ()
     openvdb = versions.volume_reader()
     if openvdb is None:
         report.warn(f"{owner}: this Blender has no Python module for OpenVDB, the volume is left out")
         return None
     try:
         with _file_of(volume) as path:
-            grids = [openvdb.read(str(path), name) for name in wanted]
-            return _arrays(openvdb, grids, volume, owner, report)
+            grids, way = ([openvdb.read(str(path), name) for name in chosen] for chosen in (wanted, ways))
+            return _arrays(grids, way, volume, owner, report, drift)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         text = str(error).strip()[:100] or type(error).__name__
         report.warn(f"{owner}: {volume.filepath!r} cannot be read, it is left out: {text}")
@@ -107,32 +113,77 @@ def _file_of(volume: bpy.types.Volume) -> Iterator[Path]:
 
 
 def _arrays(
-    openvdb: ModuleType, vdbs: Sequence[Any], volume: bpy.types.Volume, owner: str, report: SyncReport
+    vdbs: Sequence[Any],
+    ways: Sequence[Any],
+    volume: bpy.types.Volume,
+    owner: str,
+    report: SyncReport,
+    drift: VolumeDrift | None,
 ) -> VolumeArrays | None:
-    grids: list[Grid] = []
     is_half = volume.render.precision != "FULL"
-    bytes_left = _MOST_BYTES
-    for vdb in vdbs:
-        lowest, highest = (np.array(corner, np.int64) for corner in vdb.evalActiveVoxelBoundingBox())
-        if vdb.empty() or (highest < lowest).any():
-            continue
-        if not vdb.transform.isLinear:
-            report.warn(f"{owner}: grid '{vdb.name}' lies in no straight lattice, it is left out")
-            continue
-        channels = 3 if vdb.valueTypeName.startswith("vec3") else 1
-        bytes_left -= int(np.prod(highest - lowest + 1)) * channels * (2 if is_half else 4)
-        if bytes_left < 0:
-            report.warn(f"{owner}: the box of grid '{vdb.name}' is larger than memory allows, it is left out")
-            continue
-        voxels = _voxels(vdb, lowest, highest, channels)
-        if voxels is None:
-            report.warn(f"{owner}: grid '{vdb.name}' of type {vdb.valueTypeName} is not supported, it is left out")
-            continue
-        margin = int(not versions.tiles_end_sharply() or vdb.activeLeafVoxelCount() > 0)
-        background = float(np.mean(np.array(vdb.background, np.float64)))
-        object_to_voxel, first = _object_to_voxel(vdb, lowest), tuple(lowest + versions.voxel_centre())
-        grids.append(Grid(vdb.name, stored(voxels, is_half), object_to_voxel, background, first, margin))
-    return boxed(grids, volume.render.space == "OBJECT") if grids else None
+    memory = _Memory(_MOST_BYTES, 2 if is_half else 4)
+    scales = volume.render.space == "OBJECT"
+    found = (_grid([vdb], vdb.name, is_half, memory, owner, report) for vdb in vdbs)
+    grids = [grid for grid in found if grid is not None]
+    if not grids:
+        return None
+    way = _grid(ways, DRIFT, is_half, memory, owner, report, drift.exposure) if ways else None
+    if way is None or not way.voxels.any():
+        return boxed(grids, scales)
+    farthest = np.abs(way.voxels.astype(np.float32)).max(axis=(0, 1, 2))
+    arrays = boxed(grids, scales, reach=drift.reach(farthest))
+    return replace(arrays, grids=[*arrays.grids, way.arguments], drift_opening=drift.opening)
+
+
+@dataclass
+class _Memory:
+    """What grids of one object may still take."""
+
+    bytes_left: int
+    value_bytes: int
+
+    def take(self, values: int) -> bool:
+        self.bytes_left -= values * self.value_bytes
+        return self.bytes_left >= 0
+
+
+def _grid(
+    vdbs: Sequence[Any],
+    name: str,
+    is_half: bool,
+    memory: _Memory,
+    owner: str,
+    report: SyncReport,
+    factor: float = 1.0,
+) -> Grid | None:
+    """Of one, or of three in one lattice whose values are the components of vectors; times a factor."""
+    told = vdbs[0].name
+    boxes = np.array([vdb.evalActiveVoxelBoundingBox() for vdb in vdbs if not vdb.empty()], np.int64)
+    if not len(boxes) or (boxes[:, 1] < boxes[:, 0]).any():
+        return None
+    lowest, highest = boxes[:, 0].min(0), boxes[:, 1].max(0)
+    if not all(vdb.transform.isLinear for vdb in vdbs):
+        report.warn(f"{owner}: grid '{told}' lies in no straight lattice, it is left out")
+        return None
+    lattices = [_object_to_voxel(vdb, lowest) for vdb in vdbs]
+    if not all(np.array_equal(lattice, lattices[0]) for lattice in lattices):
+        report.warn(f"{owner}: grid '{told}' lies in another lattice than its other components, it is left out")
+        return None
+    channels = len(vdbs) if len(vdbs) > 1 else 3 if vdbs[0].valueTypeName.startswith("vec3") else 1
+    if not memory.take(int(np.prod(highest - lowest + 1)) * channels):
+        report.warn(f"{owner}: the box of grid '{told}' is larger than memory allows, it is left out")
+        return None
+    parts = [_voxels(vdb, lowest, highest, channels if len(vdbs) == 1 else 1) for vdb in vdbs]
+    if any(part is None for part in parts) or (name == DRIFT and channels != 3):
+        report.warn(f"{owner}: grid '{told}' of type {vdbs[0].valueTypeName} is not supported, it is left out")
+        return None
+    voxels = parts[0] if len(parts) == 1 else np.stack(parts, -1)
+    if factor != 1.0:
+        voxels = voxels * np.float32(factor)
+    margin = int(not versions.tiles_end_sharply() or vdbs[0].activeLeafVoxelCount() > 0)
+    background = 0.0 if name == DRIFT else float(np.mean(np.array(vdbs[0].background, np.float64)))
+    first = tuple(lowest + versions.voxel_centre())
+    return Grid(name, stored(voxels, is_half), lattices[0], background, first, margin)
 
 
 def _voxels(vdb: Any, lowest: NDArray, highest: NDArray, channels: int) -> NDArray | None:  # noqa: ANN401
@@ -173,8 +224,11 @@ def _object_to_voxel(vdb: Any, lowest: NDArray) -> NDArray[np.float32]:  # noqa:
     return object_to_voxel.astype(np.float32)
 
 
-def boxed(grids: Sequence[Grid], scales_with_object: bool, leaf: int = _LEAF) -> VolumeArrays:
-    """Grids in their box, in voxels of the first: as large as what interpolation reaches, in whole leaves."""
+def boxed(
+    grids: Sequence[Grid], scales_with_object: bool, leaf: int = _LEAF, reach: NDArray[np.floating] | None = None
+) -> VolumeArrays:
+    """Grids in their box, in voxels of the first: as large as what interpolation reaches, in whole leaves; and `reach`
+    along each axis of the object beyond."""
     first = grids[0]
     lowest, highest = np.full(3, np.inf), np.full(3, -np.inf)
     for grid in grids:
@@ -183,6 +237,9 @@ def boxed(grids: Sequence[Grid], scales_with_object: bool, leaf: int = _LEAF) ->
         corners = np.array([[ends[i >> a & 1][a] for a in range(3)] for i in range(8)])
         corners = corners @ to_first[:3, :3].T + to_first[:3, 3]
         lowest, highest = np.minimum(lowest, corners.min(0)), np.maximum(highest, corners.max(0))
+    if reach is not None:
+        around = np.abs(first.object_to_voxel[:3, :3].astype(np.float64)) @ reach
+        lowest, highest = lowest - around, highest + around
     begin = np.floor((np.round(lowest, 3) + first.first) / leaf) * leaf - first.first
     end = (np.floor((np.round(highest, 3) + first.first) / leaf) + 1) * leaf - first.first
     shift = np.eye(4)

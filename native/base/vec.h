@@ -72,6 +72,7 @@ struct Bounds3 {
   bool is_empty() const { return lower.x > upper.x; }
   Vec3 diagonal() const { return upper - lower; }
   Vec3 center() const { return 0.5f * (lower + upper); }
+  friend constexpr bool operator==(const Bounds3& a, const Bounds3& b) = default;
 };
 
 }  // namespace cistern

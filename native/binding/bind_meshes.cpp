@@ -65,7 +65,7 @@ int add_mesh(SceneBuilder& builder, const std::string& name, const Array<float>&
              const OptionalArray<int32_t>& material_indices, const OptionalArray<float>& normals,
              const std::string& normals_domain, const OptionalArray<uint8_t>& sharp_faces,
              const std::vector<AttributeArgument>& attributes, const std::optional<py::dict>& subdivision,
-             std::optional<int> replace) {
+             const OptionalArray<float>& texture_space, std::optional<int> replace) {
   MeshInput input;
   input.name = name;
   input.positions = vec3_span(positions, name, "positions");
@@ -80,6 +80,11 @@ int add_mesh(SceneBuilder& builder, const std::string& name, const Array<float>&
   for (const AttributeArgument& attribute : attributes) input.attributes.push_back(to_attribute(attribute, input));
   std::optional<SubdivisionArrays> subdivided;
   if (subdivision) input.subdivision = subdivided.emplace(*subdivision, name).input;
+  if (texture_space) {
+    const std::span<const Vec3> corners = vec3_span(*texture_space, name, "texture_space");
+    if (corners.size() != 2) throw Error(name, "texture_space must have 2 corners");
+    input.texture_space = Bounds3{corners[0], corners[1]};
+  }
   const py::gil_scoped_release nogil;
   return builder.add_mesh(input, replace);
 }
@@ -176,7 +181,7 @@ void bind_meshes(py::class_<SceneBuilder>& builder) {
            py::arg("material_indices").noconvert() = none, py::arg("normals").noconvert() = none,
            py::arg("normals_domain") = "FACE", py::arg("sharp_faces").noconvert() = none,
            py::arg("attributes") = std::vector<AttributeArgument>{}, py::arg("subdivision") = none,
-           py::arg("replace") = none)
+           py::arg("texture_space").noconvert() = none, py::arg("replace") = none)
       .def("add_strands", &add_strands, py::arg("name"), py::arg("positions").noconvert(), py::arg("radii").noconvert(),
            py::arg("strand_offsets").noconvert(), py::arg("material_indices").noconvert() = none,
            py::arg("shape") = "SPLINES", py::arg("attributes") = std::vector<AttributeArgument>{},

@@ -96,6 +96,8 @@ class SceneBuilder:
         sharp_faces: NDArray[np.uint8] | None = None,  # (polygons,)
         attributes: Sequence[tuple[str, str, NDArray[np.float32]]] = (),  # (name, domain, (n, 1..4)); UV maps first
         subdivision: dict[str, Any] | None = None,  # SubdivisionInput of native/scene/scene_builder.h: see set_dicing
+        texture_space: NDArray[np.float32]
+        | None = None,  # (2, 3): Generated inside maps it to [0, 1]; None: the bounds
         replace: int | None = None,
     ) -> int: ...
     def add_strands(
@@ -136,10 +138,12 @@ class SceneBuilder:
         # name, voxels (x, y, z) or (x, y, z, 1..4) of float16 or float32, object_to_voxel (4, 4), background
         grids: Sequence[tuple[str, NDArray[np.floating], NDArray[np.float32], float]],
         scales_with_object: bool = False,  # an object twice as large is half as dense
+        drift_opening: float = 0.0,  # when a shutter opens, in exposures since the voxels were as they are
         replace: int | None = None,
     ) -> int:
         """The box of a volume object as a mesh, whose handle this is, and the grids that materials read inside by name.
-        Voxels are points at whole numbers; they are shared, not copied: arrays must not change afterwards."""
+        Voxels are points at whole numbers; they are shared, not copied: arrays must not change afterwards. A grid of
+        vectors called "INFO:drift" tells how far things go in a whole exposure, in object space."""
     def add_image(
         self,
         name: str,

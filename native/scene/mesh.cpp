@@ -91,8 +91,8 @@ bool is_same_mesh(const Mesh& a, const Mesh& b) {
   const bool has_same_surface =
       a.name == b.name && a.positions == b.positions && a.vertices == b.vertices && a.corners == b.corners &&
       a.polygons == b.polygons && a.material_slots == b.material_slots && a.corner_count == b.corner_count &&
-      a.radii == b.radii && a.strand_shape == b.strand_shape && is_same_cloud(a.splats.get(), b.splats.get()) &&
-      a.dropped_triangles == b.dropped_triangles;
+      a.radii == b.radii && a.texture_space == b.texture_space && a.strand_shape == b.strand_shape &&
+      is_same_cloud(a.splats.get(), b.splats.get()) && a.dropped_triangles == b.dropped_triangles;
   const bool has_same_volume = a.volume == b.volume || (a.volume && b.volume && is_same_volume(*a.volume, *b.volume));
   const bool has_same_cage = a.cage == b.cage || (a.cage && b.cage && *a.cage == *b.cage);
   return has_same_surface && has_same_volume && has_same_cage && a.normals_domain == b.normals_domain &&

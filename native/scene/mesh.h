@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -66,8 +67,10 @@ struct Mesh {
   int generated_attribute = -1;           // index of kGeneratedAttribute; -1: none
   std::vector<float> radii;               // of strands: per position, in object space, at least 0; empty: triangles
   StrandShape strand_shape = StrandShape::SPLINES;
-  uint32_t corner_count = 0;       // elements of corner data; of strands: how many there are
-  Bounds3 bounds;                  // of all finite positions, loose ones included
+  uint32_t corner_count = 0;  // elements of corner data; of strands: how many there are
+  Bounds3 bounds;             // of all finite positions, loose ones included
+  /// What Generated coordinates inside of it, in media, map to [0, 1]; not set: generated_bounds.
+  std::optional<Bounds3> texture_space;
   uint32_t dropped_triangles = 0;  // degenerate or with non-finite coordinates: left out, reported
   /// What displacement made this of, with the same triangles in the same order; null for what is as it was built.
   std::shared_ptr<const Mesh> undisplaced;

@@ -215,6 +215,7 @@ Mesh build_mesh(const MeshInput& input) {
   mesh.positions.reserve(input.positions.size() + 1);
   mesh.positions.assign(input.positions.begin(), input.positions.end());
   mesh.bounds = finite_bounds(mesh.positions);
+  mesh.texture_space = input.texture_space;
   if (input.subdivision && mesh.triangle_count() > 0) mesh.cage = make_cage(input);
   return mesh;
 }

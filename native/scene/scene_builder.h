@@ -44,6 +44,7 @@ struct MeshInput {
   std::span<const Vec3> normals;              // per point or per corner, any length > 0
   std::span<const uint8_t> sharp_faces;       // per polygon, 1 = flat although normals exist at points; may be empty
   std::vector<MeshAttribute> attributes;
+  std::optional<Bounds3> texture_space;  // see Mesh
   /// How the mesh is subdivided for each picture; not set: it is as it is.
   std::optional<SubdivisionInput> subdivision;
 };
@@ -78,6 +79,7 @@ struct VolumeInput {
   std::array<int, 3> size{};
   std::vector<VoxelGrid> grids;
   bool scales_with_object = false;
+  float drift_opening = 0.0f;  // VoxelDrift::opening; the way is the grid called kDriftGrid
 };
 
 /// Collects a scene; keeps handles stable across edits. Not thread-safe; `snapshot` returns an immutable copy that

@@ -206,6 +206,10 @@ void Shutter::add_instance(size_t index, std::span<const Matches> matches) {
 }
 
 void Shutter::add_mesh(size_t handle, std::span<const size_t> instances, std::span<const Matches> matches) {
+  if (const VoxelVolume* volume = middle_->meshes[handle]->volume.get()) {
+    if (volume->drift) volumes_.push_back(handle);
+    return;
+  }
   using Shape = std::shared_ptr<const Mesh>;
   const Shape& shape = middle_->meshes[handle];
   Track<Shape> shapes = track<Shape>(shape, [&](size_t moment) {
@@ -241,6 +245,11 @@ std::shared_ptr<const Scene> Shutter::at(float time) const {
     const std::shared_ptr<const Mesh>&from = shapes.values[step], &to = shapes.values[step + 1];
     std::shared_ptr<const Mesh>& mesh = scene->meshes[handle];
     if (from != mesh || to != mesh) mesh = between(*mesh, *from, *to, t);
+  }
+  for (const size_t handle : volumes_) {
+    auto mesh = std::make_shared<Mesh>(*scene->meshes[handle]);
+    mesh->volume = std::make_shared<const VoxelVolume>(at_time(*mesh->volume, time));
+    scene->meshes[handle] = std::move(mesh);
   }
   return scene;
 }

@@ -12,8 +12,8 @@ namespace cistern {
 /// are equal, those without a key where their handles are. What is not there at a moment, meshes that are more than
 /// other points and normals then, and cameras that are mirrored pass from the moment before to the one after, and stand
 /// where there is none; but points of meshes that have a kDriftAttribute go as that says, where no moment knows them or
-/// all have them as the middle has; lamps, materials and the environment stand as in the middle (as in Cycles). What is
-/// shrunk to nothing is there.
+/// all have them as the middle has, and volumes as their VoxelDrift says; lamps, materials and the environment stand as
+/// in the middle (as in Cycles). What is shrunk to nothing is there.
 class Shutter {
  public:
   /// `moments`: at even steps from when the shutter opens to when it closes, without the middle one: an even number of
@@ -22,7 +22,7 @@ class Shutter {
 
   const std::shared_ptr<const Scene>& middle() const { return middle_; }
   bool moves_anything() const { return !cameras_.times.empty() || moves_surfaces(); }
-  bool moves_surfaces() const { return !instances_.empty() || !meshes_.empty(); }
+  bool moves_surfaces() const { return !instances_.empty() || !meshes_.empty() || !volumes_.empty(); }
 
   /// The scene at a time between 0 (the shutter opens) and 1 (it closes). What rests is shared.
   std::shared_ptr<const Scene> at(float time) const;
@@ -57,6 +57,7 @@ class Shutter {
   std::vector<MovingTransform> eyes_;  // from each time of the cameras to the next
   std::vector<MovingInstance> instances_;
   std::vector<MovingMesh> meshes_;
+  std::vector<size_t> volumes_;  // meshes: of volumes that drift
 };
 
 /// The time by which a share `u` in [0, 1) of the light is in that a shutter lets in between 0 and 1. `openness` (none

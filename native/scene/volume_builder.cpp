@@ -17,6 +17,7 @@ void check_invertible(const std::string& name, const char* what, const Transform
 }
 
 void check(const VolumeInput& input) {
+  if (!std::isfinite(input.drift_opening)) throw Error(input.name, "drift_opening is not finite");
   check_invertible(input.name, "object_to_box", input.object_to_box);
   if (std::ranges::any_of(input.size, [](int size) { return size < 1; }))
     throw Error(input.name, "the box of a volume must have at least one voxel along each axis");
@@ -28,7 +29,17 @@ void check(const VolumeInput& input) {
       throw Error(input.name,
                   "grid '" + grid.name + "' has " + std::to_string(grid.channels) + " channels: must have 1 to 4");
     if (!std::isfinite(grid.background)) throw Error(input.name, "grid '" + grid.name + "' is not finite");
+    if (grid.name == kDriftGrid && grid.channels != 3)
+      throw Error(input.name, "grid '" + grid.name + "' has " + std::to_string(grid.channels) + " channels, not 3");
   }
+}
+
+std::optional<VoxelGrid> take_drift(std::vector<VoxelGrid>& grids) {
+  const auto found = std::ranges::find(grids, kDriftGrid, &VoxelGrid::name);
+  if (found == grids.end()) return std::nullopt;
+  VoxelGrid drift = std::move(*found);
+  grids.erase(found);
+  return drift;
 }
 
 }  // namespace
@@ -51,8 +62,11 @@ Mesh build_volume(VolumeInput input) {
   mesh_input.polygon_offsets = kSideOffsets;
   Mesh mesh = build_mesh(mesh_input);
   for (VoxelGrid& grid : input.grids) grid.name_hash = attribute_name_hash(grid.name);
-  mesh.volume = std::make_shared<const VoxelVolume>(
-      make_voxel_volume(std::move(input.grids), input.object_to_box, input.size, input.scales_with_object));
+  std::optional<VoxelGrid> drift = take_drift(input.grids);
+  VoxelVolume volume =
+      make_voxel_volume(std::move(input.grids), input.object_to_box, input.size, input.scales_with_object);
+  if (drift) add_drift(volume, std::move(*drift), input.drift_opening);
+  mesh.volume = std::make_shared<const VoxelVolume>(std::move(volume));
   return mesh;
 }
 

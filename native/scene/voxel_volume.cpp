@@ -104,10 +104,19 @@ void find_places(VoxelVolume& volume) {
   }
 }
 
+Vec3 drift_at(const VoxelVolume& volume, Vec3 place) {
+  const std::array<float, 4> way = sample_grid(volume.drift->way, place).channel;
+  return volume.drifts * Vec3{way[0], way[1], way[2]};
+}
+
 bool is_same_grid(const VoxelGrid& a, const VoxelGrid& b) {
   return a.name == b.name && a.size == b.size && a.channels == b.channels && a.is_half == b.is_half &&
          a.background == b.background && a.object_to_voxel == b.object_to_voxel &&
          (a.voxels == b.voxels || std::memcmp(a.voxels.get(), b.voxels.get(), a.memory_bytes()) == 0);
+}
+
+bool is_same_drift(const VoxelDrift* a, const VoxelDrift* b) {
+  return a == b || (a && b && a->opening == b->opening && is_same_grid(a->way, b->way));
 }
 
 }  // namespace
@@ -160,9 +169,34 @@ const VoxelGrid* VoxelVolume::find(uint32_t name_hash) const {
   return nullptr;
 }
 
+Vec3 VoxelVolume::origin_of(Vec3 place) const {
+  if (!drift || drifts == 0.0f) return place;
+  return place - drift_at(*this, place - drift_at(*this, place));
+}
+
+Vec3 VoxelVolume::destination_of(Vec3 place) const {
+  return drift && drifts != 0.0f ? place + drift_at(*this, place) : place;
+}
+
+void add_drift(VoxelVolume& volume, VoxelGrid way, float opening) {
+  float most = 0.0f;
+  for (size_t i = 0; i < way.voxel_count(); ++i) {
+    const Vec3 v = volume.object_to_blocks.vector({stored(way, 3 * i), stored(way, 3 * i + 1), stored(way, 3 * i + 2)});
+    most = std::max({most, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  }
+  volume.drift = std::make_shared<const VoxelDrift>(VoxelDrift{std::move(way), opening, most});
+}
+
+VoxelVolume at_time(const VoxelVolume& volume, float time) {
+  VoxelVolume result = volume;
+  if (volume.drift) result.drifts = volume.drift->opening + time;
+  return result;
+}
+
 size_t VoxelVolume::memory_bytes() const {
   size_t bytes = first_place.capacity() * sizeof(uint32_t) + places.capacity() * sizeof(Vec3);
   for (const VoxelGrid& grid : grids) bytes += grid.memory_bytes();
+  if (drift) bytes += drift->way.memory_bytes();
   return bytes;
 }
 
@@ -186,7 +220,8 @@ VoxelVolume make_voxel_volume(std::vector<VoxelGrid> grids, const Transform& obj
 
 bool is_same_volume(const VoxelVolume& a, const VoxelVolume& b) {
   return a.scales_with_object == b.scales_with_object && a.object_to_blocks == b.object_to_blocks &&
-         a.blocks == b.blocks && std::ranges::equal(a.grids, b.grids, is_same_grid);
+         a.blocks == b.blocks && a.drifts == b.drifts && is_same_drift(a.drift.get(), b.drift.get()) &&
+         std::ranges::equal(a.grids, b.grids, is_same_grid);
 }
 
 }  // namespace cistern

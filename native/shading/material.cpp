@@ -161,7 +161,10 @@ Rgb evaluate_lamp_emission(const Scene& scene, const Instance& object, const Sur
                            const PathState& path) {
   const MaterialProgram* program = find_program(scene, point.material);
   if (program == nullptr || !program->may_emit) return {};
-  return run_emission({scene, *program, point, path, false, &object});
+  PathState without_kind = path;  // Light Path nodes of lamps know of no kind of ray, as in Cycles
+  without_kind.ray_kind = 0;
+  without_kind.is_singular = false;
+  return run_emission({scene, *program, point, without_kind, false, &object});
 }
 
 Rgb evaluate_transparency(const Scene& scene, const SurfacePoint& point, const PathState& path, const Accel* accel) {
@@ -208,12 +211,24 @@ float object_density(const Scene& scene, const Instance& instance) {
   return size > 0.0f ? 1.0f / size : 1.0f;
 }
 
+namespace {
+
+/// Where what is at a place of a volume object was when its grids were as they are.
+Vec3 undrifted(const Scene& scene, const Instance& instance, Vec3 position) {
+  const VoxelVolume* volume = scene.meshes[static_cast<size_t>(instance.mesh)]->volume.get();
+  if (!volume || !volume->drift || volume->drifts == 0.0f) return position;
+  const Vec3 place = inverse(instance.object_to_world).point(position);
+  return instance.object_to_world.point(volume->origin_of(place));
+}
+
+}  // namespace
+
 void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path,
                 Vec3 position) {
   const MaterialProgram* program = find_program(scene, material);
   if (program == nullptr || !program->has_volume) return;
   SurfacePoint point;
-  point.position = position;
+  point.position = undrifted(scene, scene.instances[instance], position);
   point.ng = point.ns = point.wo = {0.0f, 0.0f, 1.0f};
   point.instance = instance;
   point.material = material;

@@ -16,10 +16,13 @@ const VoxelGrid* find_grid(const NodeContext& c, int name_index) {
   return c.mesh().volume->find(c.program.attribute_hashes[static_cast<size_t>(name_index)]);
 }
 
+std::array<float, 4> stored_value(const NodeContext& c, const VoxelGrid& grid) {
+  return sample_grid(grid, inverse(c.instance().object_to_world).point(c.point.position)).channel;
+}
+
 /// One channel fills all three. Colours with alpha are stored multiplied by it, as in Cycles.
 AttributeValue grid_value(const NodeContext& c, const VoxelGrid& grid) {
-  const std::array<float, 4> v =
-      sample_grid(grid, inverse(c.instance().object_to_world).point(c.point.position)).channel;
+  const std::array<float, 4> v = stored_value(c, grid);
   if (grid.channels == 1) return {{v[0], v[0], v[0]}, 1.0f};
   const float scale = grid.channels == 4 && v[3] > 1e-6f && v[3] != 1.0f ? 1.0f / v[3] : 1.0f;
   return {scale * Vec3{v[0], v[1], v[2]}, v[3]};
@@ -35,8 +38,13 @@ AttributeValue attribute_node(const NodeContext& c, int name_index, AttributeVal
   return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), index);
 }
 
-/// Of two numbers the first, else the mean of three: those of one are the same.
+/// Of two numbers the first, of a grid the mean of its colour as it is stored, else the mean of three: those of one are
+/// the same.
 float attribute_factor(const NodeContext& c, int name_index, BumpShift shift) {
+  if (const VoxelGrid* const grid = find_grid(c, name_index)) {
+    const std::array<float, 4> v = stored_value(c, *grid);
+    return grid->channels == 1 ? v[0] : (v[0] + v[1] + v[2]) * (1.0f / 3.0f);
+  }
   const Vec3 value = attribute_node(c, name_index, {}, shift).value;
   const int index = resolve_attribute(c, name_index);
   const bool is_pair = index >= 0 && c.mesh().attributes[static_cast<size_t>(index)].components == 2;
@@ -74,7 +82,8 @@ Vec3 generated_node(const NodeContext& c, BumpShift shift) {
   if ((!c.has_mesh() && !c.is_inside) || is_point(c)) return object_position(c, shift);
   if (const int own = c.mesh().generated_attribute; own >= 0 && !c.is_inside)
     return interpolate_attribute(c.mesh(), c.point.triangle, shifted_barycentric(c.scene, c.point, shift), own).value;
-  const Bounds3& bounds = c.mesh().generated_bounds();
+  const std::optional<Bounds3>& inside = c.mesh().texture_space;
+  const Bounds3& bounds = c.is_inside && inside ? *inside : c.mesh().generated_bounds();
   const Vec3 p = original_position(c, shift) - bounds.lower;
   const Vec3 size = bounds.diagonal();
   const auto map = [](float x, float extent) { return extent > 0.0f ? x / extent : 0.5f; };

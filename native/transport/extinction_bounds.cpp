@@ -59,7 +59,7 @@ class Densest {
   std::vector<int> materials_;
 };
 
-/// Each the largest of itself and those around it: what samples miss in one, they may meet beside it.
+/// Each the largest of itself and those around it: what samples miss in one, or has drifted away, they may meet there.
 std::vector<float> dilated(const std::vector<float>& values, const std::array<int, 3>& n) {
   std::vector<float> result = values;
   size_t stride = 1;
@@ -108,11 +108,13 @@ ExtinctionBounds find_extinction_bounds(const Scene& scene, uint32_t index) {
       }
       if (volume)
         for (size_t k = volume->first_place[b]; k < volume->first_place[b + 1]; ++k)
-          largest = std::max(largest, densest.at(volume->places[k]));
+          largest = std::max(largest, densest.at(volume->destination_of(volume->places[k])));
       bounds.bound[b] = largest;
     }
   });
-  if (!volume) bounds.bound = dilated(bounds.bound, n);
+  const float drift = !volume ? 1.0f : volume->drift ? std::abs(volume->drifts) * volume->drift->longest : 0.0f;
+  for (int i = 0; static_cast<float>(i) < drift && i < std::max({n[0], n[1], n[2]}); ++i)
+    bounds.bound = dilated(bounds.bound, n);
   const float diagonal = world_diagonal(scene, instance);
   for (float& bound : bounds.bound) {
     bound = std::clamp(bound, kFewestSteps / diagonal, kMostSteps / diagonal);

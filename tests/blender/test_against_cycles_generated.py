@@ -12,6 +12,16 @@ from tests.support.engines import compare_with_cycles
 pytestmark = pytest.mark.usefixtures("registered_addon")
 
 
+def glowing() -> bpy.types.Material:
+    """Thin fog, whose light is even along each ray but for its colour."""
+
+    def make(tree):
+        coordinates = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
+        return build.shader(tree, "ShaderNodeEmission", Color=coordinates, Strength=0.5).outputs[0]
+
+    return build.material("inside", make, "Volume")
+
+
 def shining() -> bpy.types.Material:
     def make(tree):
         coordinates = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
@@ -83,9 +93,9 @@ MAKERS = {
 def shown(empty_scene):
     """Makes an object and shows it, seen from the front and above."""
 
-    def show(make) -> bpy.types.Scene:
+    def show(make, shade=shining) -> bpy.types.Scene:
         obj = make()
-        obj.data.materials.append(shining())
+        obj.data.materials.append(shade())
         camera = build.add_camera(empty_scene, (0.4, -4.0, 2.5), (1.0, 0.0, 0.0))
         camera.data.type, camera.data.ortho_scale = "ORTHO", 4.0
         return empty_scene
@@ -106,6 +116,21 @@ def test_coordinates_are_those_of_cycles(shown, name):
 def test_bounds_in_their_place_are_seen(shown, monkeypatch, make):
     monkeypatch.setattr(meshes, "generated_coordinates", lambda mesh: None)
     assert not agrees(shown(make))
+
+
+@pytest.mark.parametrize("name", [name for name in MAKERS if name != "head"])
+def test_coordinates_in_volumes_are_those_of_cycles(shown, name):
+    scene = shown(MAKERS[name], glowing)
+    build.set_world(scene, strength=0.0)
+    assert agrees(scene)
+
+
+@pytest.mark.parametrize("make", [shape_key, ARRAY, own_space], ids=lambda make: make.__name__)
+def test_bounds_in_their_place_are_seen_in_volumes(shown, monkeypatch, make):
+    monkeypatch.setattr(meshes, "texture_space", lambda mesh: None)
+    scene = shown(make, glowing)
+    build.set_world(scene, strength=0.0)
+    assert not agrees(scene)
 
 
 def shown_tangents(scene: bpy.types.Scene) -> bpy.types.Scene:

@@ -207,5 +207,8 @@ def test_what_does_not_fit_is_refused() -> None:
     ):
         with pytest.raises(core.Error, match="cloud"):
             builder.add_volume("cloud", eye, size, [("density", voxels, matrix, 0.0)])
+    for drift, opening in ((good, 0.0), (np.ones((2, 2, 2, 3), np.float32), np.nan)):
+        with pytest.raises(core.Error, match="cloud"):
+            builder.add_volume("cloud", eye, (2, 2, 2), [("INFO:drift", drift, eye, 0.0)], drift_opening=opening)
     handle = builder.add_volume("cloud", eye, (2, 2, 2), [("density", good, eye, 0.0)])
     assert builder.add_volume("cloud", eye, (2, 2, 2), [("density", good.copy(), eye, 0.0)], replace=handle) == handle

@@ -11,14 +11,14 @@ import numpy as np
 Nodes = bpy.types.ShaderNodeTree
 
 
-def material(name: str, build: Callable[[Nodes], bpy.types.NodeSocket]) -> bpy.types.Material:
-    """A material whose surface is the socket that `build` returns."""
+def material(name: str, build: Callable[[Nodes], bpy.types.NodeSocket], place: str = "Surface") -> bpy.types.Material:
+    """A material whose surface, or what else `place` names, is the socket that `build` returns."""
     result = bpy.data.materials.new(name)
     result.use_nodes = True
     tree = result.node_tree
     tree.nodes.clear()
     output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(build(tree), output.inputs["Surface"])
+    tree.links.new(build(tree), output.inputs[place])
     return result
 
 

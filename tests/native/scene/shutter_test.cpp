@@ -187,6 +187,26 @@ TEST(Shutter, PointsDriftWhereMomentsDoNotTell) {
   EXPECT_FLOAT_EQ(height(told, 1.0f, 0), 2.5f) << "the moment knows better";
 }
 
+TEST(Shutter, VolumesDrift) {
+  const auto scene = std::make_shared<Scene>(*scene_at(0.0f));
+  auto mesh = std::make_shared<Mesh>(*scene->meshes[0]);
+  VoxelGrid way;
+  way.size = {1, 1, 1};
+  way.channels = 3;
+  way.voxels = std::make_shared<std::array<float, 3>>(std::array<float, 3>{0.0f, 0.0f, 1.0f});
+  VoxelVolume volume = make_voxel_volume({}, Transform{}, {1, 1, 1}, false);
+  add_drift(volume, way, -0.5f);
+  mesh->volume = std::make_shared<const VoxelVolume>(volume);
+  scene->meshes[0] = mesh;
+  const Shutter shutter = opened(scene, {scene_at(0.0f), scene_at(0.0f)});
+  EXPECT_TRUE(shutter.moves_surfaces());
+  for (const float time : {0.0f, 0.5f, 0.75f}) {
+    const std::shared_ptr<const Mesh> then = shutter.at(time)->meshes[0];
+    EXPECT_FLOAT_EQ(then->volume->drifts, time - 0.5f);
+    EXPECT_EQ(then->positions, mesh->positions);
+  }
+}
+
 TEST(Shutter, WhatShrinksToNothingOrIsMirroredGoesStraight) {
   const auto scaled = [](float x, float rest) {
     SceneBuilder builder(*scene_at(0.0f));

@@ -62,5 +62,33 @@ TEST(VoxelVolume, PlacesOfBlocksAreExtremes) {
   EXPECT_GT(blocks_with_places, 5u);
 }
 
+/// A way of (0.5, 0, 0) everywhere in [0, 20].
+VoxelGrid even_way() {
+  VoxelGrid way;
+  way.size = {21, 21, 21};
+  way.channels = 3;
+  auto voxels = std::make_shared<float[]>(3 * way.voxel_count());
+  for (size_t i = 0; i < way.voxel_count(); ++i) voxels[3 * i] = 0.5f;
+  way.voxels = voxels;
+  return way;
+}
+
+TEST(VoxelVolume, DriftsWhileAShutterIsOpen) {
+  VoxelVolume volume = make_voxel_volume({}, Transform{}, {20, 20, 20}, false);
+  add_drift(volume, even_way(), -0.25f);
+  EXPECT_FLOAT_EQ(volume.drift->longest, 0.5f * 3.0f / 20.0f) << "in blocks";
+  const Vec3 place{10.0f, 4.0f, 5.0f}, beyond{30.0f, 4.0f, 5.0f};
+  EXPECT_EQ(volume.origin_of(place), place) << "not told when";
+  for (const float time : {0.0f, 0.25f, 1.0f}) {
+    const VoxelVolume then = at_time(volume, time);
+    const Vec3 way{0.5f * (time - 0.25f), 0.0f, 0.0f};
+    EXPECT_EQ(then.origin_of(place), place - way);
+    EXPECT_EQ(then.destination_of(place), place + way);
+    EXPECT_EQ(then.origin_of(beyond), beyond) << "nothing goes there";
+    EXPECT_EQ(is_same_volume(volume, then), time == 0.25f);
+  }
+  EXPECT_EQ(at_time(make_voxel_volume({}, Transform{}, {20, 20, 20}, false), 0.5f).origin_of(place), place);
+}
+
 }  // namespace
 }  // namespace cistern::test
