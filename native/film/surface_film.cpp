@@ -109,8 +109,8 @@ void SurfaceFilm::add(uint32_t pixel, const Scene& scene, std::span<const SeenSu
     if (has_mattes_) add_mattes(sample, scene, surface);
     if (is_found || (surface.alpha < kLeastAlpha && scene.camera.type != CameraType::SHEET)) continue;
     is_found = true;
-    if (passes_.roughness) sample.rounding.add(surface.roughness, roughness_[pixel]);
-    if (passes_.uv) add_uv(sample, scene, surface.point);
+    if (passes_.roughness) sample.rounding.add(surface.clear * surface.roughness, roughness_[pixel]);
+    if (passes_.uv) add_uv(sample, scene, surface);
     if (passes_.motion) add_motion(sample, scene, surface.point);
   }
 }
@@ -125,8 +125,8 @@ void SurfaceFilm::add_occlusion(const Sample& sample, const SeenSurface& seen, c
   sample.rounding.add(open * seen.contribution, open_[sample.pixel]);
 }
 
-void SurfaceFilm::add_uv(const Sample& sample, const Scene& scene, const SurfacePoint& point) {
-  const Vec3 uv = rendered_uv(scene, point);
+void SurfaceFilm::add_uv(const Sample& sample, const Scene& scene, const SeenSurface& seen) {
+  const Vec3 uv = seen.clear * rendered_uv(scene, seen.point);
   for (size_t i = 0; i < kUvChannels; ++i)
     sample.rounding.add(uv[static_cast<int>(i)], uv_[kUvChannels * sample.pixel + i]);
 }
@@ -155,13 +155,13 @@ void SurfaceFilm::add_aovs(const Sample& sample, const Scene& scene, const SeenS
       if (aov_hashes_[i] != values.name_hash) continue;
       float* sum = &aovs_[i][static_cast<size_t>(passes_.aovs[i].channels()) * sample.pixel];
       if (!passes_.aovs[i].is_color) {
-        sample.rounding.add(values.value, sum[0]);
+        sample.rounding.add(seen.clear * values.value, sum[0]);
         continue;
       }
-      sample.rounding.add(values.color.r, sum[0]);
-      sample.rounding.add(values.color.g, sum[1]);
-      sample.rounding.add(values.color.b, sum[2]);
-      sum[3] += 1.0f;
+      sample.rounding.add(seen.clear * values.color.r, sum[0]);
+      sample.rounding.add(seen.clear * values.color.g, sum[1]);
+      sample.rounding.add(seen.clear * values.color.b, sum[2]);
+      sample.rounding.add(seen.clear, sum[3]);
     }
   };
   seen.is_environment ? evaluate_environment_aovs(scene, -seen.point.wo, seen.path, std::ref(add))

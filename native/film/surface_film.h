@@ -38,7 +38,7 @@ class SurfaceFilm {
 
   float mist_of(const Camera& camera, Vec3 position) const;
   void add_occlusion(const Sample& sample, const SeenSurface& seen, const Accel* accel);
-  void add_uv(const Sample& sample, const Scene& scene, const SurfacePoint& point);
+  void add_uv(const Sample& sample, const Scene& scene, const SeenSurface& seen);
   void add_motion(const Sample& sample, const Scene& scene, const SurfacePoint& point);
   void add_aovs(const Sample& sample, const Scene& scene, const SeenSurface& seen, const Accel* accel);
   void add_mattes(const Sample& sample, const Scene& scene, const SeenSurface& seen);

@@ -19,10 +19,10 @@ inline constexpr float kDensest = 1e18f;  // 1/m
 
 /// What a homogeneous medium does to light on its way. Where media overlap they add up.
 struct Medium {
-  static constexpr int kMaxLobes = 4;
-  Rgb extinction;  // 1/m: what absorption and scattering take away
-  Rgb scattering;  // 1/m: the sum of the lobes
-  Rgb emission;    // radiance per metre
+  static constexpr int kMaxLobes = 8;  // as Cycles
+  Rgb extinction;                      // 1/m: what absorption and scattering take away
+  Rgb scattering;                      // 1/m: the sum of the lobes
+  Rgb emission;                        // radiance per metre
   int lobe_count = 0;
   std::array<PhaseLobe, kMaxLobes> lobes;
 

@@ -145,7 +145,8 @@ PhaseFunction PhaseFunction::fournier_forand(float ior, float backscatter) {
   const double n = std::clamp(std::isfinite(ior) ? ior : kUsualIor, 1.001f, 100.0f);
   const double b = std::clamp(std::isfinite(backscatter) ? backscatter : kUsualBackscatter, 1e-4f, 0.499f);
   double at_right_angle = 2.0 / (3.0 * (n - 1.0) * (n - 1.0));
-  if (std::abs(at_right_angle - 1.0) < 1e-4) at_right_angle = 1.0 + 1e-4;  // the quotient below would be 0 / 0
+  for (const double flat : {1.0, 0.5})  // at a right angle and straight back, quotients would be 0 / 0
+    if (std::abs(at_right_angle - flat) < 1e-4 * flat) at_right_angle = (1.0 + 1e-4) * flat;
   PhaseFunction phase;
   phase.kind_ = Kind::FOURNIER_FORAND;
   phase.slope_ = static_cast<float>(2.0 * at_right_angle);

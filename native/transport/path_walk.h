@@ -189,25 +189,29 @@ class Walk {
 
   void see(const SurfacePoint& point, const Bsdf& bsdf) {
     const Rgb throughput = throughput_.total(), alpha = max(Rgb(0.0f), Rgb(1.0f) - bsdf.transparency);
-    scratch_.seen_surfaces.push_back({point, state_, false, bsdf.holdout >= 1.0f, average(throughput), average(alpha),
-                                      average(throughput * alpha), bsdf.scatters() ? bsdf_normal(bsdf) : point.ns,
-                                      mean_roughness(bsdf)});
+    add_seen({.point = point,
+              .path = state_,
+              .is_held_out = bsdf.holdout >= 1.0f,
+              .throughput = average(throughput),
+              .alpha = average(alpha),
+              .contribution = average(throughput * alpha),
+              .normal = bsdf.scatters() ? bsdf_normal(bsdf) : point.ns,
+              .roughness = mean_roughness(bsdf)});
   }
 
-  void see_held_out(const SurfacePoint& point) {
-    SeenSurface seen;
-    seen.point = point;
-    seen.path = state_;
-    seen.is_held_out = true;
+  void add_seen(SeenSurface seen) {
+    if constexpr (Kind::has_media) seen.clear = media_.clear;
     scratch_.seen_surfaces.push_back(seen);
   }
+
+  void see_held_out(const SurfacePoint& point) { add_seen({.point = point, .path = state_, .is_held_out = true}); }
 
   void see_environment() {
     SeenSurface seen;
     seen.path = state_;
     seen.is_environment = true;
     seen.point.wo = -ray_.direction;
-    scratch_.seen_surfaces.push_back(seen);
+    add_seen(seen);
   }
 
   void record_first_hit(const SurfacePoint& point, const Bsdf& bsdf) {
@@ -336,6 +340,8 @@ class Walk {
   /// Light that the segment's medium scatters, and whether it scatters the path: empty where that goes on to the end,
   /// else whether it goes on at all.
   std::optional<bool> traverse_medium();
+  /// By this weight, and without being scattered there.
+  void pass_medium(Rgb weight);
   /// Of light on its way along the segment from so far.
   Rgb segment_transmittance(float distance) const;
   /// The same of a medium that varies from place to place.

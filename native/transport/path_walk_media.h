@@ -44,6 +44,12 @@ inline Rgb Walk<Kind>::segment_transmittance(float distance) const {
 }
 
 template <class Kind>
+inline void Walk<Kind>::pass_medium(Rgb weight) {
+  scale_by_chance(weight, 1.0f);
+  media_.clear *= average(weight);
+}
+
+template <class Kind>
 inline std::optional<bool> Walk<Kind>::traverse_medium() {
   if (!(media_.length > 0.0f)) return std::nullopt;
   if (media_.segment.varies()) return traverse_uneven_medium();
@@ -51,7 +57,7 @@ inline std::optional<bool> Walk<Kind>::traverse_medium() {
   if (is_black(medium.extinction)) return std::nullopt;
   const FreeFlight flight(medium, throughput_.total(), media_.length);
   if (last_segment_ || !flight.can_scatter()) {
-    scale_by_chance(medium_transmittance(medium, media_.length), 1.0f);
+    pass_medium(medium_transmittance(medium, media_.length));
     if (is_black(throughput_.total())) return false;
     return std::nullopt;
   }
@@ -66,7 +72,7 @@ inline std::optional<bool> Walk<Kind>::traverse_medium() {
   media_.has_flown = true;
   const FreeFlight::Sample sample = flight.sample(u.channel, u.distance);
   if (sample.distance) record_surface_behind();
-  scale_by_chance(sample.weight, 1.0f);
+  sample.distance ? scale_by_chance(sample.weight, 1.0f) : pass_medium(sample.weight);
   if (is_black(throughput_.total())) return false;
   if (!sample.distance) return std::nullopt;
   return scatter_in_medium(medium, *sample.distance);
@@ -76,14 +82,14 @@ template <class Kind>
 inline std::optional<bool> Walk<Kind>::traverse_uneven_medium() {
   const UnevenRay ray = uneven_ray();
   if (last_segment_) {
-    scale_by_chance(estimate_transmittance(ray, media_.length, sampler_), 1.0f);
+    pass_medium(estimate_transmittance(ray, media_.length, sampler_));
     if (is_black(throughput_.total())) return false;
     return std::nullopt;
   }
   add_light_in_medium();
   const UnevenFlight flight = sample_flight(ray, throughput_.total(), media_.length, sampler_);
   if (flight.distance) record_surface_behind();
-  scale_by_chance(flight.weight, 1.0f);
+  flight.distance ? scale_by_chance(flight.weight, 1.0f) : pass_medium(flight.weight);
   if (is_black(throughput_.total())) return false;
   if (!flight.distance) return std::nullopt;
   return scatter_in_medium(flight.medium, *flight.distance);

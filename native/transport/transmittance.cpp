@@ -154,6 +154,7 @@ RayLanes rays_between(const Scene& scene, const SurfaceLanes& points, const Vec3
 PathState shadow_state(const PathState& path) {
   PathState state = path;
   state.ray_kind = kVisibleToShadow;
+  state.is_singular = false;
   ++state.depth;  // as a ray scattered towards the light
   return state;
 }

@@ -22,6 +22,7 @@ SURFACES = {
     "rough refraction": ("ShaderNodeBsdfRefraction", {"Roughness": 0.4}),
     "glass": ("ShaderNodeBsdfGlass", {"Roughness": 0.0}),
 }
+SINGULAR = "Is Singular Ray"
 OUTPUTS = ("Is Diffuse Ray", "Is Glossy Ray", "Is Transmission Ray")
 SWITCHES = ("diffuse", "glossy", "transmission")
 
@@ -94,6 +95,46 @@ def test_hidden_objects(empty_scene: bpy.types.Scene, switch: str) -> None:
     panel = build.add_floor(empty_scene, glow, half=2.0)
     panel.location.z = -1.0
     setattr(panel, f"visible_{switch}", False)
+    agree(empty_scene)
+
+
+LAMP_OUTPUTS = ("Is Camera Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Singular Ray", "Is Shadow Ray")
+
+
+@pytest.mark.parametrize("output", marked(LAMP_OUTPUTS, {"Is Diffuse Ray", "Is Shadow Ray"}))
+def test_lamps_know_no_kind(empty_scene: bpy.types.Scene, output: str) -> None:
+    """A panel that shines on a mirror, and is in view, unless the ray is of that kind."""
+    sheet(empty_scene, "mirror")
+    empty_scene.world = None
+    lamp = build.add_light(empty_scene, "AREA", (0.0, 0.5, 0.5), energy=20.0, size=1.0)
+    lamp.rotation_euler, lamp.visible_camera = (-0.9, 0.0, 0.0), True
+    lamp.data.use_nodes = True
+    tree = lamp.data.node_tree
+    unless = build.shader(tree, "ShaderNodeMath", Value=1.0)
+    unless.operation = "SUBTRACT"
+    tree.links.new(tree.nodes.new("ShaderNodeLightPath").outputs[output], unless.inputs[1])
+    emission = next(n for n in tree.nodes if n.type == "EMISSION")
+    tree.links.new(unless.outputs[0], emission.inputs["Strength"])
+    agree(empty_scene)
+    assert engines.render(empty_scene, "CISTERN", 4, 1)[..., 0].max() > 0.5, "it is in view"
+
+
+def test_shadow_rays_are_not_singular(empty_scene: bpy.types.Scene) -> None:
+    """A card that lets through what is singular has a shadow where a mirror shows the floor, too."""
+    build.add_floor(empty_scene, surface("diffuse"), half=3.0)
+    wall = build.add_floor(empty_scene, surface("mirror"), half=3.0)
+    wall.location, wall.rotation_euler = (0.0, 2.0, 0.0), (1.5708, 0.0, 0.0)
+
+    def card(tree: build.Nodes) -> bpy.types.NodeSocket:
+        node = build.shader(tree, "ShaderNodeMixShader", Fac=tree.nodes.new("ShaderNodeLightPath").outputs[SINGULAR])
+        tree.links.new(build.shader(tree, "ShaderNodeBsdfDiffuse", Color=WHITE).outputs[0], node.inputs[1])
+        tree.links.new(build.shader(tree, "ShaderNodeBsdfTransparent").outputs[0], node.inputs[2])
+        return node.outputs[0]
+
+    build.add_floor(empty_scene, build.material("card", card), half=0.7).location.z = 1.0
+    lamp = build.add_light(empty_scene, "POINT", (0.0, 0.0, 3.0), energy=200.0, shadow_soft_size=0.1)
+    lamp.visible_glossy = False
+    build.add_camera(empty_scene, (0.0, -4.0, 1.0), (1.35, 0.0, 0.0))
     agree(empty_scene)
 
 

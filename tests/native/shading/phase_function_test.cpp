@@ -29,6 +29,7 @@ std::vector<Case> cases() {
       {"clear water", PhaseFunction::fournier_forand(1.1f, 0.0183f)},
       {"backscattering", PhaseFunction::fournier_forand(1.05f, 0.499f)},
       {"delta of 1 at a right angle", PhaseFunction::fournier_forand(1.8164966f, 0.2f)},
+      {"delta of 1 straight back", PhaseFunction::fournier_forand(2.1547005177f, 0.2f)},
       {"little backscatter", PhaseFunction::fournier_forand(1.5f, 0.001f)},
   };
   for (const float diameter : {0.05f, 0.8f, 2.0f, 20.0f}) all.push_back({"droplets", droplet_phase(diameter).draine});

@@ -73,24 +73,34 @@ TEST(Phase, AnisotropyIsTheMeanCosine) {
   }
 }
 
+/// With as many lobes of 1/m as it holds, but for `free` ones, of anisotropies 0, 0.1, 0.2 ...
+Medium full_medium(int free = 0) {
+  Medium medium;
+  for (int i = 0; i < Medium::kMaxLobes - free; ++i)
+    add_scattering(medium, Rgb(1.0f), PhaseFunction::henyey_greenstein(0.1f * static_cast<float>(i)));
+  return medium;
+}
+constexpr float kLastOfFull = 0.1f * (Medium::kMaxLobes - 1);
+
 TEST(Medium, MoreAnisotropiesThanItHoldsBecomeTheirMean) {
-  const Medium medium =
-      with_lobes({{1.0f, 0.1f}, {1.0f, 0.2f}, {1.0f, 0.3f}, {1.0f, 0.4f}, {1.0f, 0.1f}, {3.0f, 0.8f}});
+  Medium medium = full_medium();
+  add_scattering(medium, Rgb(1.0f), PhaseFunction::henyey_greenstein(0.0f));
+  add_scattering(medium, Rgb(3.0f), PhaseFunction::henyey_greenstein(0.9f));
   EXPECT_EQ(medium.lobe_count, Medium::kMaxLobes);
   EXPECT_EQ(medium.lobes[0].scattering, Rgb(2.0f));
-  EXPECT_NEAR(medium.lobes[3].phase.g(), (0.4f + 3.0f * 0.8f) / 4.0f, 1e-6f);
-  EXPECT_EQ(medium.scattering, Rgb(8.0f));
+  EXPECT_NEAR(medium.lobes.back().phase.g(), (kLastOfFull + 3.0f * 0.9f) / 4.0f, 1e-6f);
+  EXPECT_EQ(medium.scattering, Rgb(4.0f + Medium::kMaxLobes));
 }
 
 TEST(Medium, OfMorePhaseFunctionsThanItHoldsTheStrongestStays) {
   const PhaseFunction weak = PhaseFunction::draine(0.5f, 1.0f), strong = PhaseFunction::fournier_forand(1.3f, 0.1f);
   for (const bool weak_first : {false, true}) {
-    Medium medium = with_lobes({{1.0f, 0.1f}, {1.0f, 0.2f}, {1.0f, 0.3f}});
+    Medium medium = full_medium(1);
     add_scattering(medium, Rgb(weak_first ? 1.0f : 3.0f), weak_first ? weak : strong);
     add_scattering(medium, Rgb(weak_first ? 3.0f : 1.0f), weak_first ? strong : weak);
     EXPECT_EQ(medium.lobe_count, Medium::kMaxLobes);
-    EXPECT_EQ(medium.lobes[3].phase, strong);
-    EXPECT_EQ(medium.lobes[3].scattering, Rgb(4.0f));
+    EXPECT_EQ(medium.lobes.back().phase, strong);
+    EXPECT_EQ(medium.lobes.back().scattering, Rgb(4.0f));
   }
 }
 
