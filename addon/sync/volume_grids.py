@@ -21,6 +21,7 @@ from .volume_drift import DRIFT, VolumeDrift
 
 _LEAF = 8  # voxels along an axis: Cycles' volumes are made of leaves of OpenVDB's trees, and so is our box
 _MOST_BYTES = 1 << 32  # of the dense box of one object's grids
+_MOST_REACH = 1 << 16  # voxels that a box may be larger than its grids, for what velocities do
 _LARGEST_HALF = float(np.finfo(np.float16).max)
 
 
@@ -130,8 +131,12 @@ def _arrays(
     way = _grid(ways, DRIFT, is_half, memory, owner, report, drift.exposure) if ways else None
     if way is None or not way.voxels.any():
         return boxed(grids, scales)
-    farthest = np.abs(way.voxels.astype(np.float32)).max(axis=(0, 1, 2))
-    arrays = boxed(grids, scales, reach=drift.reach(farthest))
+    farthest = np.maximum(way.voxels.max(axis=(0, 1, 2)), -way.voxels.min(axis=(0, 1, 2))).astype(np.float64)
+    reach = drift.reach(farthest)
+    if (np.abs(grids[0].object_to_voxel[:3, :3]) @ reach).max() > _MOST_REACH:
+        report.warn(f"{owner}: goes {reach.max():.3g} m while the shutter is open, its velocities are left out")
+        return boxed(grids, scales)
+    arrays = boxed(grids, scales, reach=reach)
     return replace(arrays, grids=[*arrays.grids, way.arguments], drift_opening=drift.opening)
 
 

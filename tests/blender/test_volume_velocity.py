@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+import addon
 from tests.support import blender_scenes as build
 from tests.support.engines import prepare, render
 from tests.support.volume_files import add_volume, needs_openvdb, write_grids
@@ -116,6 +117,15 @@ def test_turned_and_scaled_objects(scene, tmp_path) -> None:
     cube.cycles.use_motion_blur = False
     rest = moments(scene)
     assert agrees(blurred, rest, -0.125, 0.25)
+
+
+def test_velocities_beyond_reason_are_left_out(scene, tmp_path) -> None:
+    cube = cube_of_light(scene, write_grids(tmp_path / "a.vdb", grids(3e38), 0.05, (-30, -30, -30)))
+    cube.data.render.precision = "FULL"
+    blurred = moments(scene)
+    assert any("velocities are left out" in warning for line in addon.report.last for warning in line.warnings)
+    scene.render.use_motion_blur = False
+    assert agrees(blurred, moments(scene), 0.0, 0.0)
 
 
 def test_what_shades_and_scatters_goes_on_too(scene, tmp_path) -> None:
