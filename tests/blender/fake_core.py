@@ -139,6 +139,7 @@ class SceneBuilder:
         sharp_faces=None,
         attributes=(),
         subdivision=None,
+        texture_space=None,
         replace=None,
     ) -> None:
         check_array(positions, np.float32, None, 3)
@@ -162,6 +163,8 @@ class SceneBuilder:
         for _, domain, values in attributes:
             check_array(values, np.float32, lengths[domain], None)
             assert 1 <= values.shape[1] <= 4
+        if texture_space is not None:
+            check_array(texture_space, np.float32, 2, 3)
 
     @staticmethod
     def check_add_strands(name, positions, radii, strand_offsets, material_indices=None, attributes=(), **_) -> None:
