@@ -25,10 +25,12 @@ class Drift:
     times: ShutterTimes
     frame_seconds: float
     """From one frame to the next."""
+    frame: float
+    """The one that is rendered."""
 
     @staticmethod
-    def during(times: ShutterTimes, render: bpy.types.RenderSettings) -> Drift:
-        return Drift(times, render.fps_base / render.fps)
+    def during(times: ShutterTimes, frame: float, render: bpy.types.RenderSettings) -> Drift:
+        return Drift(times, render.fps_base / render.fps, frame)
 
     @property
     def seconds(self) -> float:

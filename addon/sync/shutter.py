@@ -149,7 +149,7 @@ class MotionBlur:
                 )
                 self.moments.append(builder)
             self._go_to(self.times.middle)
-            drift = Drift.during(self.times, depsgraph.scene_eval.render)
+            drift = Drift.during(self.times, self._frame + self._subframe, depsgraph.scene_eval.render)
             report = exported.sync(
                 depsgraph, camera, is_stopped=is_stopped, frame=self._frame, drift=drift, render=render, **motion
             )

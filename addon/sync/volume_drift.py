@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from .drift import Drift
@@ -27,7 +28,7 @@ class VolumeDrift:
     opening: float
     """When the shutter opens, in exposures since the voxels were as they are."""
 
-    def reach(self, farthest: np.ndarray) -> np.ndarray:
+    def reach(self, farthest: NDArray[np.floating]) -> NDArray[np.floating]:
         """How far from where they are things get that go `farthest` in an exposure."""
         return farthest * max(abs(self.opening), abs(self.opening + 1.0))
 
@@ -48,12 +49,13 @@ def _velocity_grids(volume: bpy.types.Volume) -> tuple[str, ...]:
     parts = (volume.velocity_x_grid, volume.velocity_y_grid, volume.velocity_z_grid)
     if volume.velocity_grid in there:
         return (volume.velocity_grid,)
-    return parts if set(parts) <= there else ()
+    return parts if all(parts) and set(parts) <= there else ()
 
 
 def _when(volume: bpy.types.Volume, drift: Drift) -> float:
-    """The time of its voxels, in frames since the frame that is rendered: what modifiers made is of the middle of the
-    exposure, where the scene is, and of sequences Blender takes the whole frame before that."""
-    if volume.session_uid:
-        return drift.times.middle
-    return float(np.floor(drift.times.middle)) if volume.is_sequence else 0.0
+    """The time of its voxels, in frames since the frame that is rendered. What modifiers make of nothing is of the
+    middle of the exposure, where the scene is; of a sequence Blender takes the whole frame of that."""
+    middle = drift.times.middle
+    if not volume.filepath:
+        return middle
+    return int(drift.frame + middle) - drift.frame if volume.is_sequence else 0.0

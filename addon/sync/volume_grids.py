@@ -6,9 +6,10 @@ Blender gives its voxels to nobody but writes them to files; its own module for 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,9 @@ from .volume_drift import DRIFT, VolumeDrift
 
 _LEAF = 8  # voxels along an axis: Cycles' volumes are made of leaves of OpenVDB's trees, and so is our box
 _MOST_BYTES = 1 << 32  # of the dense box of one object's grids
-_MOST_REACH = 1 << 16  # voxels that a box may be larger than its grids, for what velocities do
+_MOST_REACH = 8  # that velocities may make a box larger, times its longest side
+_TYPES = {"bool": np.bool_, "int32": np.int32, "int64": np.int64, "double": np.float64, "vec3d": np.float64}
+_TYPES |= {"float": np.float32, "vec3s": np.float32, "vec3i": np.int32}
 _LARGEST_HALF = float(np.finfo(np.float16).max)
 
 
@@ -52,6 +55,12 @@ class VolumeArrays:
     grids: list[tuple[str, NDArray, NDArray, float]]
     scales_with_object: bool
     drift_opening: float = 0.0
+    texture_space: NDArray[np.float32] | None = None
+
+    def corners(self) -> NDArray[np.float64]:
+        """Of the box, (8, 3) in object space."""
+        ends = np.array([[(i >> axis & 1) * self.size[axis] for axis in range(3)] + [1] for i in range(8)], np.float64)
+        return (ends @ np.linalg.inv(self.object_to_box.astype(np.float64)).T)[:, :3]
 
 
 def volume_version(volume: bpy.types.Volume, names: Collection[str], drift: VolumeDrift | None = None) -> int:
@@ -85,15 +94,13 @@ def volume_arrays(
     wanted = [grid.name for grid in volume.grids if grid.name in names]
     if not wanted:
         return None
-    ways = drift.names if drift is not None else ()
     openvdb = versions.volume_reader()
     if openvdb is None:
         report.warn(f"{owner}: this Blender has no Python module for OpenVDB, the volume is left out")
         return None
     try:
         with _file_of(volume) as path:
-            grids, way = ([openvdb.read(str(path), name) for name in chosen] for chosen in (wanted, ways))
-            return _arrays(grids, way, volume, owner, report, drift)
+            return _arrays(partial(openvdb.read, str(path)), wanted, volume, owner, report, drift)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         text = str(error).strip()[:100] or type(error).__name__
         report.warn(f"{owner}: {volume.filepath!r} cannot be read, it is left out: {text}")
@@ -114,8 +121,8 @@ def _file_of(volume: bpy.types.Volume) -> Iterator[Path]:
 
 
 def _arrays(
-    vdbs: Sequence[Any],
-    ways: Sequence[Any],
+    read: Callable[[str], Any],
+    names: Sequence[str],
     volume: bpy.types.Volume,
     owner: str,
     report: SyncReport,
@@ -124,20 +131,33 @@ def _arrays(
     is_half = volume.render.precision != "FULL"
     memory = _Memory(_MOST_BYTES, 2 if is_half else 4)
     scales = volume.render.space == "OBJECT"
-    found = (_grid([vdb], vdb.name, is_half, memory, owner, report) for vdb in vdbs)
+    found = (_grid([read(name)], name, is_half, memory, owner, report) for name in names)
     grids = [grid for grid in found if grid is not None]
     if not grids:
         return None
-    way = _grid(ways, DRIFT, is_half, memory, owner, report, drift.exposure) if ways else None
+    at_rest = boxed(grids, scales)
+    try:
+        way = drift and _grid(
+            [read(name) for name in drift.names], DRIFT, is_half, memory, owner, report, drift.exposure
+        )
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
+        report.warn(f"{owner}: velocities cannot be read, they are left out: {str(error).strip()[:100]}")
+        return at_rest
     if way is None or not way.voxels.any():
-        return boxed(grids, scales)
+        return at_rest
     farthest = np.maximum(way.voxels.max(axis=(0, 1, 2)), -way.voxels.min(axis=(0, 1, 2))).astype(np.float64)
     reach = drift.reach(farthest)
-    if (np.abs(grids[0].object_to_voxel[:3, :3]) @ reach).max() > _MOST_REACH:
+    if (np.abs(grids[0].object_to_voxel[:3, :3]) @ reach).max() > _MOST_REACH * max(at_rest.size):
         report.warn(f"{owner}: goes {reach.max():.3g} m while the shutter is open, its velocities are left out")
-        return boxed(grids, scales)
+        return at_rest
     arrays = boxed(grids, scales, reach=reach)
-    return replace(arrays, grids=[*arrays.grids, way.arguments], drift_opening=drift.opening)
+    box = at_rest.corners()
+    return replace(
+        arrays,
+        grids=[*arrays.grids, way.arguments],
+        drift_opening=drift.opening,
+        texture_space=np.stack([box.min(axis=0), box.max(axis=0)]).astype(np.float32),
+    )
 
 
 @dataclass
@@ -163,8 +183,9 @@ def _grid(
 ) -> Grid | None:
     """Of one, or of three in one lattice whose values are the components of vectors; times a factor."""
     told = vdbs[0].name
-    boxes = np.array([vdb.evalActiveVoxelBoundingBox() for vdb in vdbs if not vdb.empty()], np.int64)
-    if not len(boxes) or (boxes[:, 1] < boxes[:, 0]).any():
+    boxes = np.array([vdb.evalActiveVoxelBoundingBox() for vdb in vdbs if not vdb.empty()], np.int64).reshape(-1, 2, 3)
+    boxes = boxes[(boxes[:, 1] >= boxes[:, 0]).all(axis=1)]
+    if not len(boxes):
         return None
     lowest, highest = boxes[:, 0].min(0), boxes[:, 1].max(0)
     if not all(vdb.transform.isLinear for vdb in vdbs):
@@ -174,32 +195,35 @@ def _grid(
     if not all(np.array_equal(lattice, lattices[0]) for lattice in lattices):
         report.warn(f"{owner}: grid '{told}' lies in another lattice than its other components, it is left out")
         return None
-    channels = len(vdbs) if len(vdbs) > 1 else 3 if vdbs[0].valueTypeName.startswith("vec3") else 1
+    channels = sum(3 if vdb.valueTypeName.startswith("vec3") else 1 for vdb in vdbs)
     if not memory.take(int(np.prod(highest - lowest + 1)) * channels):
         report.warn(f"{owner}: the box of grid '{told}' is larger than memory allows, it is left out")
         return None
-    parts = [_voxels(vdb, lowest, highest, channels if len(vdbs) == 1 else 1) for vdb in vdbs]
-    if any(part is None for part in parts) or (name == DRIFT and channels != 3):
+    is_supported = all(vdb.valueTypeName in _TYPES for vdb in vdbs) and (channels == 3 or name != DRIFT)
+    if not is_supported:
         report.warn(f"{owner}: grid '{told}' of type {vdbs[0].valueTypeName} is not supported, it is left out")
         return None
-    voxels = parts[0] if len(parts) == 1 else np.stack(parts, -1)
+    voxels = _voxels(vdbs, lowest, highest, channels)
     if factor != 1.0:
-        voxels = voxels * np.float32(factor)
+        voxels = voxels.astype(np.float32, copy=False)
+        voxels *= np.float32(factor)
     margin = int(not versions.tiles_end_sharply() or vdbs[0].activeLeafVoxelCount() > 0)
     background = 0.0 if name == DRIFT else float(np.mean(np.array(vdbs[0].background, np.float64)))
     first = tuple(lowest + versions.voxel_centre())
     return Grid(name, stored(voxels, is_half), lattices[0], background, first, margin)
 
 
-def _voxels(vdb: Any, lowest: NDArray, highest: NDArray, channels: int) -> NDArray | None:  # noqa: ANN401
-    """The dense box of active voxels."""
-    size = tuple(int(n) for n in highest - lowest + 1)
-    types = {"bool": np.bool_, "int32": np.int32, "int64": np.int64, "double": np.float64, "vec3d": np.float64}
-    types |= {"float": np.float32, "vec3s": np.float32, "vec3i": np.int32}
-    if vdb.valueTypeName not in types:
-        return None
-    voxels = np.empty(size if channels == 1 else (*size, channels), types[vdb.valueTypeName])
-    vdb.copyToArray(voxels, ijk=tuple(int(n) for n in lowest))
+def _voxels(vdbs: Sequence[Any], lowest: NDArray, highest: NDArray, channels: int) -> NDArray:
+    """The dense box of active voxels; of several grids, which then have one component each, side by side."""
+    size, first = tuple(int(n) for n in highest - lowest + 1), tuple(int(n) for n in lowest)
+    voxels = np.empty(size if channels == 1 else (*size, channels), _TYPES[vdbs[0].valueTypeName])
+    if len(vdbs) == 1:
+        vdbs[0].copyToArray(voxels, ijk=first)
+        return voxels
+    for component, vdb in enumerate(vdbs):
+        part = np.empty(size, _TYPES[vdb.valueTypeName])
+        vdb.copyToArray(part, ijk=first)
+        voxels[..., component] = part
     return voxels
 
 

@@ -41,6 +41,14 @@ inline std::span<const Vec3> vec3_span(const Array<float>& array, const std::str
   return {reinterpret_cast<const Vec3*>(array.data()), checked_rows(array, 3, owner, what)};
 }
 
+/// A texture space: its lower and its upper corner.
+inline std::optional<Bounds3> to_box(const OptionalArray<float>& corners, const std::string& owner) {
+  if (!corners) return std::nullopt;
+  const std::span<const Vec3> ends = vec3_span(*corners, owner, "texture_space");
+  if (ends.size() != 2) throw Error(owner, "texture_space must have 2 corners");
+  return Bounds3{ends[0], ends[1]};
+}
+
 inline Vec3 to_vec3(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 inline Rgb to_rgb(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 

@@ -80,11 +80,7 @@ int add_mesh(SceneBuilder& builder, const std::string& name, const Array<float>&
   for (const AttributeArgument& attribute : attributes) input.attributes.push_back(to_attribute(attribute, input));
   std::optional<SubdivisionArrays> subdivided;
   if (subdivision) input.subdivision = subdivided.emplace(*subdivision, name).input;
-  if (texture_space) {
-    const std::span<const Vec3> corners = vec3_span(*texture_space, name, "texture_space");
-    if (corners.size() != 2) throw Error(name, "texture_space must have 2 corners");
-    input.texture_space = Bounds3{corners[0], corners[1]};
-  }
+  input.texture_space = to_box(texture_space, name);
   const py::gil_scoped_release nogil;
   return builder.add_mesh(input, replace);
 }

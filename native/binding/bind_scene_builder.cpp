@@ -54,8 +54,9 @@ VoxelGrid to_grid(const GridArgument& argument, const std::string& owner) {
 
 int add_volume(SceneBuilder& builder, const std::string& name, const Array<float>& object_to_box,
                const std::array<int, 3>& size, const std::vector<GridArgument>& grids, bool scales_with_object,
-               float drift_opening, std::optional<int> replace) {
-  VolumeInput input{name, to_transform(object_to_box, name), size, {}, scales_with_object, drift_opening};
+               float drift_opening, const OptionalArray<float>& texture_space, std::optional<int> replace) {
+  VolumeInput input{name,          to_transform(object_to_box, name), size, {}, scales_with_object,
+                    drift_opening, to_box(texture_space, name)};
   for (const GridArgument& grid : grids) input.grids.push_back(to_grid(grid, name));
   const py::gil_scoped_release nogil;
   return builder.add_volume(std::move(input), replace);
@@ -271,7 +272,7 @@ void bind_geometry(py::class_<SceneBuilder>& builder) {
   builder
       .def("add_volume", &add_volume, py::arg("name"), py::arg("object_to_box").noconvert(), py::arg("size"),
            py::arg("grids"), py::arg("scales_with_object") = false, py::arg("drift_opening") = 0.0f,
-           py::arg("replace") = none)
+           py::arg("texture_space").noconvert() = none, py::arg("replace") = none)
       .def("add_instances", &add_instances, py::arg("mesh").noconvert(), py::arg("material_set").noconvert(),
            py::arg("object").noconvert(), py::arg("object_to_world").noconvert(), py::arg("visibility").noconvert(),
            py::arg("holdout").noconvert() = none, py::arg("random").noconvert() = none,

@@ -139,6 +139,7 @@ class SceneBuilder:
         grids: Sequence[tuple[str, NDArray[np.floating], NDArray[np.float32], float]],
         scales_with_object: bool = False,  # an object twice as large is half as dense
         drift_opening: float = 0.0,  # when a shutter opens, in exposures since the voxels were as they are
+        texture_space: NDArray[np.float32] | None = None,  # (2, 3), as for add_mesh
         replace: int | None = None,
     ) -> int:
         """The box of a volume object as a mesh, whose handle this is, and the grids that materials read inside by name.

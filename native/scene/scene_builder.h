@@ -79,7 +79,8 @@ struct VolumeInput {
   std::array<int, 3> size{};
   std::vector<VoxelGrid> grids;
   bool scales_with_object = false;
-  float drift_opening = 0.0f;  // VoxelDrift::opening; the way is the grid called kDriftGrid
+  float drift_opening = 0.0f;            // VoxelDrift::opening; the way is the grid called kDriftGrid
+  std::optional<Bounds3> texture_space;  // see Mesh: where the box is larger for what drifts
 };
 
 /// Collects a scene; keeps handles stable across edits. Not thread-safe; `snapshot` returns an immutable copy that

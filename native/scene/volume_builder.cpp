@@ -60,6 +60,7 @@ Mesh build_volume(VolumeInput input) {
   mesh_input.positions = corners;
   mesh_input.corner_vertices = sides;
   mesh_input.polygon_offsets = kSideOffsets;
+  mesh_input.texture_space = input.texture_space;
   Mesh mesh = build_mesh(mesh_input);
   for (VoxelGrid& grid : input.grids) grid.name_hash = attribute_name_hash(grid.name);
   std::optional<VoxelGrid> drift = take_drift(input.grids);

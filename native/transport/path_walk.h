@@ -200,7 +200,7 @@ class Walk {
   }
 
   void add_seen(SeenSurface seen) {
-    if constexpr (Kind::has_media) seen.clear = media_.clear;
+    if constexpr (Kind::has_media) seen.clear = average(media_.clear);
     scratch_.seen_surfaces.push_back(seen);
   }
 

@@ -46,7 +46,7 @@ inline Rgb Walk<Kind>::segment_transmittance(float distance) const {
 template <class Kind>
 inline void Walk<Kind>::pass_medium(Rgb weight) {
   scale_by_chance(weight, 1.0f);
-  media_.clear *= average(weight);
+  media_.clear *= weight;
 }
 
 template <class Kind>

@@ -113,7 +113,7 @@ struct MediaState {
   int volume_depth = 0;               // how often media have scattered the path
   int boundaries = 0;                 // that were crossed
   bool has_flown = false;             // a free flight was sampled
-  float clear = 1.0f;                 // see SeenSurface
+  Rgb clear{1.0f};                    // of SeenSurface::clear the channels
 };
 struct NoMedia {};
 struct NoLearning {};

@@ -119,6 +119,32 @@ def test_turned_and_scaled_objects(scene, tmp_path) -> None:
     assert agrees(blurred, rest, -0.125, 0.25)
 
 
+def test_coordinates_do_not_hang_on_how_far_things_go(scene, tmp_path) -> None:
+    """Generated ones map the box at rest to [0, 1]: the cube's share above its middle is 1 / 2, blurred or not."""
+    cube = cube_of_light(scene, write_grids(tmp_path / "a.vdb", grids(), 0.05, (-30, -30, -30)))
+    tree = cube.data.materials[0].node_tree
+    emission = next(n for n in tree.nodes if n.type == "EMISSION")
+    upper = build.shader(tree, "ShaderNodeMath", Value=tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"])
+    upper.operation = "GREATER_THAN"
+    separate = build.shader(tree, "ShaderNodeSeparateXYZ", Vector=upper.inputs[0].links[0].from_socket)
+    tree.links.new(separate.outputs["X"], upper.inputs[0])
+    tree.links.new(upper.outputs[0], emission.inputs["Color"])
+    scene.render.motion_blur_position = "START"
+    blurred = moments(scene)
+    cube.cycles.use_motion_blur = False
+    rest = moments(scene)
+    assert agrees(blurred, rest, 0.25, 0.5)
+
+
+def test_components_without_wind_are_none(scene, tmp_path) -> None:
+    found = grids(split=True)
+    found["velocity_y"][:] = found["velocity_z"][:] = 0.0
+    cube_of_light(scene, write_grids(tmp_path / "a.vdb", found, 0.05, (-30, -30, -30)))
+    blurred = moments(scene)
+    scene.render.use_motion_blur = False
+    assert agrees(blurred, moments(scene), 0.0, 0.5)
+
+
 def test_velocities_beyond_reason_are_left_out(scene, tmp_path) -> None:
     cube = cube_of_light(scene, write_grids(tmp_path / "a.vdb", grids(3e38), 0.05, (-30, -30, -30)))
     cube.data.render.precision = "FULL"
