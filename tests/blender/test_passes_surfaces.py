@@ -182,11 +182,40 @@ def test_what_lies_behind_half_transparent_holdouts(empty_scene):
     assert found[INDICES[0]][0] == 3
 
 
+def behind_fogs(scene, *fogs):
+    """Channels of a wall with UV coordinates of 1 and the AOV "one", behind cubes of fog, 1 m deep each."""
+
+    def wall(tree):
+        pass_scenes.add_aov(tree, "one", Value=1.0)
+        return build.shader(tree, "ShaderNodeBsdfDiffuse").outputs[0]
+
+    corners = [(-9.0, 8.0, -9.0), (9.0, 8.0, -9.0), (9.0, 8.0, 9.0), (-9.0, 8.0, 9.0)]
+    shown = build.add_mesh(scene, "wall", corners, [(0, 1, 2, 3)], build.material("wall", wall))
+    shown.data.uv_layers.new(name="uv").data.foreach_set("uv", np.ones(8, np.float32))
+    cube = [(9.0 * x, 0.5 * y, 9.0 * z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    for number, fog in enumerate(fogs):
+        inside = build.material("fog", fog, "Volume")
+        build.add_mesh(scene, "fog", cube, sides, inside).location.y = 2.0 * number
+    build.add_camera(scene, (0.0, -4.0, 0.0), (np.pi / 2, 0.0, 0.0)).data.type = "ORTHO"
+    pass_scenes.prepare_layers(scene, "PATH_TRACING")
+    layer = scene.view_layers[0]
+    layer.use_pass_uv, aov = True, layer.aovs.add()
+    aov.name, aov.type = "one", "VALUE"
+    channels, _ = pass_scenes.render_layers(scene, "CISTERN", 16)
+    return [channels[f"ViewLayer.{name}"] for name in ("UV.U", "UV.A", "one.X")]
+
+
+def is_share(values, expected):
+    """Within five standard errors, a false alarm in a million, and these below 0.01."""
+    error = values.std() / np.sqrt(values.size)
+    return abs(values.mean() - expected) < 5.0 * error and error < 0.01
+
+
 @pytest.mark.parametrize("color", [0.1, 0.5, 0.9])
 @pytest.mark.parametrize("varies", [False, True])
 def test_uv_and_aovs_behind_fog_are_there_by_what_it_lets_through(empty_scene, color, varies):
-    """Whatever ends of rays are chosen by: within five standard errors of a share that 1,024 samples tell, a false
-    alarm in a million. In place of the share exp(-1) it was up to 1.4 of that, by the fog's colour."""
+    """Whatever ends of rays are chosen by. In place of the share exp(-1) it was up to 1.4 of that, by the colour."""
 
     def fog(tree):
         density = 1.0
@@ -197,26 +226,19 @@ def test_uv_and_aovs_behind_fog_are_there_by_what_it_lets_through(empty_scene, c
             density = checker.outputs["Color"]
         return build.shader(tree, "ShaderNodeVolumePrincipled", Color=(color,) * 3 + (1,), Density=density).outputs[0]
 
-    def wall(tree):
-        pass_scenes.add_aov(tree, "one", Value=1.0)
-        return build.shader(tree, "ShaderNodeBsdfDiffuse").outputs[0]
-
-    corners = [(-9.0, 3.0, -9.0), (9.0, 3.0, -9.0), (9.0, 3.0, 9.0), (-9.0, 3.0, 9.0)]
-    shown = build.add_mesh(empty_scene, "wall", corners, [(0, 1, 2, 3)], build.material("wall", wall))
-    shown.data.uv_layers.new(name="uv").data.foreach_set("uv", np.ones(8, np.float32))
-    cube = [(9.0 * x, 0.5 * y, 9.0 * z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    build.add_mesh(empty_scene, "fog", cube, sides, build.material("fog", fog, "Volume"))
-    build.add_camera(empty_scene, (0.0, -4.0, 0.0), (np.pi / 2, 0.0, 0.0)).data.type = "ORTHO"
-    pass_scenes.prepare_layers(empty_scene, "PATH_TRACING")
-    layer = empty_scene.view_layers[0]
-    layer.use_pass_uv, aov = True, layer.aovs.add()
-    aov.name, aov.type = "one", "VALUE"
-    channels, _ = pass_scenes.render_layers(empty_scene, "CISTERN", 16)
-    for name in ("UV.U", "UV.A", "one.X"):
-        assert is_share(channels[f"ViewLayer.{name}"], np.exp(-1.0))
+    for values in behind_fogs(empty_scene, fog):
+        assert is_share(values, np.exp(-1.0))
+        assert not is_share(values, 1.1 * np.exp(-1.0)), "planted"
 
 
-def is_share(values, expected):
-    error = values.std() / np.sqrt(values.size)
-    return abs(values.mean() - expected) < 5.0 * error and error < 0.01
+def test_fogs_of_two_colours_let_through_what_both_do(empty_scene):
+    """The mean over channels of the product, not the product of means: planted."""
+
+    def absorbing(color):
+        return lambda tree: build.shader(tree, "ShaderNodeVolumeAbsorption", Color=color, Density=1.0).outputs[0]
+
+    colors = np.array([(0.9, 0.1, 0.5, 1.0), (0.1, 0.9, 0.5, 1.0)])
+    shares = np.exp(colors[:, :3] - 1.0)
+    for values in behind_fogs(empty_scene, *(absorbing(tuple(color)) for color in colors)):
+        assert abs(values.mean() - shares.prod(axis=0).mean()) < 1e-3
+        assert abs(values.mean() - shares.mean(axis=1).prod()) > 1e-2
