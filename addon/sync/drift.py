@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .shutter import ShutterTimes
 
 DRIFT = "INFO:drift"
-"""The attribute's name in the core (native/scene/mesh.h)."""
+"""The name in the core of the attribute (native/scene/mesh.h), and of the grid (native/scene/voxel_volume.h)."""
 _VELOCITY = "velocity"  # [Cycles, blender/mesh.cpp, attr_create_motion_from_velocity]
 
 

@@ -4,17 +4,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from .drift import Drift
-
-DRIFT = "INFO:drift"
-"""The grid's name in the core (native/scene/voxel_volume.h)."""
+from .drift import Drift
 
 
 @dataclass(frozen=True)

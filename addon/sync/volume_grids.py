@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import SyncReport, versions
-from .volume_drift import DRIFT, VolumeDrift
+from .drift import DRIFT
+from .volume_drift import VolumeDrift
 
 _LEAF = 8  # voxels along an axis: Cycles' volumes are made of leaves of OpenVDB's trees, and so is our box
 _MOST_BYTES = 1 << 32  # of the dense box of one object's grids
