@@ -292,9 +292,11 @@ bool tells_scattered_rays(const Instruction& node) {
   return node.op == Op::LIGHT_PATH && node.parameters[0] != kIsCamera;
 }
 
-/// Whether what `op` returns depends on the place inside of an object.
+/// Whether what `op` returns depends on the place inside of an object, along a ray.
 bool varies_inside(Op op) {
   switch (op) {
+    case Op::INCOMING:
+    case Op::BACKFACING:
     case Op::OBJECT_RANDOM:
     case Op::OBJECT_LOCATION:
     case Op::INSTANCE_VALUE:

@@ -224,22 +224,22 @@ Vec3 undrifted(const Scene& scene, const Instance& instance, Vec3 position) {
 }  // namespace
 
 void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path,
-                Vec3 position) {
+                Vec3 direction, Vec3 position) {
   const MaterialProgram* program = find_program(scene, material);
   if (program == nullptr || !program->has_volume) return;
   SurfacePoint point;
   point.position = undrifted(scene, scene.instances[instance], position);
-  point.ng = point.ns = point.wo = {0.0f, 0.0f, 1.0f};
+  point.ng = point.ns = point.wo = -direction;  // as Cycles: there is no surface
   point.instance = instance;
   point.material = material;
   run_medium({scene, *program, point, path, false, nullptr, true}, object_density(scene, scene.instances[instance]),
              medium);
 }
 
-void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path) {
+void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path, Vec3 direction) {
   const MaterialProgram* program = find_program(scene, scene.environment.material);
   if (program == nullptr || !program->has_volume) return;
-  SurfacePoint point = environment_point(scene, {0.0f, 0.0f, -1.0f});
+  SurfacePoint point = environment_point(scene, direction);
   point.position = {};
   run_medium({scene, *program, point, path, true}, 1.0f, medium);
 }

@@ -37,14 +37,14 @@ Rgb evaluate_environment(const Scene& scene, Vec3 direction, const PathState& pa
 /// How far the program of `point.material`, which displaces, moves a vertex there, in world space; may not be finite.
 Vec3 evaluate_displacement(const Scene& scene, const SurfacePoint& point);
 
-/// Adds the medium that `material`, which is one of the instance's, has inside at a place of the world. `path` is that
-/// of the ray there.
-void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path,
-                Vec3 position);
-/// The same of the environment's program, taken to be the same everywhere: as it is at the origin of the world.
 /// By what the density of a volume object is multiplied: one twice as large may be half as dense.
 float object_density(const Scene& scene, const Instance& instance);
-void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path);
+/// Adds the medium that `material`, which is one of the instance's, has inside at a place of the world. `path` is that
+/// of the ray there, which goes along `direction` (unit).
+void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path,
+                Vec3 direction, Vec3 position);
+/// The same of the environment's program, taken to be the same everywhere: as it is at the origin of the world.
+void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path, Vec3 direction);
 
 /// What a program writes to passes of its own, by attribute_name_hash.
 struct AovValues {

@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "base/rng.h"
+#include "base/warp.h"
 #include "shading/material.h"
 
 namespace cistern {
@@ -33,7 +34,7 @@ float world_diagonal(const Scene& scene, const Instance& instance) {
   return std::max(length(instance.object_to_world.vector(box.diagonal())), 1e-18f);
 }
 
-/// The largest extinction at a place of object space, over the materials that vary.
+/// The largest extinction at a place of object space, along a direction of the world, over the materials that vary.
 class Densest {
  public:
   Densest(const Scene& scene, uint32_t instance) : scene_(scene), instance_(instance) {
@@ -43,11 +44,11 @@ class Densest {
     }
   }
   const Instance& object() const { return scene_.instances[instance_]; }
-  float at(Vec3 place) const {
+  float at(Vec3 place, Vec3 direction) const {
     float largest = 0.0f;
     for (const int material : materials_) {
       Medium medium;
-      add_medium(medium, scene_, instance_, material, PathState{}, object().object_to_world.point(place));
+      add_medium(medium, scene_, instance_, material, PathState{}, direction, object().object_to_world.point(place));
       largest = std::max(largest, max_component(medium.extinction));
     }
     return largest;
@@ -103,12 +104,13 @@ ExtinctionBounds find_extinction_bounds(const Scene& scene, uint32_t index) {
       float largest = 0.0f;
       for (int k = 0; k < kPlacesInBlock; ++k) {
         const Vec2 u = rng.next_vec2();
-        largest = std::max(largest,
-                           kBoundSlack * densest.at(blocks_to_object.point(corner + Vec3{u.x, u.y, rng.next_float()})));
+        const Vec3 place = blocks_to_object.point(corner + Vec3{u.x, u.y, rng.next_float()});
+        largest = std::max(largest, kBoundSlack * densest.at(place, square_to_sphere(rng.next_vec2())));
       }
       if (volume)
         for (size_t k = volume->first_place[b]; k < volume->first_place[b + 1]; ++k)
-          largest = std::max(largest, densest.at(volume->destination_of(volume->places[k])));
+          largest = std::max(largest,
+                             densest.at(volume->destination_of(volume->places[k]), square_to_sphere(rng.next_vec2())));
       bounds.bound[b] = largest;
     }
   });

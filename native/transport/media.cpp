@@ -72,16 +72,16 @@ bool Media::is_boundary(const SurfacePoint& point, uint8_t ray_kind) const {
          scene_.materials[static_cast<size_t>(point.material)]->is_boundary;
 }
 
-SegmentMedia Media::together(const MediaStack& stack, const PathState& path, bool is_endless) const {
+SegmentMedia Media::together(const MediaStack& stack, const PathState& path, Vec3 direction, bool is_endless) const {
   SegmentMedia segment;
-  if (fills_world_) add_environment_medium(segment.even, scene_, path);
+  if (fills_world_) add_environment_medium(segment.even, scene_, path, direction);
   if (is_endless) return segment;
   for (const MediaStack::Entry& entry : stack) {
     if (!(scene_.instances[entry.instance].visibility & path.ray_kind)) continue;
     if (scene_.materials[static_cast<size_t>(entry.material)]->volume_varies) {
       segment.uneven.enter(entry);
     } else {
-      add_medium(segment.even, scene_, entry.instance, entry.material, path, {});
+      add_medium(segment.even, scene_, entry.instance, entry.material, path, direction, {});
     }
   }
   return segment;
@@ -99,17 +99,17 @@ LightGroup Media::light_group(const MediaStack& stack) const {
   return stack.is_empty() ? scene_.environment.light_group : scene_.instances[(stack.end() - 1)->instance].light_group;
 }
 
-Medium Media::uneven_at(const SegmentMedia& segment, const PathState& path, Vec3 position) const {
+Medium Media::uneven_at(const SegmentMedia& segment, const PathState& path, Vec3 direction, Vec3 position) const {
   Medium medium;
   for (const MediaStack::Entry& entry : segment.uneven)
-    add_medium(medium, scene_, entry.instance, entry.material, path, position);
+    add_medium(medium, scene_, entry.instance, entry.material, path, direction, position);
   return medium;
 }
 
-Medium Media::at(const SegmentMedia& segment, const PathState& path, Vec3 position) const {
+Medium Media::at(const SegmentMedia& segment, const PathState& path, Vec3 direction, Vec3 position) const {
   Medium medium = segment.even;
   for (const MediaStack::Entry& entry : segment.uneven)
-    add_medium(medium, scene_, entry.instance, entry.material, path, position);
+    add_medium(medium, scene_, entry.instance, entry.material, path, direction, position);
   return medium;
 }
 

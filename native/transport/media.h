@@ -44,12 +44,13 @@ class Media {
              uint64_t blockers = kAllSets) const;
   /// Those that a ray from `origin`, where it has left no surface, begins in.
   MediaStack around(const Accel& accel, Vec3 origin) const;
-  /// What they are together for the ray; without those of objects that such rays do not see. Of a ray that meets no
-  /// surface any more (`is_endless`) only that of the world: where another did not end, its surface is not closed.
-  SegmentMedia together(const MediaStack& stack, const PathState& path, bool is_endless) const;
+  /// What they are together for the ray, which goes along `direction` (unit); without those of objects that such rays
+  /// do not see. Of a ray that meets no surface any more (`is_endless`) only that of the world: where another did not
+  /// end, its surface is not closed.
+  SegmentMedia together(const MediaStack& stack, const PathState& path, Vec3 direction, bool is_endless) const;
   /// All that a segment has at a place of the world, or only what is uneven.
-  Medium at(const SegmentMedia& segment, const PathState& path, Vec3 position) const;
-  Medium uneven_at(const SegmentMedia& segment, const PathState& path, Vec3 position) const;
+  Medium at(const SegmentMedia& segment, const PathState& path, Vec3 direction, Vec3 position) const;
+  Medium uneven_at(const SegmentMedia& segment, const PathState& path, Vec3 direction, Vec3 position) const;
   /// How dense one that varies hardly is more than, along a ray.
   BlockWalk bounds_along(const MediaStack::Entry& entry, Vec3 origin, Vec3 direction) const;
 

@@ -18,7 +18,7 @@ template <class Kind>
 inline void Walk<Kind>::enter_segment(const std::optional<Hit>& hit) {
   media_.begin = segment_begin();
   media_.length = hit ? std::max(hit->t - media_.begin, 0.0f) : INFINITY;
-  media_.segment = context_.media->together(media_.stack, state_, !hit);
+  media_.segment = context_.media->together(media_.stack, state_, ray_.direction, !hit);
   if (!context_.media->shine_on(media_.stack, state_.light_set)) return;
   const LightSource source{SourceKind::SURFACE, context_.media->light_group(media_.stack)};
   if (media_.segment.varies())
@@ -162,7 +162,7 @@ inline void Walk<Kind>::add_light_in_medium(const Sample& sample_inside, const P
   const auto light =
       context_.lights.evaluate(light_sample, position, scattered, {footprint, context_.pixel.angle}, &context_.accel);
   if (!light || !(light->visibility & kVisibleToVolume)) return;
-  const Medium medium = varies ? context_.media->at(media_.segment, state_, position) : media_.segment.even;
+  const Medium medium = varies ? context_.media->at(media_.segment, state_, ray_.direction, position) : media_.segment.even;
   if (!medium.scatters()) return;
   const float phase = evaluate_phase(medium, dot(ray_.direction, light->wi));
   const bool has_rival = !light->is_delta && light->use_mis;

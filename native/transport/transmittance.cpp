@@ -101,7 +101,7 @@ Rgb transmittance_along(const PathContext& context, Ray ray, const RayCone& cone
     if (context.accel.has_transparent_surfaces() || context.accel.has_media())
       hit = context.accel.intersect_transparent_or_medium(ray, state.ray_kind, blockers, trail.passed());
     const float begin = trail.begin(), length = std::max((hit ? hit->t : ray.t_max) - begin, 0.0f);
-    const SegmentMedia segment = context.media->together(media, state, std::isinf(length));
+    const SegmentMedia segment = context.media->together(media, state, ray.direction, std::isinf(length));
     result *=
         segment.varies()
             ? estimate_transmittance(

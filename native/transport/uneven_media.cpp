@@ -79,7 +79,7 @@ Rgb estimate_transmittance(const UnevenRay& ray, float length, PathSampler& samp
   Rgb result = medium_transmittance(ray.segment.even, length);
   for (Collisions collisions(ray, length, 0.0f); collisions.next(sampler);) {
     const Vec3 place = ray.origin + collisions.distance() * ray.direction;
-    const Medium uneven = ray.media.uneven_at(ray.segment, ray.path, place);
+    const Medium uneven = ray.media.uneven_at(ray.segment, ray.path, ray.direction, place);
     result *= Rgb(1.0f) - uneven.extinction * (1.0f / collisions.rate());
     const float size = mean_magnitude(result);
     if (size >= kDim) continue;

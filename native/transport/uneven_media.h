@@ -22,7 +22,7 @@ struct UnevenRay {
   const PathState& path;
   Vec3 origin, direction;
 
-  Medium at(float distance) const { return media.at(segment, path, origin + distance * direction); }
+  Medium at(float distance) const { return media.at(segment, path, direction, origin + distance * direction); }
 };
 
 /// The bounds of all that varies along a ray, added up.

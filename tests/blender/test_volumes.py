@@ -94,6 +94,58 @@ def test_files_of_other_frames_have_no_part_in_motion_blur(foggy_scene: bpy.type
     assert np.abs(render(foggy_scene, "CISTERN", 64, 1) - still).mean() > 1e-3
 
 
+def denser_by(tree: bpy.types.NodeTree, node: str, output: str) -> bpy.types.Node:
+    """What absorbs 1 per metre more the more a vector points up: from 0 to 2."""
+    along = tree.nodes.new("ShaderNodeVectorMath")
+    along.operation = "DOT_PRODUCT"
+    tree.links.new(tree.nodes.new(node).outputs[output], along.inputs[0])
+    along.inputs[1].default_value = (0.0, 0.0, 1.0)
+    density = build.shader(tree, "ShaderNodeMapRange", Value=along.outputs["Value"], From_Min=-1.0, To_Max=2.0)
+    return build.shader(tree, "ShaderNodeVolumeAbsorption", Color=(0, 0, 0, 1), Density=density.outputs[0])
+
+
+DIRECTIONS = {
+    "Incoming": "ShaderNodeNewGeometry",
+    "Normal": "ShaderNodeNewGeometry",
+    "True Normal": "ShaderNodeNewGeometry",
+    "Reflection": "ShaderNodeTexCoord",
+}
+
+
+@pytest.mark.parametrize("output", DIRECTIONS)
+@pytest.mark.parametrize("tilt", [0.0, 60.0, 90.0, 180.0])
+def test_by_direction(empty_scene: bpy.types.Scene, output: str, tilt: float) -> None:
+    """Of a bright world: what passes a ball of 1 m that absorbs by where rays come from, away from their
+    direction as in Cycles. The camera looks through the middle, turned away from straight down; noise is 0.6 %."""
+    ball = build.add_sphere(empty_scene, fog(), radius=0.5)
+    ball.location.z = -0.5
+    tree = ball.data.materials[0].node_tree
+    volume = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL").inputs["Volume"]
+    tree.links.new(denser_by(tree, DIRECTIONS[output], output).outputs[0], volume)
+    build.set_world(empty_scene, (1.0, 1.0, 1.0), strength=1.0)
+    angle = np.radians(tilt)
+    camera = build.add_camera(empty_scene, (0.0, -2 * np.sin(angle), 2 * np.cos(angle)), (angle, 0.0, 0.0))
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 0.02
+    prepare(empty_scene, 8, 8)
+    passed = render(empty_scene, "CISTERN", 2048, 1)[..., 0].mean()
+    assert passed == pytest.approx(np.exp(-(1.0 + np.cos(angle))), rel=0.03)
+
+
+def test_worlds_by_direction(empty_scene: bpy.types.Scene) -> None:
+    """A bright plane, 1 m beyond the near clip, through air that absorbs 2 per metre on the way down; without a
+    warning."""
+    glow = build.material("glow", lambda tree: build.shader(tree, "ShaderNodeEmission").outputs[0])
+    build.add_floor(empty_scene, glow)
+    tree = build.set_world(empty_scene).node_tree
+    output = next(node for node in tree.nodes if node.type == "OUTPUT_WORLD")
+    tree.links.new(denser_by(tree, "ShaderNodeNewGeometry", "Incoming").outputs[0], output.inputs["Volume"])
+    camera = build.add_camera(empty_scene, (0.0, 0.0, 1.1), (0.0, 0.0, 0.0))
+    camera.data.lens, camera.data.clip_start = 2000.0, 0.1
+    prepare(empty_scene, 1, 1)
+    assert render(empty_scene, "CISTERN", 16, 1)[0, 0, 0] == pytest.approx(np.exp(-2.0), rel=1e-3)
+    assert addon.report.last[-1].warnings == []
+
+
 def test_warning_is_about_reuse() -> None:
     plain = {"direct": "NEE", "secondary": "NEE", "indirect": "PATH"}
     fog = SimpleNamespace(volume_name="Fog", dispersive_name="")

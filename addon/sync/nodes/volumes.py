@@ -28,11 +28,10 @@ STEFAN_BOLTZMANN = 5.670373e-8 * 1e-6 / math.pi
 """W/(m^2 K^4), in Cycles' unit for the radiance of a fire."""
 
 _PLACES = {
-    *("ATTRIBUTE", "ATTRIBUTE_FACTOR", "ATTRIBUTE_ALPHA", "GENERATED", "OBJECT_COORDINATE", "NORMAL_COORDINATE"),
-    *("REFLECTION_COORDINATE", "CAMERA_COORDINATE", "WINDOW_COORDINATE", "POSITION", "NORMAL", "TRUE_NORMAL"),
-    *("TANGENT", "INCOMING", "BACKFACING", "WIREFRAME"),
+    *("ATTRIBUTE", "ATTRIBUTE_FACTOR", "ATTRIBUTE_ALPHA", "GENERATED", "OBJECT_COORDINATE"),
+    *("CAMERA_COORDINATE", "WINDOW_COORDINATE", "POSITION", "TANGENT", "WIREFRAME"),
 }
-"""Instructions that differ from place to place."""
+"""Instructions that differ from place to place along a ray."""
 
 
 def add_medium(compiler: Compiler, volume: Port) -> None:
