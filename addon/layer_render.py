@@ -123,7 +123,7 @@ class LayerRender(SessionRender):
             if self.is_cancelled:
                 break
             self.engine.active_view_set(view)
-            if len(views) > 1:
+            if view:
                 for builder in builders:
                     place_view_camera(self.engine, self.depsgraph, builder)
             scene = self.snapshot(exported.builder)

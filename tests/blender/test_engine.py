@@ -139,6 +139,19 @@ def test_each_view_of_a_stereo_render_has_its_own_camera(core, tmp_path):
     assert offset == pytest.approx(stereo.interocular_distance, rel=1e-3)
 
 
+def test_a_single_eye_has_its_own_camera(core, tmp_path):
+    """As where each eye is a job of its own."""
+    scene = fresh_scene(64, 48)
+    scene.render.use_multiview = True
+    scene.render.views["right"].use = False
+    scene.camera.data.stereo.pivot = "CENTER"
+    scene.render.filepath = str(tmp_path / "eye.exr")
+    bpy.ops.render.render(write_still=True)
+    [left] = FakeExport.cameras
+    distance = np.linalg.norm(left["camera_to_world"][:3, 3] - np.array(scene.camera.matrix_world)[:3, 3])
+    assert distance == pytest.approx(scene.camera.data.stereo.interocular_distance / 2, rel=1e-3)
+
+
 def test_printed_line_is_json_with_the_promised_keys(core, tmp_path, capfd):
     FakeExport.warnings = ('Material "Ü\n1"',)
     render(fresh_scene(), tmp_path)
