@@ -23,14 +23,15 @@ def place_view_camera(
 ) -> None:
     """Set the camera of the engine's active view; the scene was synced before, so it has a camera."""
     from .sync import SyncReport
-    from .sync.camera import camera_arguments, rigid_matrix
+    from .sync.camera import camera_arguments, camera_data, rigid_matrix
 
     scene = depsgraph.scene_eval
     camera = (engine.camera_override or scene.camera).evaluated_get(depsgraph)
     arguments = camera_arguments(scene, camera, SyncReport(), engine.picture_settings(depsgraph))
-    if camera.data.type != "PANO":  # these have no shift
-        extra_shift = engine.camera_shift_x(camera) - camera.data.shift_x
-        moved = extra_shift * fitted_length(camera.data, arguments)
+    data = camera_data(camera)
+    if camera.type == "CAMERA" and data.type != "PANO":  # these have no shift
+        extra_shift = engine.camera_shift_x(camera) - data.shift_x
+        moved = extra_shift * fitted_length(data, arguments)
         arguments["left"] += moved
         arguments["right"] += moved
     arguments["camera_to_world"] = rigid_matrix(engine.camera_model_matrix(camera))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
@@ -17,6 +18,7 @@ Window = tuple[float, float, float, float]
 
 # f-stops below this would open the lens without bound; Blender's own slider ends at 0.1.
 _SMALLEST_FSTOP = 1e-5
+_SPOT_SIZE = math.radians(45.0)
 CAMERA_TYPES = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC", "PANO": "PANORAMIC"}
 PANORAMA_TYPES = {
     "EQUIRECTANGULAR": "EQUIRECTANGULAR",
@@ -32,25 +34,52 @@ PANORAMA_TYPES = {
 _SMALLEST_FOCUS_DISTANCE = 1e-5
 
 
+@dataclass(frozen=True)
+class LookThrough:
+    """In place of a camera's data, for an object of another type that is the scene's camera; as in Cycles."""
+
+    lens: float = 50.0
+    type: str = "PERSP"
+    sensor_width: float = 36.0
+    sensor_height: float = 24.0
+    sensor_fit: str = "AUTO"
+    shift_x: float = 0.0
+    shift_y: float = 0.0
+    clip_start: float = 1e-5
+    clip_end: float = 1e5
+    dof: None = None
+    stereo: None = None
+
+
+def camera_data(camera_object: bpy.types.Object) -> bpy.types.Camera | LookThrough:
+    """What the object sees with. Lamps see their cone, or that of a new spot."""
+    if camera_object.type == "CAMERA":
+        return camera_object.data
+    if camera_object.type != "LIGHT":
+        return LookThrough()
+    angle = getattr(camera_object.data, "spot_size", _SPOT_SIZE)
+    return LookThrough(lens=16.0 / math.tan(0.5 * angle)) if angle < math.pi else LookThrough()
+
+
 def camera_arguments(
     scene: bpy.types.Scene,
     camera_object: bpy.types.Object | None,
     report: SyncReport,
     render: bpy.types.RenderSettings | None = None,
 ) -> dict[str, Any]:
-    """Keyword arguments of `SceneBuilder.set_camera` for an evaluated camera object. Raises SyncError without one.
+    """Keyword arguments of `SceneBuilder.set_camera` for an evaluated camera object, which may be of any type. Raises
+    SyncError without one.
 
     `render`: has the shape of the picture where that is not the scene's, as where the compositor of another scene asks
     for it."""
     render = scene.render if render is None else render
     if camera_object is None:
         raise SyncError(f"Scene '{scene.name}' has no camera")
-    if camera_object.type != "CAMERA":
-        raise SyncError(f"Scene '{scene.name}' has no camera but '{camera_object.name}', which is none")
-    camera = camera_object.data
+    camera = camera_data(camera_object)
     if camera.type not in CAMERA_TYPES:
         report.warn(f"Camera '{camera_object.name}': type {camera.type} is not supported, rendered as perspective")
-    if scene.render.use_multiview and camera.type != "ORTHO" and camera.stereo.use_spherical_stereo:
+    is_flat = camera.type == "ORTHO" or camera.stereo is None
+    if scene.render.use_multiview and not is_flat and camera.stereo.use_spherical_stereo:
         report.warn(f"Camera '{camera_object.name}': spherical stereo is not supported, the eyes look side by side")
     is_panorama = camera.type == "PANO"
     window = panorama_window(camera) if is_panorama else camera_window(camera, render)
@@ -109,7 +138,7 @@ def sensor_size(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> t
     return width * per_pixel, height * per_pixel
 
 
-def camera_window(camera: bpy.types.Camera, render: bpy.types.RenderSettings) -> Window:
+def camera_window(camera: bpy.types.Camera | LookThrough, render: bpy.types.RenderSettings) -> Window:
     """Of the full frame: at unit distance, or in metres for an orthographic camera. Of a panorama, which has none, that
     of the perspective camera whose frame Blender draws."""
     width = _pixels(render.resolution_x, render) * render.pixel_aspect_x
@@ -135,9 +164,9 @@ def rigid_matrix(matrix: Matrix) -> NDArray[np.float32]:
 
 def lens_arguments(camera_object: bpy.types.Object) -> dict[str, Any]:
     """Aperture and focus; a pinhole when depth of field is off."""
-    camera = camera_object.data
+    camera = camera_data(camera_object)
     dof = camera.dof
-    if not dof.use_dof:
+    if dof is None or not dof.use_dof:
         return {}
     focal_length = 1.0 if camera.type == "ORTHO" else camera.lens * 1e-3
     return {

@@ -55,6 +55,29 @@ def test_camera(empty_scene: bpy.types.Scene, case: str) -> None:
     assert result.agrees, result
 
 
+LOOKED_THROUGH = {
+    "spot": lambda: build.add_light(bpy.context.scene, "SPOT", spot_size=0.7, energy=0.0),
+    "point": lambda: build.add_light(bpy.context.scene, "POINT", energy=0.0),
+    "empty": lambda: bpy.data.objects.new("empty", None),
+    "cube, scaled": lambda: bpy.data.objects.new("cube", bpy.data.meshes.new("cube")),
+}
+
+
+@pytest.mark.parametrize("case", LOOKED_THROUGH)
+@pytest.mark.parametrize("size", [(64, 40), (40, 64)])
+def test_objects_that_are_no_cameras(empty_scene: bpy.types.Scene, case: str, size: tuple[int, int]) -> None:
+    """Any object may be the active camera: lamps see what their cone lights."""
+    textured_stage(empty_scene)
+    seen = LOOKED_THROUGH[case]()
+    if seen.name not in empty_scene.collection.objects:
+        empty_scene.collection.objects.link(seen)
+    seen.matrix_basis = empty_scene.camera.matrix_basis
+    seen.scale = (1.0, 2.0, 0.5)
+    empty_scene.camera = seen
+    result = compare_with_cycles(empty_scene, size=size)
+    assert result.agrees, result
+
+
 def spark(scene: bpy.types.Scene, blades: int, rotation: float) -> None:
     """A small light far behind what is in focus: it shows as the shape of the aperture."""
     glow = build.material("glow", lambda tree: build.shader(tree, "ShaderNodeEmission", Strength=100.0).outputs[0])

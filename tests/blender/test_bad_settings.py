@@ -61,7 +61,6 @@ FAILURES = {
     "color nan": (light(color=(math.nan, 1, 1)), "Light: energy"),
     "sun angle nan": (light("SUN", angle=math.nan), "Light: angle"),
     "light nowhere": (set_members(lambda s: bpy.data.objects["Light"], location=(math.nan, 0, 0)), "Light: position"),
-    "camera is a mesh": (lambda scene: setattr(scene, "camera", cube()), "Scene 'Scene' has no camera"),
 }
 
 
