@@ -188,6 +188,7 @@ class CISTERN_VIEWLAYER_PT_filter(CisternPanel, Panel):
         column.prop(layer, "use_solid", text="Surfaces")
         column.prop(layer, "use_strand", text="Curves")
         column.prop(layer, "use_volumes", text="Volumes")
+        draw_existing(column, layer, "use_grease_pencil", text="Grease Pencil")
         column = layout.column(heading="Use")
         column.active = context.scene.render.use_motion_blur
         draw_existing(column, layer, "use_motion_blur")
@@ -207,6 +208,7 @@ class CISTERN_VIEWLAYER_PT_passes(CisternPanel, Panel):
         column = layout.column(heading="Data")
         for name in ("z", "mist", "position", "normal", "vector", "uv"):
             column.prop(view_layer, f"use_pass_{name}")
+        draw_existing(column, view_layer, "use_pass_grease_pencil", text="Grease Pencil")
         column.prop(view_layer.cistern, "use_pass_denoising_albedo")
         column.prop(view_layer.cistern, "use_pass_denoising_normal")
         column.prop(view_layer.cistern, "use_pass_noisy")

@@ -57,8 +57,8 @@ def draw_light_group(layout: UILayout, owner: bpy.types.ID, view_layer: bpy.type
     button.operator("scene.view_layer_add_lightgroup", icon="ADD", text="").name = owner.lightgroup
 
 
-def draw_existing(layout: UILayout, owner: bpy.types.ID, *names: str) -> None:
+def draw_existing(layout: UILayout, owner: bpy.types.bpy_struct, *names: str, **options: object) -> None:
     """Draw those of the properties that this Blender's version of the data-block has."""
     for name in names:
         if name in owner.bl_rna.properties:
-            layout.prop(owner, name)
+            layout.prop(owner, name, **options)

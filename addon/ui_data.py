@@ -7,6 +7,7 @@ from bpy.types import Context, Panel, UILayout
 from .ui_base import ENGINE, CisternPanel, draw_existing, draw_light_group, draw_node_socket, split_layout
 
 GEOMETRY_TYPES = frozenset({"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"})
+VISIBLE_TYPES = GEOMETRY_TYPES | {"VOLUME"}
 HAS_SHADING_PANEL = bpy.app.version >= (4, 3, 0)  # of objects, for all engines
 EMITTER_TYPES = frozenset({"LIGHT", "VOLUME", "EMPTY"})  # and what instances emitters
 # Settings of panoramic cameras and their names, those that belong together in one box.
@@ -25,7 +26,7 @@ PANORAMA_SETTINGS = {
         {"central_cylindrical_radius": "Cylinder Radius"},
     ],
 }
-BLURRED_TYPES = GEOMETRY_TYPES | {"VOLUME", "EMPTY", "CAMERA"}
+BLURRED_TYPES = VISIBLE_TYPES | {"EMPTY", "CAMERA"}
 
 
 class CISTERN_CAMERA_PT_panorama(CisternPanel, Panel):
@@ -122,6 +123,12 @@ class CISTERN_LIGHT_PT_nodes(LightPanel, Panel):
             draw_node_socket(split_layout(self), light, "Surface")
 
 
+def is_visible(obj: bpy.types.Object) -> bool:
+    """Whether rays may see it, or what it instances."""
+    is_instancer = obj.instance_type == "COLLECTION" and obj.instance_collection is not None
+    return obj.type in VISIBLE_TYPES or is_instancer
+
+
 class CISTERN_OBJECT_PT_visibility(CisternPanel, Panel):
     bl_label = "Visibility"
     bl_context = "object"
@@ -135,10 +142,11 @@ class CISTERN_OBJECT_PT_visibility(CisternPanel, Panel):
         layout = split_layout(self)
         obj = context.object
         layout.prop(obj, "hide_select", text="Selectable", toggle=False, invert_checkbox=True)
+        draw_existing(layout, obj, "hide_surface_pick", text="Surface Picking", toggle=False, invert_checkbox=True)
         column = layout.column(heading="Show In")
         column.prop(obj, "hide_viewport", text="Viewports", toggle=False, invert_checkbox=True)
         column.prop(obj, "hide_render", text="Renders", toggle=False, invert_checkbox=True)
-        if obj.type in GEOMETRY_TYPES:
+        if is_visible(obj):
             column = layout.column(heading="Mask")
             column.prop(obj, "is_holdout")
             column.prop(obj, "is_shadow_catcher")
@@ -152,7 +160,7 @@ class CISTERN_OBJECT_PT_ray_visibility(CisternPanel, Panel):
     @classmethod
     def poll(cls, context: Context) -> bool:
         obj = context.object
-        return context.engine == ENGINE and obj is not None and obj.type in GEOMETRY_TYPES | {"LIGHT"}
+        return context.engine == ENGINE and obj is not None and (obj.type == "LIGHT" or is_visible(obj))
 
     def draw(self, context: Context) -> None:
         column = split_layout(self).column()

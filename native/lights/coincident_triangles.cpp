@@ -117,7 +117,7 @@ std::vector<uint32_t> find_coincident_triangles(const Scene& scene, std::span<co
   struct Item {
     uint64_t hash;
     uint32_t index;
-    auto operator<=>(const Item&) const = default;
+    auto operator<=>(const Item&) const = default;  // NOLINT(modernize-use-nullptr)
   };
   std::vector<Item> items(triangles.size());
   parallel_blocks(items.size(), kBlockSize, [&](size_t, size_t begin, size_t end) {

@@ -7,6 +7,7 @@ import bpy
 import pytest
 
 from addon import techniques, ui, ui_bake, ui_data, ui_sampling, ui_shading, ui_subdivision, ui_viewport
+from tests.blender.drawn_panels import RecordingLayout, draw, editor
 from tests.blender.engine_fakes import fresh_scene, store_choice
 
 pytestmark = pytest.mark.usefixtures("registered_addon")
@@ -60,87 +61,6 @@ def test_unregistering_gives_the_panels_back():
         assert not any(ui.ENGINE in getattr(panel, "COMPAT_ENGINES", ()) for panel in bpy.types.Panel.__subclasses__())
     finally:
         ui.register()
-
-
-class RecordedOperator:
-    """Plays OperatorProperties. A switch that is drawn as a button counts as drawn, and its icon is recorded."""
-
-    def __init__(self, drawn, icon):
-        self.__dict__.update(drawn=drawn, icon=icon)
-
-    def __setattr__(self, name, value):
-        if name == "switch":
-            self.drawn[-1:] = [value, f"icon {self.icon}"]
-
-
-class RecordingLayout:
-    """Plays UILayout: every property drawn must exist; its name is recorded."""
-
-    def __init__(self, drawn):
-        self.drawn = drawn
-
-    def prop(self, owner, name, **_options):
-        assert name in owner.bl_rna.properties, f"{owner} has no {name}"
-        self.drawn.append(name)
-
-    def template_node_view(self, tree, node, node_input):
-        assert node_input.name in node.inputs
-        self.drawn.append(f"socket {node_input.name}")
-
-    def template_curve_mapping(self, owner, name, **_options):
-        assert owner.bl_rna.properties[name].fixed_type.identifier == "CurveMapping"
-        self.drawn.append(name)
-
-    def template_ID(self, owner, name, new):  # noqa: N802 (Blender's name)
-        self.prop(owner, name)
-        self.operator(new)
-
-    def template_light_linking_collection(self, _row, owner, name):
-        self.prop(owner, name)
-
-    def operator(self, identifier, **options):
-        self.drawn.append(identifier)
-        return RecordedOperator(self.drawn, options.get("icon"))
-
-    def operator_menu_enum(self, identifier, name, **_options):
-        self.operator(identifier)
-
-    def template_list(self, kind, _list_id, owner, name, active_owner, active_name, **_options):
-        assert hasattr(bpy.types, kind)
-        self.prop(owner, name)
-        self.prop(active_owner, active_name)
-
-    def prop_search(self, owner, name, searched, collection, **_options):
-        self.prop(owner, name)
-        assert collection in searched.bl_rna.properties
-
-    def menu(self, identifier, **_options):
-        assert hasattr(bpy.types, identifier)
-
-    def separator(self):
-        pass
-
-    def label(self, text=""):
-        self.drawn.append(f"label {text}")
-
-    def row(self, **_options):
-        return RecordingLayout(self.drawn)
-
-    column = row
-
-
-def draw(cls, **context):
-    drawn = []
-    cls.draw(SimpleNamespace(layout=RecordingLayout(drawn)), editor(300, **context))
-    return drawn
-
-
-def editor(width, ui_scale=1.0, **context):
-    """The context of a properties editor of this width in pixels."""
-    preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=ui_scale))
-    if "scene" in context:
-        context = {"view_layer": context["scene"].view_layers[0], **context}
-    return SimpleNamespace(engine=ui.ENGINE, region=SimpleNamespace(width=width), preferences=preferences, **context)
 
 
 def test_render_and_view_layer_panels_draw_every_setting():
@@ -297,6 +217,18 @@ def test_material_world_and_object_panels_draw():
     assert {"visible_shadow", "visible_volume_scatter"} <= set(drawn)
 
 
+@pytest.mark.parametrize("kind", ["volume", "instancer", "empty", "lamp"])
+def test_what_rays_may_see_has_switches_for_them(kind):
+    scene = fresh_scene()
+    data = {"volume": lambda: bpy.data.volumes.new("smoke"), "lamp": lambda: bpy.data.lights.new("lamp", "POINT")}
+    obj = bpy.data.objects.new(kind, data[kind]() if kind in data else None)
+    if kind == "instancer":
+        obj.instance_type, obj.instance_collection = "COLLECTION", scene.collection.children[0]
+    assert ui_data.CISTERN_OBJECT_PT_ray_visibility.poll(editor(300, object=obj)) == (kind != "empty")
+    has_mask = "is_holdout" in draw(ui_data.CISTERN_OBJECT_PT_visibility, object=obj)
+    assert has_mask == (kind in {"volume", "instancer"})
+
+
 def test_every_panel_is_registered():
     modules = (ui, ui_sampling, ui_subdivision, ui_viewport, ui_bake, ui_shading, ui_data)
     defined = {
@@ -313,7 +245,8 @@ def test_view_layers_have_a_filter():
     scene = fresh_scene()
     drawn = draw(ui.CISTERN_VIEWLAYER_PT_filter, scene=scene, view_layer=scene.view_layers[0])
     blur = ["use_motion_blur"] if "use_motion_blur" in bpy.types.ViewLayer.bl_rna.properties else []
-    assert drawn == ["use_sky", "use_solid", "use_strand", "use_volumes", *blur, "use_denoising"]
+    pencil = ["use_grease_pencil"] if "use_grease_pencil" in bpy.types.ViewLayer.bl_rna.properties else []
+    assert drawn == ["use_sky", "use_solid", "use_strand", "use_volumes", *pencil, *blur, "use_denoising"]
 
 
 def test_materials_have_panels_of_all_sockets_and_of_settings():
