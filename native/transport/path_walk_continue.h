@@ -170,6 +170,11 @@ bool Walk<Kind>::scatter_below(const SurfacePoint& entry, const BsdfSample& samp
   if (is_black(throughput_.worth())) return false;
   SurfacePoint point = make_surface_point(context_.scene, exit->ray, exit->hit);
   set_footprint(point, entry.footprint, context_.scene, state_);
+  if constexpr (Kind::has_media) {  // not those where it entered
+    media_.stack =
+        context_.media->around(context_.accel, offset_origin(point.position, point.clearance, point.ng, point.ng));
+    media_.trail.clear();
+  }
   const Bsdf bsdf = evaluate_exit(context_.scene, point, state_, &context_.accel);
   if (!bsdf.scatters()) return false;
   add_light_samples(point, bsdf, 1.0f);

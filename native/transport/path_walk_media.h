@@ -162,7 +162,8 @@ inline void Walk<Kind>::add_light_in_medium(const Sample& sample_inside, const P
   const auto light =
       context_.lights.evaluate(light_sample, position, scattered, {footprint, context_.pixel.angle}, &context_.accel);
   if (!light || !(light->visibility & kVisibleToVolume)) return;
-  const Medium medium = varies ? context_.media->at(media_.segment, state_, ray_.direction, position) : media_.segment.even;
+  const Medium medium =
+      varies ? context_.media->at(media_.segment, state_, ray_.direction, position) : media_.segment.even;
   if (!medium.scatters()) return;
   const float phase = evaluate_phase(medium, dot(ray_.direction, light->wi));
   const bool has_rival = !light->is_delta && light->use_mis;

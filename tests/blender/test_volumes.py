@@ -146,6 +146,43 @@ def test_worlds_by_direction(empty_scene: bpy.types.Scene) -> None:
     assert addon.report.last[-1].warnings == []
 
 
+def half_immersed(scene: bpy.types.Scene, method: str, density: float) -> None:
+    """A cube of wax, 1 m wide, the lower half of which is in ink."""
+    wax = build.material(
+        "wax", lambda tree: build.shader(tree, "ShaderNodeSubsurfaceScattering", Scale=1.0, IOR=1.0).outputs[0]
+    )
+    node = next(node for node in wax.node_tree.nodes if node.type == "SUBSURFACE_SCATTERING")
+    node.falloff = method
+    node.inputs["Radius"].default_value = (0.5, 0.5, 0.5)
+    ink = fog(density, "ShaderNodeVolumeAbsorption")
+    next(n for n in ink.node_tree.nodes if n.type == "VOLUME_ABSORPTION").inputs["Color"].default_value = (0, 0, 0, 1)
+    for half, height, inside in ((0.5, 0.5, wax), (1.5, 0.0, ink)):
+        corners = [(x, y, z) for x in (-half, half) for y in (-half, half) for z in (-half, height)]
+        sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        build.add_mesh(scene, inside.name, corners, sides, inside)
+    prepare(scene, 8, 8)
+
+
+@pytest.mark.parametrize("method", ["RANDOM_WALK", "BURLEY"])
+def test_light_that_leaves_wax_into_ink_is_absorbed(empty_scene: bpy.types.Scene, method: str) -> None:
+    """A lamp in the ink, and the camera above: what it sees of it comes through the wax, and 0.1 m of ink."""
+    half_immersed(empty_scene, method, 1000.0)
+    build.add_light(empty_scene, "POINT", (0.6, 0.0, -0.2), energy=100.0, shadow_soft_size=0.0)
+    build.add_camera(empty_scene, (3.0, 0.0, 0.3), (np.radians(90), 0.0, np.radians(90)), lens=100.0)
+    assert render(empty_scene, "CISTERN", 256, 1)[..., :3].max() < 1e-6
+
+
+def test_light_that_leaves_wax_into_the_air_is_not(empty_scene: bpy.types.Scene) -> None:
+    """A lamp 1 m above, the camera in the ink, 0.1 m from the wax, of which it loses 18 %."""
+    half_immersed(empty_scene, "RANDOM_WALK", 2.0)
+    build.add_light(empty_scene, "POINT", (0.0, 0.0, 1.5), energy=100.0, shadow_soft_size=0.0)
+    build.add_camera(empty_scene, (0.0, -0.6, -0.1), (np.radians(90), 0.0, 0.0), lens=100.0)
+    empty_scene.camera.data.clip_start = 1e-3
+    through_ink = render(empty_scene, "CISTERN", 1024, 1)[..., :3].mean()
+    bpy.data.materials["Fog"].node_tree.nodes["Volume Absorption"].inputs["Density"].default_value = 0.0
+    assert through_ink / render(empty_scene, "CISTERN", 1024, 1)[..., :3].mean() == pytest.approx(0.82, rel=0.1)
+
+
 def test_warning_is_about_reuse() -> None:
     plain = {"direct": "NEE", "secondary": "NEE", "indirect": "PATH"}
     fog = SimpleNamespace(volume_name="Fog", dispersive_name="")
