@@ -97,10 +97,10 @@ Rgb add_sheen(Bsdf& bsdf, Vec3 n, float roughness, Rgb weight);
 
 /// Static parameter of closures.
 inline SubsurfaceMethod subsurface_method(int32_t parameter) { return static_cast<SubsurfaceMethod>(parameter); }
-/// Limits as in Cycles. The boundary of skin is as rough as can be.
-inline void set_boundary(Subsurface& subsurface, float ior, float roughness, float anisotropy) {
+/// Limits as in Cycles; `alpha`: width of the boundary's GGX lobe. That of skin is as rough as can be.
+inline void set_boundary(Subsurface& subsurface, float ior, float alpha, float anisotropy) {
   subsurface.ior = std::clamp(ior, 1.01f, 3.8f);
-  subsurface.alpha = subsurface.is_skin() ? 1.0f : sqr(clamp01(roughness));
+  subsurface.alpha = subsurface.is_skin() ? 1.0f : clamp01(alpha);
   const float most = subsurface.method == SubsurfaceMethod::RANDOM_WALK ? 0.99f : 0.9f;
   subsurface.anisotropy = std::clamp(anisotropy, -0.99f, most);
 }

@@ -255,7 +255,8 @@ void add_subsurface(Bsdf& bsdf, const Principled& p, Vec3 n, Rgb weight, const i
                     const SurfacePoint& point) {
   Subsurface subsurface{specular_normal(n, point), weight, saturate(p.base_color()), p.subsurface_radius()};
   subsurface.method = subsurface_method(parameters[1]);
-  set_boundary(subsurface, subsurface.is_skin() ? p.subsurface_ior() : ior, p.roughness(), p.subsurface_anisotropy());
+  set_boundary(subsurface, subsurface.is_skin() ? p.subsurface_ior() : ior, sqr(clamp01(p.roughness())),
+               p.subsurface_anisotropy());
   add_subsurface(bsdf, subsurface, least_radius(point, subsurface.method));
 }
 

@@ -99,7 +99,7 @@ void add_subsurface_closure(Bsdf& bsdf, std::span<const Vec3> in, const int32_t*
   const Rgb radius = non_negative(to_rgb(in[2]) * in[3].x);
   Subsurface subsurface{n, Rgb(in[0].x), saturate(to_rgb(in[1])), radius};
   subsurface.method = subsurface_method(parameters[0]);
-  set_boundary(subsurface, in[4].x, in[5].x, in[6].x);
+  set_boundary(subsurface, in[4].x, in[5].x, in[6].x);  // the width itself, as in Cycles: elsewhere it is squared
   add_subsurface(bsdf, subsurface, least_radius(point, subsurface.method));
 }
 

@@ -84,6 +84,7 @@ def layered(tree):
 NODES = {
     "random walk": below(),
     "smooth boundary": below(Roughness=0.0, IOR=1.8),
+    "rough boundary": below(Roughness=0.4, IOR=1.8, Scale=2.0),
     "skin": below("RANDOM_WALK_SKIN", Anisotropy=0.5, Scale=0.2),
     "texture": textured,
     "bump": bumped,
