@@ -87,6 +87,11 @@ float bump_shadowing(Vec3 ns, Vec3 n, Vec3 wi, bool corrects) {
   return 2.0f / (1.0f + std::sqrt(1.0f + tan_squared));
 }
 
+Vec3 hemisphere_normal(const Bsdf& bsdf) { return bsdf.ns == Vec3{} ? bsdf.ng : bsdf.ns; }
+Vec3 hemisphere_normal(const Bsdf& bsdf, const Lobe& lobe) {
+  return bsdf.is_strand ? normal_of(lobe) : hemisphere_normal(bsdf);
+}
+
 /// Whether the lobe is lit from above ns where ng does not agree that it is above; see evaluate_bsdf.
 template <class Model>
 bool is_lit_from_behind(const Lobe& lobe, bool is_above) {
@@ -95,16 +100,32 @@ bool is_lit_from_behind(const Lobe& lobe, bool is_above) {
   return kIsDiffuse<Model>;
 }
 
-/// `is_above`: on the side of ns; `can_leave`: ng agrees.
-LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, bool is_above, bool can_leave) {
+/// The side of a surface that a direction is on.
+struct Side {
+  bool is_above;   // by ns
+  bool can_leave;  // ng agrees
+};
+
+Side side_of(const Bsdf& bsdf, const Vec3& wi) {
+  const bool is_above = dot(hemisphere_normal(bsdf), wi) > 0.0f;
+  return {is_above, (dot(bsdf.ng, wi) > 0.0f) == is_above};
+}
+
+/// What it is for a lobe: on strands that of its own normal.
+Side side_for(const Bsdf& bsdf, const Lobe& lobe, const Side& side, const Vec3& wi) {
+  return bsdf.is_strand ? Side{dot(normal_of(lobe), wi) > 0.0f, true} : side;
+}
+
+LobeEvaluation evaluate_one(const Bsdf& bsdf, const Lobe& lobe, const Vec3& wi, const Side& side) {
   return std::visit(
       [&](const auto& model) -> LobeEvaluation {
         using Model = std::decay_t<decltype(model)>;
-        if ((dot(model.n, wi) > 0.0f) != is_above) return {};
-        if (!can_leave && !is_lit_from_behind<Model>(lobe, is_above)) return {};
+        if ((dot(model.n, wi) > 0.0f) != side.is_above) return {};
+        if (!side.can_leave && !is_lit_from_behind<Model>(lobe, side.is_above)) return {};
         LobeEvaluation evaluation = evaluate_lobe(model, bsdf.wo, wi);
         if constexpr (kIsDiffuse<Model>) {
-          const float shadowing = bump_shadowing(bump_reference(bsdf), model.n, wi, bsdf.corrects_bumps);
+          const float shadowing =
+              bsdf.is_strand ? 1.0f : bump_shadowing(bump_reference(bsdf), model.n, wi, bsdf.corrects_bumps);
           if (shadowing == 0.0f) return {};
           evaluation.f_cos *= shadowing;
           evaluation.even_cos = evaluation.pdf * shadowing;
@@ -118,8 +139,6 @@ bool samples_evenly(const Bsdf& bsdf, const Lobe& lobe) {
   return bsdf.rough_sampling != RoughSampling::BSDF && !is_smooth(lobe);
 }
 
-Vec3 hemisphere_normal(const Bsdf& bsdf) { return bsdf.ns == Vec3{} ? bsdf.ng : bsdf.ns; }
-
 /// Probability that COSINE and UNIFORM take the side of ns for this lobe.
 float upper_probability(const Lobe& lobe) {
   if (!transmits(lobe)) return 1.0f;
@@ -130,13 +149,13 @@ float upper_probability(const Lobe& lobe) {
 float hemisphere_pdf(const Bsdf& bsdf, const Lobe& lobe, Vec3 wi, bool is_above) {
   const float upper = upper_probability(lobe), side = is_above ? upper : 1.0f - upper;
   const bool is_uniform = bsdf.rough_sampling == RoughSampling::UNIFORM;
-  return side * kInvPi * (is_uniform ? 0.5f : std::abs(dot(hemisphere_normal(bsdf), wi)));
+  return side * kInvPi * (is_uniform ? 0.5f : std::abs(dot(hemisphere_normal(bsdf, lobe), wi)));
 }
 
 Vec3 sample_hemisphere(const Bsdf& bsdf, const Lobe& lobe, float u_side, Vec2 u) {
   const bool is_uniform = bsdf.rough_sampling == RoughSampling::UNIFORM;
   const Vec3 local = is_uniform ? square_to_cone(u, 1.0f) : square_to_cosine_hemisphere(u);
-  const Vec3 n = hemisphere_normal(bsdf);
+  const Vec3 n = hemisphere_normal(bsdf, lobe);
   return Frame(u_side < upper_probability(lobe) ? n : -n).to_world(local);
 }
 
@@ -159,11 +178,11 @@ BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibili
                               LobeDensities& densities) {
   BsdfEvaluation result;
   float guided_weight = 0.0f, guided_pdf = 0.0f;
-  const bool is_above = dot(hemisphere_normal(bsdf), wi) > 0.0f;
-  const bool can_leave = (dot(bsdf.ng, wi) > 0.0f) == is_above;
+  const Side side_of_surface = side_of(bsdf, wi);
   for (int i = 0; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
-    const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, is_above, can_leave);
+    const auto [is_above, can_leave] = side_for(bsdf, lobe, side_of_surface, wi);
+    const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, {is_above, can_leave});
     const float pdf = samples_evenly(bsdf, lobe) ? hemisphere_pdf(bsdf, lobe, wi, is_above) : evaluation.pdf;
     if (i == chosen && can_leave) densities.of_chosen = pdf;
     const ScatterKind kind = kind_of(lobe, !is_above);
@@ -194,7 +213,7 @@ BsdfEvaluation evaluate_lobes(const Bsdf& bsdf, const Vec3& wi, uint8_t visibili
 std::optional<BsdfSample> sample_delta(const Bsdf& bsdf, const Lobe& lobe, const MicrofacetLobe& model, float u) {
   const std::optional<DeltaSample> delta = sample_delta_lobe(model, bsdf.wo, u);
   if (!delta) return {};
-  const bool is_above = dot(bsdf.ng, delta->wi) > 0.0f;
+  const bool is_above = dot(bsdf.is_strand ? model.n : bsdf.ng, delta->wi) > 0.0f;
   if (is_above != (dot(model.n, delta->wi) > 0.0f)) return {};
   BsdfSample sample;
   sample.wi = delta->wi;
@@ -279,6 +298,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   ns = other.ns;
   bump_ns = other.bump_ns;
   corrects_bumps = other.corrects_bumps;
+  is_strand = other.is_strand;
   total_sample_weight = other.total_sample_weight;
   subsurface_count = other.subsurface_count;
   std::copy_n(other.subsurfaces.begin(), subsurface_count, subsurfaces.begin());
@@ -353,7 +373,8 @@ std::optional<BsdfSample> sample_bsdf(const Bsdf& bsdf, float u_lobe, Vec2 u_dir
   LobeDensities densities;
   const BsdfEvaluation evaluation = evaluate_lobes(bsdf, *wi, kVisibleToAll, chosen, densities);
   if (!(densities.of_chosen > 0.0f) || is_black(evaluation.total_cos())) return {};
-  BsdfSample sample = sample_of(*wi, evaluation, kind_of(lobe, dot(bsdf.ng, *wi) < 0.0f));
+  const bool is_below = dot(bsdf.is_strand ? normal_of(lobe) : bsdf.ng, *wi) < 0.0f;
+  BsdfSample sample = sample_of(*wi, evaluation, kind_of(lobe, is_below));
   sample.is_clear = is_clear(lobe, sample.kind);
   return sample;
 }
@@ -396,16 +417,22 @@ bool transmits(const Lobe& lobe) {
   return is_any_of<TranslucentLobe, RoughTranslucentLobe, HairLobe, MicrofacetHairLobe>(lobe);
 }
 
+bool turns_away(const Bsdf& bsdf) {
+  if (!bsdf.is_strand) return false;
+  const std::span lobes(bsdf.lobes.data(), static_cast<size_t>(bsdf.count));
+  return std::ranges::any_of(lobes, [&](const Lobe& lobe) { return normal_of(lobe) != bsdf.ns; });
+}
+
 BsdfKinds evaluate_kinds(const Bsdf& bsdf, const Vec3& wi, uint8_t visibility) {
   BsdfKinds kinds;
-  const bool is_above = dot(hemisphere_normal(bsdf), wi) > 0.0f;
-  const bool can_leave = (dot(bsdf.ng, wi) > 0.0f) == is_above;
+  const Side side_of_surface = side_of(bsdf, wi);
   for (int i = 0; i < bsdf.count; ++i) {
     const Lobe& lobe = bsdf.lobes[static_cast<size_t>(i)];
-    const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, is_above, can_leave);
-    if (!(evaluation.pdf > 0.0f) || (visibility & ray_kind(kind_of(lobe, !is_above))) == 0) continue;
+    const Side side = side_for(bsdf, lobe, side_of_surface, wi);
+    const LobeEvaluation evaluation = evaluate_one(bsdf, lobe, wi, side);
+    if (!(evaluation.pdf > 0.0f) || (visibility & ray_kind(kind_of(lobe, !side.is_above))) == 0) continue;
     KindColors& part = is_smooth(lobe) ? kinds.smooth : kinds.rough;
-    part[static_cast<size_t>(pass_kind(lobe, !is_above))] += lobe.weight * evaluation.f_cos;
+    part[static_cast<size_t>(pass_kind(lobe, !side.is_above))] += lobe.weight * evaluation.f_cos;
   }
   return kinds;
 }

@@ -163,6 +163,7 @@ struct Bsdf {
   Vec3 ns;                           // interpolated normal, before bump mapping; zero: ng, without bump shadowing
   Vec3 bump_ns;                      // bent by displacement: what bump shadowing compares normals with; zero: ns
   bool corrects_bumps = true;        // false: bump shadowing only keeps light off where normals disagree about sides
+  bool is_strand = false;            // lobes go by their own normals alone, wherever these point, as in Cycles 5.0
   float total_sample_weight = 0.0f;  // of the lobes and subsurfaces, transparency not included
   float even_shade = 0.0f;           // of the layers above diffuse lobes, see even_transmittance
   Vec3 even_normal;                  // of those layers
@@ -203,7 +204,7 @@ inline constexpr bool kIsDiffuse = !std::is_same_v<Model, MicrofacetLobe> && !st
 /// away from its reference by more than a right angle.
 template <class Model>
 bool is_bent_away(const Bsdf& bsdf, const Model& model) {
-  return kIsDiffuse<Model> && dot(model.n, bump_reference(bsdf)) < 0.0f;
+  return kIsDiffuse<Model> && !bsdf.is_strand && dot(model.n, bump_reference(bsdf)) < 0.0f;
 }
 
 /// The lobe of that model and normal, or none; of models that have nothing but a normal.
@@ -248,14 +249,14 @@ void add_portal(Bsdf& bsdf, const RayPortal& portal);
 /// f(wo, wi) |cos(theta_i)| summed over the lobes, split by lobe: `smooth` from lobes with roughness below
 /// kReconnectRoughness, `rough` from the others. Delta lobes contribute nothing.
 /// `pdf` is the density of `sample_bsdf` for wi, per solid angle (delta lobes excluded but counted in the choice).
-/// A lobe is 0 where wi lies on different sides of its normal and of ns. Where ns and ng disagree about the side, a ray
-/// would leave through the wrong side of the flat triangle. Such directions are never sampled, and their density is 0.
-/// What narrow microfacet lobes reflect there, all that these transmit, glossy toon and hair are 0, too; for all others
-/// what arrives from there is left to next-event estimation, whose shadow rays know the smooth surface
-/// (shadow_origin.h). Diffuse lobes on bump-mapped normals fade out near the horizon of ns. [Conty Estevez et al. 2019,
-/// A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem] `pdf_by_kind` has its parts by the kind
-/// of the lobe that is chosen, indexed by ScatterKind; a guide has no kind of its own, and its part is divided like
-/// that of the lobes which it stands in for.
+/// A lobe is 0 where wi lies on different sides of its normal and of ns, but on strands, where neither ns nor ng
+/// matter. Elsewhere: Where ns and ng disagree about the side, a ray would leave through the wrong side of the flat
+/// triangle. Such directions are never sampled, and their density is 0. What narrow microfacet lobes reflect there, all
+/// that these transmit, glossy toon and hair are 0, too; for all others what arrives from there is left to next-event
+/// estimation, whose shadow rays know the smooth surface (shadow_origin.h). Diffuse lobes on bump-mapped normals fade
+/// out near the horizon of ns. [Conty Estevez et al. 2019, A Microfacet-Based Shadowing Function to Solve the Bump
+/// Terminator Problem] `pdf_by_kind` has its parts by the kind of the lobe that is chosen, indexed by ScatterKind; a
+/// guide has no kind of its own, and its part is divided like that of the lobes which it stands in for.
 ///
 /// The even part is what all viewers of the point agree about: a sum of Lambert lobes f_even(wi) which does not know
 /// wo. Towards wo it sends `even_transmittance` times what f_even reflects; that is close to what diffuse lobes send,
@@ -324,6 +325,9 @@ bool is_smooth(const Lobe& lobe);
 bool is_narrow(const Lobe& lobe);
 /// Whether the lobe scatters to the far side of the surface.
 bool transmits(const Lobe& lobe);
+Vec3 normal_of(const Lobe& lobe);
+/// Whether light may arrive at lobes from below ns without passing: on strands whose normals are bent.
+bool turns_away(const Bsdf& bsdf);
 
 /// Kinds of rays that lobes which are not delta lobes can scatter, as RayVisibility bits.
 uint8_t scattered_kinds(const Bsdf& bsdf);

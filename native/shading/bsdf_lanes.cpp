@@ -19,6 +19,7 @@ bool has_form(const MicrofacetLobe& lobe) {
 }
 
 bool has_form(const Bsdf& bsdf) {
+  if (turns_away(bsdf)) return false;
   if (bsdf.rough_sampling != RoughSampling::BSDF || bsdf.count == 0 || bsdf.count > 2) return false;
   int lambert = 0, microfacet = 0;
   for (const Lobe& lobe : std::span(bsdf.lobes.data(), static_cast<size_t>(bsdf.count))) {

@@ -30,10 +30,11 @@ inline float lowest_mirror_cosine(const SurfacePoint& point) {
 Vec3 bent_normal(const Vec3& n, const SurfacePoint& point);
 
 /// `n`, or as little bent towards ng as lifts the mirror direction of wo just above the surface. For specular lobes:
-/// without it the outlines of coarse smooth meshes, and steep bumps, would reflect nothing. As it is where the material
-/// wants no corrections.
+/// without it the outlines of coarse smooth meshes, and steep bumps, would reflect nothing. As it is on
+/// strands, and where the material wants no corrections.
 inline Vec3 specular_normal(Vec3 n, const SurfacePoint& point) {
-  if (n == point.ng || !point.corrects_bumps || dot(point.ng, reflect(point.wo, n)) >= lowest_mirror_cosine(point))
+  if (n == point.ng || !point.corrects_bumps || point.is_strand ||
+      dot(point.ng, reflect(point.wo, n)) >= lowest_mirror_cosine(point))
     return n;
   return bent_normal(n, point);
 }

@@ -15,11 +15,11 @@ Rgb albedo_of(const HairLobe& lobe, const Vec3& wo) { return hair_albedo(lobe, w
 Rgb albedo_of(const MicrofacetHairLobe& lobe, const Vec3& wo) { return Rgb(microfacet_hair_albedo(lobe, wo)); }
 Rgb albedo_of(const VelvetLobe& lobe, const Vec3& wo) { return Rgb(velvet_albedo(lobe, wo)); }
 
+}  // namespace
+
 Vec3 normal_of(const Lobe& lobe) {
   return std::visit([](const auto& model) { return model.n; }, lobe.model);
 }
-
-}  // namespace
 
 Rgb lobe_albedo(const Lobe& lobe, const Vec3& wo) {
   return std::visit([&](const auto& model) { return albedo_of(model, wo); }, lobe.model);

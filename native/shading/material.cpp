@@ -113,6 +113,7 @@ Bsdf evaluate_material(const Scene& scene, const SurfacePoint& point, const Path
   bsdf.ng = point.ng;
   bsdf.ns = point.ns;
   bsdf.wo = point.wo;
+  bsdf.is_strand = point.is_strand;
   bsdf.gloss = path.gloss;
   bsdf.ray_kind = path.ray_kind;
   bsdf.wavelength = path.wavelength;
@@ -141,6 +142,7 @@ Bsdf evaluate_exit(const Scene& scene, const SurfacePoint& point, const PathStat
   bsdf.ng = point.ng;
   bsdf.ns = point.ns;
   bsdf.wo = point.wo;
+  bsdf.is_strand = point.is_strand;
   bsdf.bump_ns = material.bump_ns;
   bsdf.corrects_bumps = material.corrects_bumps;
   add_lobe(bsdf, LambertLobe{normalize_or(n, point.ns)}, Rgb(1.0f), 1.0f, Rgb(1.0f));

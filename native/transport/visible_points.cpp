@@ -50,7 +50,8 @@ void add_even_lobe(Receiver& receiver, const Lobe& lobe) {
 /// The Lambert lobe that all scattering is by, if a VisiblePoint alone can say how: one that is as it is without bump
 /// shadowing, or whose normal shows that there is some. Or null.
 const LambertLobe* only_lambert_lobe(const Bsdf& bsdf) {
-  if (bsdf.count != 1 || bsdf.even_shade != 0.0f || bsdf.lobes[0].even != bsdf.lobes[0].weight) return nullptr;
+  if (bsdf.count != 1 || turns_away(bsdf) || bsdf.even_shade != 0.0f || bsdf.lobes[0].even != bsdf.lobes[0].weight)
+    return nullptr;
   const auto* lambert = std::get_if<LambertLobe>(&bsdf.lobes[0].model);
   return lambert && (lambert->n != bsdf.ns || bump_reference(bsdf) == bsdf.ns) ? lambert : nullptr;
 }
@@ -100,6 +101,7 @@ float mean_alpha(const Bsdf& bsdf) {
 }  // namespace
 
 Vec3 light_side(const SurfacePoint& point, const Bsdf& bsdf) {
+  if (turns_away(bsdf)) return {};
   for (int i = 0; i < bsdf.count; ++i)
     if (transmits(bsdf.lobes[static_cast<size_t>(i)])) return {};
   return point.ns;

@@ -297,6 +297,34 @@ TEST(Bsdf, DiffuseLobesBentAwayAreBlackAndLeftOut) {
   EXPECT_TRUE(add_lobe(bsdf, mirror(below), Rgb(1.0f), 1.0f));  // no bump shadowing
 }
 
+TEST(Bsdf, LobesOfStrandsGoByTheirOwnNormals) {
+  const Vec3 along = normalize(kFrame.s), behind = normalize(kFrame.t - 0.5f * kTestNormal);
+  for (const RoughSampling sampling : {RoughSampling::BSDF, RoughSampling::COSINE, RoughSampling::UNIFORM}) {
+    Bsdf bsdf = make_bsdf(kTestNormal);
+    bsdf.is_strand = true;
+    bsdf.rough_sampling = sampling;
+    add_lobe(bsdf, LambertLobe{along}, Rgb(0.5f), 0.5f);
+    add_lobe(bsdf, TranslucentLobe{behind}, Rgb(0.2f), 0.3f);
+    add_lobe(bsdf, LambertLobe{kTestNormal}, Rgb(0.3f), 0.2f);
+    EXPECT_TRUE(turns_away(bsdf));
+    const auto sampler = [&](Rng& rng) -> std::optional<Vec3> {
+      const std::optional<BsdfSample> sample = draw(bsdf, rng);
+      return sample ? std::optional<Vec3>(sample->wi) : std::nullopt;
+    };
+    EXPECT_GT(sampler_p_value(
+                  kFrame, sampler, [&](Vec3 wi) { return evaluate_bsdf(bsdf, wi).pdf; }, 21),
+              kFalseAlarmRate);
+    const auto scattered = [&](Vec3 wi) { return evaluate_bsdf(bsdf, wi).total_cos().r; };
+    EXPECT_NEAR(integrate_sphere(kFrame, scattered), 1.0, 1e-3);
+    Bsdf surface = bsdf;  // planted
+    surface.is_strand = false;
+    EXPECT_LT(sampler_p_value(
+                  kFrame, sampler, [&](Vec3 wi) { return evaluate_bsdf(surface, wi).pdf; }, 21),
+              kFalseAlarmRate);
+    EXPECT_LT(integrate_sphere(kFrame, [&](Vec3 wi) { return evaluate_bsdf(surface, wi).total_cos().r; }), 0.9);
+  }
+}
+
 TEST(Bsdf, LobesThatDifferInWeightsAloneAreOne) {
   const Vec3 bent = at_angle(kFrame, 0.8f);
   Bsdf merged = make_bsdf(kTestNormal), once = make_bsdf(kTestNormal);
