@@ -310,6 +310,7 @@ CLASSES = (
     CISTERN_VIEWLAYER_PT_filter,
     *ui_shading.CLASSES,
     *ui_data.CLASSES,
+    *ui_viewport.CLASSES,
 )
 
 

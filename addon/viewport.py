@@ -150,8 +150,12 @@ class Viewport:
 
 
 def hiding(space: bpy.types.SpaceView3D) -> tuple:
-    """What a viewport's own switches hide; they change without an evaluation."""
-    return (space.local_view is not None, space.use_local_collections, *(getattr(space, name) for name in switches()))
+    """What a viewport's own switches hide, or show in place of the scene's lighting; they change without an
+    evaluation."""
+    from .sync.studio_light import viewport_lighting
+
+    shown = (getattr(space, name) for name in switches())
+    return (space.local_view is not None, space.use_local_collections, viewport_lighting(space), *shown)
 
 
 @cache

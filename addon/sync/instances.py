@@ -35,6 +35,7 @@ from .placements import (
     name_random,
 )
 from .shutter import bends, moves
+from .studio_light import shown_in
 from .subdivision import Subdivision, subdivision_of
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ class InstanceSync:
         self._report = report
         self._kept = kept if kept is not None else KeptInstances()
         self._changes = changes
-        self._space = space
+        self._is_in_viewport = shown_in(space)
         self._light_groups = light_groups or {}
         self._moment, self._drift = moment, drift
         self._subdivides = subdivides
@@ -267,9 +268,6 @@ class InstanceSync:
         kept.traits |= {key[0]: traits(obj) for key, obj in edited.items()}
         prototypes = [lamps.get(prototype.key, prototype) for prototype in kept.placements.prototypes]
         return replace(kept.placements, prototypes=prototypes)
-
-    def _is_in_viewport(self, obj: bpy.types.Object) -> bool:
-        return self._space is None or obj.visible_in_viewport_get(self._space)
 
     def _known_prototype(self, obj: bpy.types.Object, instancer: bpy.types.Object | None) -> Surface | Lamp | None:
         """The prototype of an earlier sync where nothing touched it, else a new one."""

@@ -16,6 +16,7 @@ from .images import ImageCache
 from .instances import InstanceSync, KeptInstances, follow_moves
 from .materials import KeptMaterials, MaterialContext, MaterialTable, TreeUses, tree_uses
 from .scene import timed
+from .studio_light import viewport_lighting
 from .world import environment_arguments
 
 if TYPE_CHECKING:
@@ -134,7 +135,7 @@ class LiveSync:
         materials = MaterialTable(context, override, kept.materials, changes)
         materials.refresh()
         with timed(report, "world"):
-            environment = environment_arguments(depsgraph, materials)
+            environment = environment_arguments(depsgraph, materials, studio=viewport_lighting(space).studio)
             if environment != kept.environment:
                 kept.builder.set_environment(**environment)
         with timed(report, "instances"):

@@ -19,6 +19,7 @@ from .nodes import compile_light, compile_material, compile_splats, compile_volu
 from .nodes.graph import all_nodes
 from .nodes.value_names import GENERATED, RENDER_COLOR, output_attributes, value_names
 from .splats import is_splat_cloud
+from .studio_light import StudioLight, compile_studio_light
 
 if TYPE_CHECKING:
     from cistern_core import MaterialProgram, SceneBuilder
@@ -28,6 +29,7 @@ Animations = frozenset[tuple[int, ImageSource | None]]
 
 _EMPTY_SLOT = 0
 _EMPTY_SLOT_OF_SPLATS = 1 << 62  # no session id of Blender's is as large
+_STUDIO_LIGHT = 1 << 61  # and up to twice that
 _EMPTY_SLOTS = {_EMPTY_SLOT, _EMPTY_SLOT_OF_SPLATS}
 # Textures that read something else where no vector is linked.
 _WITHOUT_GENERATED = frozenset(
@@ -194,6 +196,12 @@ class MaterialTable:
 
     def world_handle(self, world: bpy.types.World) -> int | None:
         return self._handle(world, compile_world)
+
+    def studio_handle(self, studio: StudioLight, world_color: tuple[float, float, float]) -> int:
+        """Of what stands in for the world in a viewport."""
+        key = _STUDIO_LIGHT + hash((studio, world_color)) % _STUDIO_LIGHT
+        self._asked.add(key)
+        return self._compiled_handle(key, None, lambda _, context: compile_studio_light(studio, world_color, context))
 
     def keep(self, uids: Iterable[int]) -> None:
         """Of data-blocks that are in use although nobody asked for their programs."""

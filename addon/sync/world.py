@@ -11,16 +11,24 @@ from . import versions
 from .instances import RAY_BITS
 from .light_groups import NO_GROUP, group_of_world
 from .materials import MaterialTable
+from .studio_light import StudioLight
 
 _BLACK = -1  # no material
 
 
 def environment_arguments(
-    depsgraph: bpy.types.Depsgraph, materials: MaterialTable, light_groups: Mapping[str, int] | None = None
+    depsgraph: bpy.types.Depsgraph,
+    materials: MaterialTable,
+    light_groups: Mapping[str, int] | None = None,
+    studio: StudioLight | None = None,
 ) -> dict[str, Any]:
-    """Keyword arguments of `SceneBuilder.set_environment`; black without a world, or where the view layer hides it."""
+    """Keyword arguments of `SceneBuilder.set_environment`; black without a world, or where the view layer hides it.
+    `studio` stands in for it, hidden or not."""
     view_layer = depsgraph.view_layer_eval
     world = view_layer.world_override or depsgraph.scene_eval.world
+    if studio is not None:
+        color = (0.0, 0.0, 0.0) if world is None else tuple(world.color)
+        return {"material": materials.studio_handle(studio, color)}
     material = materials.world_handle(world) if world is not None and view_layer.use_sky else None
     if material is None:
         return {"material": _BLACK}

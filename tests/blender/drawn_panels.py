@@ -32,6 +32,9 @@ class RecordingLayout:
         assert node_input.name in node.inputs
         self.drawn.append(f"socket {node_input.name}")
 
+    def template_icon_view(self, owner, name, **_options):
+        self.prop(owner, name)
+
     def template_curve_mapping(self, owner, name, **_options):
         assert owner.bl_rna.properties[name].fixed_type.identifier == "CurveMapping"
         self.drawn.append(name)

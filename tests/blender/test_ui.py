@@ -48,11 +48,15 @@ def test_panels_of_other_engines_do_not():
     assert not open_to_us("DATA_PT_light")
 
 
+def _place(panel):
+    return panel.bl_space_type, panel.bl_region_type, getattr(panel, "bl_context", "")
+
+
 def test_our_panels_are_registered_under_their_parents():
     for cls in ui.CLASSES:
         assert getattr(bpy.types, cls.__name__) is cls
         parent = getattr(cls, "bl_parent_id", None)
-        assert parent is None or getattr(bpy.types, parent).bl_context == cls.bl_context
+        assert parent is None or _place(getattr(bpy.types, parent)) == _place(cls)
 
 
 def test_unregistering_gives_the_panels_back():
