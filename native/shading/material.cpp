@@ -238,11 +238,11 @@ void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int mater
              medium);
 }
 
-void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path, Vec3 direction) {
+void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path, Vec3 direction, Vec3 position) {
   const MaterialProgram* program = find_program(scene, scene.environment.material);
   if (program == nullptr || !program->has_volume) return;
   SurfacePoint point = environment_point(scene, direction);
-  point.position = {};
+  point.position = position;
   run_medium({scene, *program, point, path, true}, 1.0f, medium);
 }
 

@@ -43,8 +43,8 @@ float object_density(const Scene& scene, const Instance& instance);
 /// of the ray there, which goes along `direction` (unit).
 void add_medium(Medium& medium, const Scene& scene, uint32_t instance, int material, const PathState& path,
                 Vec3 direction, Vec3 position);
-/// The same of the environment's program, taken to be the same everywhere: as it is at the origin of the world.
-void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path, Vec3 direction);
+/// The same of the environment's program.
+void add_environment_medium(Medium& medium, const Scene& scene, const PathState& path, Vec3 direction, Vec3 position);
 
 /// What a program writes to passes of its own, by attribute_name_hash.
 struct AovValues {

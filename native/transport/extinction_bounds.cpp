@@ -77,7 +77,113 @@ std::vector<float> dilated(const std::vector<float>& values, const std::array<in
   return result;
 }
 
+float largest_half_size() { return std::ldexp(1.0f, WorldExtinctionBounds::kBoxes - 1); }
+
+size_t block_of(int box, const std::array<int, 3>& cell) {
+  constexpr size_t kBlocks = WorldExtinctionBounds::kBlocks;
+  const auto at = [&](size_t axis) { return static_cast<size_t>(cell[axis]); };
+  return ((static_cast<size_t>(box) * kBlocks + at(0)) * kBlocks + at(1)) * kBlocks + at(2);
+}
+
+/// Around all surfaces and the camera.
+Bounds3 extent_of(const Scene& scene) {
+  Bounds3 extent;
+  extent.extend(scene.camera.camera_to_world.translation);
+  for (const Instance& instance : scene.instances) {
+    if (instance.mesh < 0 || !scene.meshes[static_cast<size_t>(instance.mesh)]) continue;
+    const Bounds3& box = scene.meshes[static_cast<size_t>(instance.mesh)]->bounds;
+    for (int corner = 0; corner < 8 && !box.is_empty(); ++corner)
+      extent.extend(instance.object_to_world.point({corner & 1 ? box.upper.x : box.lower.x,
+                                                    corner & 2 ? box.upper.y : box.lower.y,
+                                                    corner & 4 ? box.upper.z : box.lower.z}));
+  }
+  return extent;
+}
+
 }  // namespace
+
+WorldExtinctionBounds find_world_extinction_bounds(const Scene& scene) {
+  constexpr float kLeastHalfSize = 1.0f;  // m
+  constexpr int kBlocks = WorldExtinctionBounds::kBlocks;
+  constexpr size_t kInBox = static_cast<size_t>(kBlocks) * kBlocks * kBlocks;
+  const Bounds3 extent = extent_of(scene);
+  WorldExtinctionBounds bounds;
+  const Vec3 size = extent.diagonal();
+  bounds.middle = extent.lower + 0.5f * size;
+  bounds.half_size = std::max({0.5f * size.x, 0.5f * size.y, 0.5f * size.z, kLeastHalfSize});
+  bounds.bound.resize(WorldExtinctionBounds::kBoxes * kInBox);
+  parallel_blocks(bounds.bound.size(), kBlocksPerTask, [&](size_t, size_t begin, size_t end) {
+    for (size_t b = begin; b < end; ++b) {
+      Rng rng(~0U, static_cast<uint32_t>(b), 0, 0);
+      const int box = static_cast<int>(b / kInBox), i = static_cast<int>(b % kInBox);
+      const Vec3 corner{static_cast<float>(i / (kBlocks * kBlocks)), static_cast<float>(i / kBlocks % kBlocks),
+                        static_cast<float>(i % kBlocks)};
+      const float half_size = std::ldexp(bounds.half_size, box), block_size = 2.0f * half_size / kBlocks;
+      for (int k = 0; k < kPlacesInBlock; ++k) {
+        const Vec2 u = rng.next_vec2();
+        const Vec3 place = corner + Vec3{u.x, u.y, rng.next_float()};
+        Medium medium;
+        add_environment_medium(medium, scene, PathState{}, square_to_sphere(rng.next_vec2()),
+                               bounds.middle + block_size * place - Vec3{half_size, half_size, half_size});
+        bounds.bound[b] = std::max(bounds.bound[b], kBoundSlack * max_component(medium.extinction));
+      }
+    }
+  });
+  for (int box = 0; box < WorldExtinctionBounds::kBoxes; ++box) {
+    const auto begin = bounds.bound.begin() + static_cast<std::ptrdiff_t>(static_cast<size_t>(box) * kInBox);
+    const std::vector<float> known(begin, begin + static_cast<std::ptrdiff_t>(kInBox));
+    const float width = std::ldexp(2.0f * bounds.half_size, box);
+    std::ranges::transform(dilated(known, {kBlocks, kBlocks, kBlocks}), begin,
+                           [&](float bound) { return std::clamp(bound, kFewestSteps / width, kMostSteps / width); });
+  }
+  return bounds;
+}
+
+WorldBlockWalk::WorldBlockWalk(const WorldExtinctionBounds& bounds, Vec3 origin, Vec3 direction)
+    : bounds_(&bounds),
+      origin_((origin - bounds.middle) * (1.0f / bounds.half_size)),
+      direction_(direction * (1.0f / bounds.half_size)) {
+  look(0.0f);
+}
+
+/// A little farther on, where the next block has begun for sure: so near its end, a block is taken for the next.
+void WorldBlockWalk::look(float distance) {
+  constexpr int kBlocks = WorldExtinctionBounds::kBlocks;
+  constexpr float kAhead = 1e-4f;  // of the size of a block
+  const auto reach_of = [](Vec3 p) { return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}); };
+  const auto box_of = [](float reach) { return reach > 1.0f ? std::ilogb(reach) + 1 : 0; };
+  const float per_metre = length(direction_), reach = reach_of(origin_ + distance * direction_);
+  const float block = std::ldexp(2.0f / kBlocks, std::min(box_of(reach), WorldExtinctionBounds::kBoxes));
+  const float start = std::max(distance + kAhead * block / per_metre, std::nextafter(distance, kInfinity));
+  const Vec3 place = origin_ + start * direction_;
+  const int box = box_of(reach_of(place));
+  begin_ = distance;
+  end_ = kInfinity;
+  if (box >= WorldExtinctionBounds::kBoxes) {
+    bound_ = 0.0f;
+    const float half_size = largest_half_size();
+    float enter = start, leave = kInfinity;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float a = (-half_size - origin_[axis]) / direction_[axis],
+                  b = (half_size - origin_[axis]) / direction_[axis];
+      enter = std::max(enter, std::min(a, b));
+      leave = std::min(leave, std::max(a, b));
+    }
+    if (enter < leave) end_ = enter;
+    return;
+  }
+  const float half_size = std::ldexp(1.0f, box), size = 2.0f * half_size / kBlocks;
+  std::array<int, 3> cell{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const float at = (place[axis] + half_size) / size;
+    const int index = std::clamp(static_cast<int>(at), 0, kBlocks - 1);
+    cell[static_cast<size_t>(axis)] = index;
+    const float face = static_cast<float>(direction_[axis] > 0.0f ? index + 1 : index) * size - half_size;
+    if (direction_[axis] != 0.0f) end_ = std::min(end_, (face - origin_[axis]) / direction_[axis]);
+  }
+  end_ = std::max(end_, start);
+  bound_ = bounds_->bound[block_of(box, cell)];
+}
 
 ExtinctionBounds find_extinction_bounds(const Scene& scene, uint32_t index) {
   const Instance& instance = scene.instances[index];

@@ -18,6 +18,17 @@ struct ExtinctionBounds {
 /// Of what an instance has inside; places in parallel, with the caller's threads.
 ExtinctionBounds find_extinction_bounds(const Scene& scene, uint32_t instance);
 
+/// The same of the medium of the world, around what is in the scene: boxes with one middle, each twice as large as the
+/// one before and in as many blocks. Of each place the smallest box that it is in counts; beyond the largest there is
+/// nothing.
+struct WorldExtinctionBounds {
+  static constexpr int kBlocks = 16, kBoxes = 12;  // blocks: along an axis
+  Vec3 middle;
+  float half_size = 1.0f;    // of the smallest box, metres
+  std::vector<float> bound;  // 1/m; by box, and z the fastest
+};
+WorldExtinctionBounds find_world_extinction_bounds(const Scene& scene);
+
 /// The bounds of one medium along a ray, block after block.
 class BlockWalk {
  public:
@@ -39,6 +50,24 @@ class BlockWalk {
   std::array<int, 3> cell_{}, step_{};
   std::array<float, 3> next_{},
       delta_{};  // where the ray comes to the next block of an axis, and how far apart they are
+};
+
+/// The same in the medium of the world.
+class WorldBlockWalk {
+ public:
+  WorldBlockWalk(const WorldExtinctionBounds& bounds, Vec3 origin, Vec3 direction);
+
+  float bound() const { return bound_; }
+  float begin() const { return begin_; }
+  float end() const { return end_; }
+  void advance() { look(end_); }
+
+ private:
+  void look(float distance);
+
+  const WorldExtinctionBounds* bounds_;
+  Vec3 origin_, direction_;  // from the middle, in half sizes of the smallest box; per metre
+  float bound_ = 0.0f, begin_ = 0.0f, end_ = 0.0f;
 };
 
 }  // namespace cistern

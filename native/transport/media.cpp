@@ -57,6 +57,8 @@ std::shared_ptr<const Media> Media::make(const Scene& scene, const LightSet& lig
   for (uint32_t i = 0; i < scene.instances.size(); ++i)
     if (volume_of(scene, scene.instances[i])) media->volumes_.emplace_back(i, world_bounds(scene, scene.instances[i]));
   media->find_bounds();
+  if (media->fills_world_ && program_with_volume(scene, scene.environment.material)->volume_varies)
+    media->world_bounds_ = find_world_extinction_bounds(scene);
   media->emitters_ = receiver_free_choice(lights);
   return media;
 }
@@ -74,7 +76,10 @@ bool Media::is_boundary(const SurfacePoint& point, uint8_t ray_kind) const {
 
 SegmentMedia Media::together(const MediaStack& stack, const PathState& path, Vec3 direction, bool is_endless) const {
   SegmentMedia segment;
-  if (fills_world_) add_environment_medium(segment.even, scene_, path, direction);
+  if (world_bounds_)
+    segment.uneven.enter({MediaStack::kWorld, scene_.environment.material});
+  else if (fills_world_)
+    add_environment_medium(segment.even, scene_, path, direction, {});
   if (is_endless) return segment;
   for (const MediaStack::Entry& entry : stack) {
     if (!(scene_.instances[entry.instance].visibility & path.ray_kind)) continue;
@@ -99,17 +104,27 @@ LightGroup Media::light_group(const MediaStack& stack) const {
   return stack.is_empty() ? scene_.environment.light_group : scene_.instances[(stack.end() - 1)->instance].light_group;
 }
 
+void Media::add_entry(Medium& medium, const MediaStack::Entry& entry, const PathState& path, Vec3 direction,
+                      Vec3 position) const {
+  if (entry.instance == MediaStack::kWorld) return add_environment_medium(medium, scene_, path, direction, position);
+  add_medium(medium, scene_, entry.instance, entry.material, path, direction, position);
+}
+
+Medium Media::world_at(const PathState& path, Vec3 direction, Vec3 position) const {
+  Medium medium;
+  add_environment_medium(medium, scene_, path, direction, position);
+  return medium;
+}
+
 Medium Media::uneven_at(const SegmentMedia& segment, const PathState& path, Vec3 direction, Vec3 position) const {
   Medium medium;
-  for (const MediaStack::Entry& entry : segment.uneven)
-    add_medium(medium, scene_, entry.instance, entry.material, path, direction, position);
+  for (const MediaStack::Entry& entry : segment.uneven) add_entry(medium, entry, path, direction, position);
   return medium;
 }
 
 Medium Media::at(const SegmentMedia& segment, const PathState& path, Vec3 direction, Vec3 position) const {
   Medium medium = segment.even;
-  for (const MediaStack::Entry& entry : segment.uneven)
-    add_medium(medium, scene_, entry.instance, entry.material, path, direction, position);
+  for (const MediaStack::Entry& entry : segment.uneven) add_entry(medium, entry, path, direction, position);
   return medium;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "accel/accel.h"
 #include "base/alias_table.h"
@@ -17,7 +18,7 @@ inline constexpr int kMostBoundaries = 1024;
 /// The media of a segment of a ray.
 struct SegmentMedia {
   Medium even;        // those that are the same everywhere, added up
-  MediaStack uneven;  // the others
+  MediaStack uneven;  // the others, that of the world first
 
   bool varies() const { return !uneven.is_empty(); }
 };
@@ -51,8 +52,11 @@ class Media {
   /// All that a segment has at a place of the world, or only what is uneven.
   Medium at(const SegmentMedia& segment, const PathState& path, Vec3 direction, Vec3 position) const;
   Medium uneven_at(const SegmentMedia& segment, const PathState& path, Vec3 direction, Vec3 position) const;
-  /// How dense one that varies hardly is more than, along a ray.
+  /// What fills the world, and varies, alone.
+  Medium world_at(const PathState& path, Vec3 direction, Vec3 position) const;
+  /// How dense one that varies hardly is more than, along a ray: of an instance, or of the world.
   BlockWalk bounds_along(const MediaStack::Entry& entry, Vec3 origin, Vec3 direction) const;
+  WorldBlockWalk world_bounds_along(Vec3 origin, Vec3 direction) const { return {*world_bounds_, origin, direction}; }
 
   /// Light links of them together are those of the medium that was entered first, and in a world filled by one there
   /// are none, as in Cycles: the set they are as a receiver, and whether what they emit reaches a receiver.
@@ -76,9 +80,12 @@ class Media {
   explicit Media(const Scene& scene) : scene_(scene) {}
   bool has_medium(uint32_t instance, int material) const;
   void find_bounds();
+  void add_entry(Medium& medium, const MediaStack::Entry& entry, const PathState& path, Vec3 direction,
+                 Vec3 position) const;
 
   const Scene& scene_;
   bool fills_world_ = false;
+  std::optional<WorldExtinctionBounds> world_bounds_;  // where what fills it varies
   std::vector<Volume> volumes_;
   AliasTable emitters_;
 };

@@ -12,6 +12,7 @@ namespace cistern {
 class MediaStack {
  public:
   static constexpr int kCapacity = 16;
+  static constexpr uint32_t kWorld = ~0U;  // in place of an instance
   struct Entry {
     uint32_t instance = 0;
     int material = -1;

@@ -24,7 +24,7 @@ class Collisions {
   bool move(float depth) {
     for (;;) {
       const float end = std::max(std::min(along_.end(), length_), distance_);
-      const float step = rate() * (end - distance_);
+      const float step = rate() > 0.0f ? rate() * (end - distance_) : 0.0f;
       if (depth < step) {
         distance_ = std::min(distance_ + depth / rate(), end);
         return true;
@@ -52,22 +52,48 @@ class Collisions {
 
 }  // namespace
 
-BoundsAlong::BoundsAlong(const UnevenRay& ray) {
-  for (const MediaStack::Entry& entry : ray.segment.uneven)
-    walks_[count_++] = ray.media.bounds_along(entry, ray.origin, ray.direction);
+BoundsAlong::BoundsAlong(const UnevenRay& ray) : ray_(ray) {
+  for (const MediaStack::Entry& entry : ray.segment.uneven) {
+    if (entry.instance == MediaStack::kWorld) {
+      world_ = ray.media.world_bounds_along(ray.origin, ray.direction);
+      world_bound_ = find_world_bound();
+    } else {
+      walks_[count_++] = ray.media.bounds_along(entry, ray.origin, ray.direction);
+    }
+  }
   add_up();
 }
 
 void BoundsAlong::advance() {
   const float end = end_;
+  if (world_ && world_->end() <= end) {
+    world_->advance();
+    world_bound_ = find_world_bound();
+  }
   for (size_t i = 0; i < count_; ++i)
     if (walks_[i].end() <= end) walks_[i].advance();
   add_up();
 }
 
+/// Blocks far away are large, and some have both: ground below which fog gets denser without end, and the ray above. Of
+/// one that would take many steps it is what a few places on the ray have.
+float BoundsAlong::find_world_bound() const {
+  constexpr float kManySteps = 32.0f, kSlack = 2.0f;
+  constexpr int kLooks = 8;
+  const float length = world_->end() - world_->begin();
+  if (!(world_->bound() * length > kManySteps) || std::isinf(length)) return world_->bound();
+  float largest = 0.0f;
+  for (int i = 0; i < kLooks; ++i) {
+    const float distance = world_->begin() + length * (static_cast<float>(i) + 0.5f) / kLooks;
+    const Medium medium = ray_.media.world_at(ray_.path, ray_.direction, ray_.origin + distance * ray_.direction);
+    largest = std::max(largest, max_component(medium.extinction));
+  }
+  return std::clamp(kSlack * largest, kManySteps / length, world_->bound());
+}
+
 void BoundsAlong::add_up() {
-  bound_ = 0.0f;
-  end_ = INFINITY;
+  bound_ = world_bound_;
+  end_ = world_ ? world_->end() : INFINITY;
   for (size_t i = 0; i < count_; ++i) {
     bound_ += walks_[i].bound();
     end_ = std::min(end_, walks_[i].end());
@@ -89,7 +115,29 @@ Rgb estimate_transmittance(const UnevenRay& ray, float length, PathSampler& samp
   return result;
 }
 
+namespace {
+
+/// Of an endless ray: summed up on the way to where nothing is left.
+Rgb estimate_endless_radiance(const UnevenRay& ray, PathSampler& sampler) {
+  constexpr float kDim = 0.05f;
+  Rgb result, passed(1.0f);
+  for (Collisions collisions(ray, INFINITY, 0.0f); collisions.next(sampler);) {
+    const Medium medium = ray.at(collisions.distance());
+    const float over_rate = 1.0f / collisions.rate();
+    result += passed * medium.emission * over_rate;
+    passed *= Rgb(1.0f) - medium.extinction * over_rate;
+    const float size = mean_magnitude(passed);
+    if (size >= kDim) continue;
+    if (!(sampler.next_float() * kDim < size)) break;
+    passed *= kDim / size;
+  }
+  return result;
+}
+
+}  // namespace
+
 Rgb estimate_radiance(const UnevenRay& ray, float length, PathSampler& sampler) {
+  if (std::isinf(length)) return estimate_endless_radiance(ray, sampler);
   const float t = sampler.next_float() * length;
   const Rgb emission = ray.at(t).emission;
   return is_black(emission) ? Rgb(0.0f) : emission * estimate_transmittance(ray, t, sampler) * length;

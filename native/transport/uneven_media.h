@@ -37,7 +37,11 @@ class BoundsAlong {
 
  private:
   void add_up();
+  float find_world_bound() const;
 
+  const UnevenRay& ray_;
+  std::optional<WorldBlockWalk> world_;
+  float world_bound_ = 0.0f;
   std::array<BlockWalk, MediaStack::kCapacity> walks_;
   size_t count_ = 0;
   float bound_ = 0.0f, end_ = 0.0f;

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -108,21 +108,16 @@ class InstructionList:
             raise ValueError(f"{op} takes {len(letters)} inputs, not {len(inputs)}")
         return tuple(self.convert(value, letter) for value, letter in zip(inputs, letters, strict=True))
 
-    def needed(self, ops: Collection[str] | None = None) -> list[int]:
-        """Indices of the instructions some closure, or one of these ops, depends on, in order."""
+    def needed(self) -> list[int]:
+        """Indices of the instructions some closure depends on, in order."""
         reached: set[int] = set()
-        closures = [closure for closure in self._closures if ops is None or closure.op in ops]
-        pending = [value.register for closure in closures for value in closure.inputs]
+        pending = [value.register for closure in self._closures for value in closure.inputs]
         while pending:
             index = pending.pop()
             if index >= 0 and index not in reached:
                 reached.add(index)
                 pending += [value.register for value in self._instructions[index].inputs]
         return sorted(reached)
-
-    def ops_behind(self, ops: Collection[str]) -> set[str]:
-        """What the closures of these ops depend on."""
-        return {self._instructions[index].op for index in self.needed(ops)}
 
     def registers(self) -> dict[int, int]:
         """Of the instructions in `needed`: each takes the lowest that holds nothing that is still to be read."""

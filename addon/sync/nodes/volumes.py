@@ -13,7 +13,6 @@ from .instructions import COLOR, FLOAT, VECTOR, Value, constant
 
 ONE, ZERO = constant(1.0), constant(0.0)
 WHITE, BLACK = constant(1.0, 1.0, 1.0, COLOR), constant(0.0, letter=COLOR)
-MEDIA = ("CLOSURE_VOLUME", "CLOSURE_VOLUME_EMISSION")
 
 PHASE_INPUTS = {
     "HENYEY_GREENSTEIN": ["Anisotropy"],
@@ -27,20 +26,12 @@ PHASE_INPUTS = {
 STEFAN_BOLTZMANN = 5.670373e-8 * 1e-6 / math.pi
 """W/(m^2 K^4), in Cycles' unit for the radiance of a fire."""
 
-_PLACES = {
-    *("ATTRIBUTE", "ATTRIBUTE_FACTOR", "ATTRIBUTE_ALPHA", "GENERATED", "OBJECT_COORDINATE"),
-    *("CAMERA_COORDINATE", "WINDOW_COORDINATE", "POSITION", "TANGENT", "WIREFRAME"),
-}
-"""Instructions that differ from place to place along a ray."""
-
 
 def add_medium(compiler: Compiler, volume: Port) -> None:
-    """What reaches a Volume input. That of a world is homogeneous: of others a warning says so."""
+    """What reaches a Volume input."""
     compiler.in_volume = True
     flatten_shader(compiler, volume, ONE)
     compiler.in_volume = False
-    if compiler.is_world and compiler.code.ops_behind(MEDIA) & _PLACES:
-        compiler.warn("a volume of the world that varies from place to place is rendered as it is at the origin")
 
 
 def grid_factor(compiler: Compiler, name: str) -> Value:
