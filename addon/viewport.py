@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import bpy
 
     from .sync.changes import Changes
+    from .sync.studio_light import ViewportLighting
 
 
 class Viewport:
@@ -41,6 +42,7 @@ class Viewport:
         self._view: View | None = None
         self._job: Job | None = None
         self._hiding: tuple = ()
+        self._lighting: ViewportLighting | None = None
         self.warnings: list[str] = []
         self._scene_warnings: list[str] = []
         self.error: str | None = None
@@ -59,10 +61,13 @@ class Viewport:
 
     def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Draw the newest picture, and ask for another one if the view or a setting is not what it was."""
-        from .sync.changes import UNLISTED
+        from .sync.changes import NOTHING, UNLISTED
+        from .sync.studio_light import viewport_lighting
 
         if self._hiding != hiding(context.space_data):
             self._export(context, depsgraph, UNLISTED)
+        elif self._lighting != viewport_lighting(context.space_data):
+            self._export(context, depsgraph, NOTHING)
         self._request(engine, context, depsgraph)
         self._render.await_picture()
         picture = self._render.picture
@@ -93,7 +98,9 @@ class Viewport:
         return " | ".join(parts)
 
     def _export(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph, changes: Changes) -> None:
-        self._hiding = hiding(context.space_data)
+        from .sync.studio_light import viewport_lighting
+
+        self._hiding, self._lighting = hiding(context.space_data), viewport_lighting(context.space_data)
         self.warnings = self._sync.sync(depsgraph, changes, context.space_data).warnings
         if self._sync.exported.is_anything:
             self._view = None
@@ -150,12 +157,8 @@ class Viewport:
 
 
 def hiding(space: bpy.types.SpaceView3D) -> tuple:
-    """What a viewport's own switches hide, or show in place of the scene's lighting; they change without an
-    evaluation."""
-    from .sync.studio_light import viewport_lighting
-
-    shown = (getattr(space, name) for name in switches())
-    return (space.local_view is not None, space.use_local_collections, viewport_lighting(space), *shown)
+    """What a viewport's own switches hide; they change without an evaluation."""
+    return (space.local_view is not None, space.use_local_collections, *(getattr(space, name) for name in switches()))
 
 
 @cache

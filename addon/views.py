@@ -28,8 +28,11 @@ def place_view_camera(
     scene = depsgraph.scene_eval
     camera = (engine.camera_override or scene.camera).evaluated_get(depsgraph)
     arguments = camera_arguments(scene, camera, SyncReport(), engine.picture_settings(depsgraph))
+    if camera.type != "CAMERA":  # no eyes
+        builder.set_camera(**arguments)
+        return
     data = camera_data(camera)
-    if camera.type == "CAMERA" and data.type != "PANO":  # these have no shift
+    if data.type != "PANO":  # these have no shift
         extra_shift = engine.camera_shift_x(camera) - data.shift_x
         moved = extra_shift * fitted_length(data, arguments)
         arguments["left"] += moved

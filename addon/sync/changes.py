@@ -41,6 +41,7 @@ class Changes:
 
 EVERYTHING = Changes()
 UNLISTED = Changes(is_everything=False)
+NOTHING = Changes(has_unlisted=False, is_everything=False)
 
 
 def original_uid(data_block: bpy.types.ID | None) -> int:

@@ -64,10 +64,11 @@ def file_source(
     path = image_path(image, image_user, scene_frame, tile)
     is_animated = image.source in _ANIMATED and image_user is not None
     try:
-        status = Path(path).stat()
+        status = Path(path).stat() if path else None  # nothing would be the working folder
     except OSError:
-        stamp = ()
-    else:
+        status = None
+    stamp = ()
+    if status is not None:
         stamp = (status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino)
     if not (stamp or is_animated):
         return None

@@ -135,9 +135,10 @@ class ImageCache:
 
     def table_handle(self, key: tuple, name: str, make: Callable[[], NDArray], builder: SceneBuilder) -> int:
         """The builder's handle of colours (height, width, 3) in the working space, made where `key` is new."""
+        if key in self._before:
+            self._handles[key] = self._before.pop(key)
         if key not in self._handles:
-            before = self._handle_for(self._before.pop(key, None))
-            self._handles[key] = builder.add_image(name, make(), alpha="IGNORED", replace=before)
+            self._handles[key] = builder.add_image(name, make(), alpha="IGNORED", replace=self._handle_for(None))
         return self._handles[key]
 
     def _source(

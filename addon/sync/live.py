@@ -16,7 +16,7 @@ from .images import ImageCache
 from .instances import InstanceSync, KeptInstances, follow_moves
 from .materials import KeptMaterials, MaterialContext, MaterialTable, TreeUses, tree_uses
 from .scene import timed
-from .studio_light import viewport_lighting
+from .studio_light import SCENE_LIGHTING, ViewportLighting, viewport_lighting
 from .world import environment_arguments
 
 if TYPE_CHECKING:
@@ -50,6 +50,7 @@ class KeptScene:
     instances: KeptInstances = field(default_factory=KeptInstances)
     uses: TreeUses = field(default_factory=TreeUses)
     environment: dict[str, Any] = field(default_factory=dict)
+    lighting: ViewportLighting = SCENE_LIGHTING
     warnings: dict[Hashable, dict[str, None]] = field(default_factory=dict)
     """By what they tell of, see SyncReport."""
 
@@ -104,9 +105,14 @@ class LiveSync:
         animated = kept.materials.with_new_frames(depsgraph)
         changes = replace(changes, shading=changes.shading | animated) if animated else changes
         changes = kept.instances.with_new_traits(depsgraph, changes)
+        lighting, before = viewport_lighting(space), kept.lighting
+        kept.lighting = lighting
+        if lighting.has_lamps != before.has_lamps:
+            changes = replace(changes, has_unlisted=True)
         placed = kept.instances.arrays
         if not (
-            changes.are_moves_only
+            lighting == before
+            and changes.are_moves_only
             and not kept.materials.have_new_layer_values(depsgraph)
             and follow_moves(depsgraph, kept.builder, kept.instances, changes.moved, report)
         ):
@@ -135,7 +141,7 @@ class LiveSync:
         materials = MaterialTable(context, override, kept.materials, changes)
         materials.refresh()
         with timed(report, "world"):
-            environment = environment_arguments(depsgraph, materials, studio=viewport_lighting(space).studio)
+            environment = environment_arguments(depsgraph, materials, studio=kept.lighting.studio)
             if environment != kept.environment:
                 kept.builder.set_environment(**environment)
         with timed(report, "instances"):

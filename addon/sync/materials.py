@@ -210,11 +210,13 @@ class MaterialTable:
     def finish(self) -> frozenset[int]:
         """Images in use. Forgets the programs that nothing asked for, if whatever may ask has done so."""
         kept = self._kept
-        if self._changes.has_unlisted:
-            for uid in set(kept.compiled) - self._asked - self._in_use:
-                handle = kept.compiled.pop(uid).handle
-                if handle is not None:
-                    kept.free_handles.append(handle)
+        unasked = set(kept.compiled) - self._asked - self._in_use
+        if not self._changes.has_unlisted:
+            unasked = {uid for uid in unasked if _STUDIO_LIGHT <= uid < 2 * _STUDIO_LIGHT}  # each has its own number
+        for uid in unasked:
+            handle = kept.compiled.pop(uid).handle
+            if handle is not None:
+                kept.free_handles.append(handle)
         return frozenset().union(*(compiled.images for compiled in kept.compiled.values()))
 
     def _handle(self, data_block: bpy.types.ID | None, compile_tree: CompileTree) -> int | None:

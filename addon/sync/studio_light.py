@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import bpy
@@ -85,9 +86,11 @@ def shown_in(space: bpy.types.SpaceView3D | None) -> Callable[[bpy.types.Object]
 def compile_studio_light(
     studio: StudioLight, world_color: tuple[float, float, float], context: MaterialContext
 ) -> MaterialProgram:
+    if not Path(studio.path).is_file():
+        context.warn(f"Studio light {studio.path!r} cannot be read, shown magenta")
     code = InstructionList(context.core, _NAME)
     key = (_NAME, studio.path, versions.working_space())
-    handle = context.table_handle(key, _NAME, lambda: _picture(studio.path, context))
+    handle = context.table_handle(key, _NAME, lambda: _picture(studio.path))
     origin = vector_constant(0.0, 0.0, 0.0)
     turned = code.emit(
         "VECTOR_ROTATE",
@@ -107,11 +110,10 @@ def compile_studio_light(
     return code.write()
 
 
-def _picture(path: str, context: MaterialContext) -> NDArray[np.float32]:
-    """(height, width, 3) in the working space; magenta, with a warning, where there is none."""
+def _picture(path: str) -> NDArray[np.float32]:
+    """(height, width, 3) in the working space; magenta where there is none."""
     file = read_file(path) if path else None
     if file is None:
-        context.warn(f"Studio light {path!r} cannot be read, shown magenta")
         return _MAGENTA
     pixels = file.pixels
     if np.issubdtype(pixels.dtype, np.integer):

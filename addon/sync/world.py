@@ -28,19 +28,27 @@ def environment_arguments(
     world = view_layer.world_override or depsgraph.scene_eval.world
     if studio is not None:
         color = (0.0, 0.0, 0.0) if world is None else tuple(world.color)
-        return {"material": materials.studio_handle(studio, color)}
+        rays = {} if world is None else _rays_of(world)
+        return {"material": materials.studio_handle(studio, color), **rays}
     material = materials.world_handle(world) if world is not None and view_layer.use_sky else None
     if material is None:
         return {"material": _BLACK}
-    method = versions.cycles_setting(world, "sampling_method", "AUTOMATIC")
-    resolution = versions.cycles_setting(world, "sample_map_resolution", 0) if method == "MANUAL" else 0
     group = group_of_world(world, light_groups or {})
     return {
         "material": material,
+        **_rays_of(world),
+        **({} if group == NO_GROUP else {"light_group": group}),
+    }
+
+
+def _rays_of(world: bpy.types.World) -> dict[str, Any]:
+    """Who sees it, and how light samples are chosen."""
+    method = versions.cycles_setting(world, "sampling_method", "AUTOMATIC")
+    resolution = versions.cycles_setting(world, "sample_map_resolution", 0) if method == "MANUAL" else 0
+    return {
         "visibility": world_visibility(world),
         "importance_width": resolution,
         "importance_sampling": method != "NONE",
-        **({} if group == NO_GROUP else {"light_group": group}),
     }
 
 

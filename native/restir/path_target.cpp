@@ -5,17 +5,20 @@
 namespace cistern {
 namespace {
 
-uint8_t kinds_towards(bool is_below) { return is_below ? kVisibleToTransmitted : kVisibleToReflected; }
+uint8_t kinds_towards(const VisiblePoint& point, bool is_below) {
+  if (point.turns_away) return kVisibleToTransmitted | kVisibleToReflected;
+  return is_below ? kVisibleToTransmitted : kVisibleToReflected;
+}
 
 /// Guess of it, which knows the rough lobes only: zero where it is zero, and nowhere else.
 float kind_share_guess(const VisiblePoint& point, const Response& response, Vec3 wi, FoundKind kind) {
   constexpr float kSmallestShare = 0.1f;
   if (kind == 0) return 1.0f;
   const bool is_below = dot(point.ng, wi) < 0.0f;
-  const uint8_t kinds_there = point.scattered_kinds & kinds_towards(is_below);
+  const uint8_t kinds_there = point.scattered_kinds & kinds_towards(point, is_below);
   if ((kinds_there & kind) == 0) return 0.0f;
   if (kinds_there == kind) return 1.0f;
-  if (is_below) return 0.5f;
+  if (is_below || point.turns_away) return 0.5f;
   const float glossy = response.pdf > 0.0f ? response.glossy_pdf / response.pdf : 0.0f;
   return std::max(kind == kVisibleToGlossy ? glossy : 1.0f - glossy, kSmallestShare);
 }
@@ -102,7 +105,7 @@ float path_target(const VisiblePoint& visible, const PathSample& sample, PathTar
   // Paths do not leave a smooth-shaded surface through its flat triangles.
   const bool is_one_sided = visible.receiver.side != Vec3{}, is_below = dot(visible.ng, way->wi) < 0.0f;
   if (is_one_sided && !(dot(visible.ng, way->wi) > 0.0f)) return 0.0f;
-  if ((visible.scattered_kinds & kinds_towards(is_below)) == 0) return 0.0f;
+  if ((visible.scattered_kinds & kinds_towards(visible, is_below)) == 0) return 0.0f;
   const Response response = respond(visible.receiver, way->wi);
   const float share = kind_share_guess(visible, response, way->wi, sample.kind);
   if (share == 0.0f || is_black(response.f_cos)) return 0.0f;

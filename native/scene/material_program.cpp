@@ -295,6 +295,10 @@ bool tells_scattered_rays(const Instruction& node) {
 /// Whether what `op` returns depends on the place inside of an object, along a ray.
 bool varies_inside(Op op) {
   switch (op) {
+    case Op::NORMAL:
+    case Op::TRUE_NORMAL:
+    case Op::NORMAL_COORDINATE:
+    case Op::REFLECTION_COORDINATE:
     case Op::INCOMING:
     case Op::BACKFACING:
     case Op::OBJECT_RANDOM:
@@ -343,6 +347,8 @@ void finish_program(MaterialProgram& program, int image_count) {
   program.matte = matte_id(program.name);
   divide_instructions(program);
   program.has_volume = !program.volume_instructions.empty();
+  program.volume_shines = std::ranges::any_of(program.volume_instructions,
+                                              [](const Instruction& i) { return i.op == Op::CLOSURE_VOLUME_EMISSION; });
   program.volume_varies =
       std::ranges::any_of(program.volume_instructions, [](const Instruction& i) { return varies_inside(i.op); });
 

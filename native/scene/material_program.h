@@ -117,11 +117,12 @@ struct MaterialProgram {
   std::vector<Instruction> displacement_instructions;    // the same of moved vertices; its closure is the last
   std::vector<Instruction> displaced_bump_instructions;  // the same of that normal
   float matte = 0.0f;                                    // matte_id of the name
-  bool volume_varies = false;                            // from place to place inside
-  bool has_subsurface = false;                           // light may wander below the surface
-  bool looks_at_own_object = false;                      // nodes trace rays that meet nothing else
-  bool has_volume = false;                               // light is absorbed, scattered or emitted inside
-  bool may_be_transparent = false;                       // a shadow ray may pass: has transparent / alpha closures
+  bool volume_shines = false;
+  bool volume_varies = false;        // from place to place inside
+  bool has_subsurface = false;       // light may wander below the surface
+  bool looks_at_own_object = false;  // nodes trace rays that meet nothing else
+  bool has_volume = false;           // light is absorbed, scattered or emitted inside
+  bool may_be_transparent = false;   // a shadow ray may pass: has transparent / alpha closures
   /// Has lobes that refract without any roughness, the same whatever the path: see transport/clear_panes.h.
   bool may_be_pane = false;
   bool disperses = false;  // refracts light by its wavelength

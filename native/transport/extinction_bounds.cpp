@@ -85,17 +85,20 @@ size_t block_of(int box, const std::array<int, 3>& cell) {
   return ((static_cast<size_t>(box) * kBlocks + at(0)) * kBlocks + at(1)) * kBlocks + at(2);
 }
 
-/// Around all surfaces and the camera.
-Bounds3 extent_of(const Scene& scene) {
-  Bounds3 extent;
-  extent.extend(scene.camera.camera_to_world.translation);
+/// How far surfaces reach from the camera along an axis.
+float extent_of(const Scene& scene) {
+  const Vec3 middle = scene.camera.camera_to_world.translation;
+  float extent = 0.0f;
   for (const Instance& instance : scene.instances) {
     if (instance.mesh < 0 || !scene.meshes[static_cast<size_t>(instance.mesh)]) continue;
     const Bounds3& box = scene.meshes[static_cast<size_t>(instance.mesh)]->bounds;
-    for (int corner = 0; corner < 8 && !box.is_empty(); ++corner)
-      extent.extend(instance.object_to_world.point({corner & 1 ? box.upper.x : box.lower.x,
-                                                    corner & 2 ? box.upper.y : box.lower.y,
-                                                    corner & 4 ? box.upper.z : box.lower.z}));
+    for (int corner = 0; corner < 8 && !box.is_empty(); ++corner) {
+      const Vec3 reach = instance.object_to_world.point({corner & 1 ? box.upper.x : box.lower.x,
+                                                         corner & 2 ? box.upper.y : box.lower.y,
+                                                         corner & 4 ? box.upper.z : box.lower.z}) -
+                         middle;
+      extent = std::max({extent, std::abs(reach.x), std::abs(reach.y), std::abs(reach.z)});
+    }
   }
   return extent;
 }
@@ -103,14 +106,13 @@ Bounds3 extent_of(const Scene& scene) {
 }  // namespace
 
 WorldExtinctionBounds find_world_extinction_bounds(const Scene& scene) {
-  constexpr float kLeastHalfSize = 1.0f;  // m
+  constexpr float kFinest = 1e-3f, kCoarsest = 1.0f;  // half sizes of the smallest box, metres
+  constexpr float kPartOfExtent = 1.0f / 64.0f;
   constexpr int kBlocks = WorldExtinctionBounds::kBlocks;
   constexpr size_t kInBox = static_cast<size_t>(kBlocks) * kBlocks * kBlocks;
-  const Bounds3 extent = extent_of(scene);
   WorldExtinctionBounds bounds;
-  const Vec3 size = extent.diagonal();
-  bounds.middle = extent.lower + 0.5f * size;
-  bounds.half_size = std::max({0.5f * size.x, 0.5f * size.y, 0.5f * size.z, kLeastHalfSize});
+  bounds.middle = scene.camera.camera_to_world.translation;
+  bounds.half_size = std::clamp(kPartOfExtent * extent_of(scene), kFinest, kCoarsest);
   bounds.bound.resize(WorldExtinctionBounds::kBoxes * kInBox);
   parallel_blocks(bounds.bound.size(), kBlocksPerTask, [&](size_t, size_t begin, size_t end) {
     for (size_t b = begin; b < end; ++b) {
@@ -176,10 +178,14 @@ void WorldBlockWalk::look(float distance) {
   std::array<int, 3> cell{};
   for (int axis = 0; axis < 3; ++axis) {
     const float at = (place[axis] + half_size) / size;
-    const int index = std::clamp(static_cast<int>(at), 0, kBlocks - 1);
+    int index = std::clamp(static_cast<int>(at), 0, kBlocks - 1);
+    const float d = direction_[axis];
+    const auto leaves_at = [&] {
+      return (static_cast<float>(d > 0.0f ? index + 1 : index) * size - half_size - origin_[axis]) / d;
+    };
+    if (d != 0.0f && leaves_at() <= start && (d > 0.0f ? index + 1 < kBlocks : index > 0)) index += d > 0.0f ? 1 : -1;
+    if (d != 0.0f) end_ = std::min(end_, leaves_at());  // by rounding, places may lie on the face behind
     cell[static_cast<size_t>(axis)] = index;
-    const float face = static_cast<float>(direction_[axis] > 0.0f ? index + 1 : index) * size - half_size;
-    if (direction_[axis] != 0.0f) end_ = std::min(end_, (face - origin_[axis]) / direction_[axis]);
   }
   end_ = std::max(end_, start);
   bound_ = bounds_->bound[block_of(box, cell)];

@@ -18,11 +18,11 @@ struct ExtinctionBounds {
 /// Of what an instance has inside; places in parallel, with the caller's threads.
 ExtinctionBounds find_extinction_bounds(const Scene& scene, uint32_t instance);
 
-/// The same of the medium of the world, around what is in the scene: boxes with one middle, each twice as large as the
-/// one before and in as many blocks. Of each place the smallest box that it is in counts; beyond the largest there is
-/// nothing.
+/// The same of the medium of the world, around the camera, so that blocks are as large as they are far away: boxes with
+/// one middle, each twice as large as the one before and in as many blocks. Of each place the smallest box that it is
+/// in counts; beyond the largest there is nothing.
 struct WorldExtinctionBounds {
-  static constexpr int kBlocks = 16, kBoxes = 12;  // blocks: along an axis
+  static constexpr int kBlocks = 16, kBoxes = 24;  // blocks: along an axis
   Vec3 middle;
   float half_size = 1.0f;    // of the smallest box, metres
   std::vector<float> bound;  // 1/m; by box, and z the fastest

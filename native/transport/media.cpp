@@ -76,19 +76,23 @@ bool Media::is_boundary(const SurfacePoint& point, uint8_t ray_kind) const {
 
 SegmentMedia Media::together(const MediaStack& stack, const PathState& path, Vec3 direction, bool is_endless) const {
   SegmentMedia segment;
+  const auto add_uneven = [&](const MediaStack::Entry& entry) {
+    segment.uneven.enter(entry);
+    segment.may_shine |= scene_.materials[static_cast<size_t>(entry.material)]->volume_shines;
+  };
   if (world_bounds_)
-    segment.uneven.enter({MediaStack::kWorld, scene_.environment.material});
+    add_uneven({MediaStack::kWorld, scene_.environment.material});
   else if (fills_world_)
     add_environment_medium(segment.even, scene_, path, direction, {});
-  if (is_endless) return segment;
   for (const MediaStack::Entry& entry : stack) {
-    if (!(scene_.instances[entry.instance].visibility & path.ray_kind)) continue;
+    if (is_endless || !(scene_.instances[entry.instance].visibility & path.ray_kind)) continue;
     if (scene_.materials[static_cast<size_t>(entry.material)]->volume_varies) {
-      segment.uneven.enter(entry);
+      add_uneven(entry);
     } else {
       add_medium(segment.even, scene_, entry.instance, entry.material, path, direction, {});
     }
   }
+  segment.may_shine |= !is_black(segment.even.emission);
   return segment;
 }
 

@@ -20,6 +20,8 @@ struct SegmentMedia {
   Medium even;        // those that are the same everywhere, added up
   MediaStack uneven;  // the others, that of the world first
 
+  bool may_shine = false;  // any of them
+
   bool varies() const { return !uneven.is_empty(); }
 };
 

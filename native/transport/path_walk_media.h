@@ -19,11 +19,11 @@ inline void Walk<Kind>::enter_segment(const std::optional<Hit>& hit) {
   media_.begin = segment_begin();
   media_.length = hit ? std::max(hit->t - media_.begin, 0.0f) : INFINITY;
   media_.segment = context_.media->together(media_.stack, state_, ray_.direction, !hit);
-  if (!context_.media->shine_on(media_.stack, state_.light_set)) return;
+  if (!media_.segment.may_shine || !context_.media->shine_on(media_.stack, state_.light_set)) return;
   const LightSource source{SourceKind::SURFACE, context_.media->light_group(media_.stack)};
   if (media_.segment.varies())
     add(estimate_radiance(uneven_ray(), media_.length, sampler_), source);
-  else if (!is_black(media_.segment.even.emission))
+  else
     add(medium_radiance(media_.segment.even, media_.length), source);
 }
 

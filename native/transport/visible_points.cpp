@@ -129,6 +129,7 @@ VisiblePoint make_visible_point(const Scene& scene, const SurfacePoint& point, c
   visible.even_normal = bsdf.even_normal;
   visible.rough_sampling = bsdf.rough_sampling;
   visible.scattered_kinds = scattered_kinds(bsdf);
+  visible.turns_away = turns_away(bsdf);
   return visible;
 }
 

@@ -152,6 +152,20 @@ def test_a_single_eye_has_its_own_camera(core, tmp_path):
     assert distance == pytest.approx(scene.camera.data.stereo.interocular_distance / 2, rel=1e-3)
 
 
+def test_an_empty_has_no_eyes(core, tmp_path):
+    """Blender would take its data for a camera's, and it has none."""
+    scene = fresh_scene(64, 48)
+    empty = bpy.data.objects.new("Empty", None)
+    scene.collection.objects.link(empty)
+    empty.matrix_world, scene.camera = scene.camera.matrix_world, empty
+    scene.render.use_multiview = True
+    scene.render.image_settings.views_format = "INDIVIDUAL"
+    scene.render.filepath = str(tmp_path / "eye.exr")
+    bpy.ops.render.render(write_still=True)
+    left, right = FakeExport.cameras
+    np.testing.assert_array_equal(left["camera_to_world"], right["camera_to_world"])
+
+
 def test_printed_line_is_json_with_the_promised_keys(core, tmp_path, capfd):
     FakeExport.warnings = ('Material "Ü\n1"',)
     render(fresh_scene(), tmp_path)

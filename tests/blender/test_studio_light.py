@@ -11,9 +11,8 @@ import pytest
 from addon import ui_viewport
 from addon.sync import SyncReport, studio_light
 from addon.sync.camera import camera_arguments
-from addon.sync.changes import EVERYTHING, UNLISTED
+from addon.sync.changes import EVERYTHING, NOTHING
 from addon.sync.live import LiveSync
-from addon.viewport import hiding
 from tests.blender.drawn_panels import draw
 from tests.support import blender_scenes as build
 from tests.support.core_scenes import render
@@ -83,7 +82,11 @@ def test_the_picture_is_that_of_such_a_world(empty_scene, built_core, space):
         np.testing.assert_allclose(shown, picture(of_world, None), rtol=1e-3, atol=1e-4)
         # Planted: the other way round.
         space.shading.studiolight_rotate_z = -ROTATION
-        assert np.abs(picture(live, space, UNLISTED) / shown - 1.0).max() > 0.1
+        assert np.abs(picture(live, space, NOTHING) / shown - 1.0).max() > 0.1
+        # Those of before are gone, and the world comes back.
+        assert len(live._kept.materials.compiled) == len(of_world._kept.materials.compiled)
+        space.shading.use_scene_world_render = True
+        np.testing.assert_allclose(picture(live, space, NOTHING), shown, rtol=1e-3, atol=1e-4)
     finally:
         live.close()
         of_world.close()
@@ -95,7 +98,7 @@ def test_without_the_scenes_lamps(empty_scene, built_core, space):
     try:
         both = picture(live, space)
         space.shading.use_scene_lights_render = False
-        without = picture(live, space, UNLISTED)
+        without = picture(live, space, NOTHING)
         assert without.mean() < 0.8 * both.mean()
         for lamp in [obj for obj in empty_scene.objects if obj.type == "LIGHT"]:
             bpy.data.objects.remove(lamp)
@@ -104,16 +107,6 @@ def test_without_the_scenes_lamps(empty_scene, built_core, space):
         assert studio_light.viewport_lighting(space) == studio_light.SCENE_LIGHTING
     finally:
         live.close()
-
-
-def test_switches_are_noticed_without_an_evaluation(space):
-    before = hiding(space)
-    for name, value in (("use_scene_lights_render", False), ("use_scene_world_render", False)):
-        setattr(space.shading, name, value)
-        assert hiding(space) != before
-        before = hiding(space)
-    space.shading.studiolight_intensity = 0.5
-    assert hiding(space) != before
 
 
 @pytest.mark.parametrize(
@@ -132,15 +125,36 @@ def test_pictures_of_users(tmp_path: Path, name: str, stored: np.ndarray, expect
     output.open(path, spec)
     output.write_image(np.tile(stored, (2, 4, 1)))
     output.close()
-    found = studio_light._picture(path, SimpleNamespace())
+    found = studio_light._picture(path)
     assert found.shape == (2, 4, 3)
     np.testing.assert_allclose(found[0, 0], expected, rtol=0.01)
 
 
-def test_a_picture_that_is_not_there_is_named():
-    warnings = []
-    found = studio_light._picture("/none.exr", SimpleNamespace(warn=warnings.append))
-    assert found.tolist() == [[[1.0, 0.0, 1.0]]] and "'/none.exr' cannot be read" in warnings[0]
+def test_a_picture_that_is_not_there_is_named(empty_scene, built_core, monkeypatch):
+    """As long as it is shown."""
+    lit_scene(empty_scene)
+    live = LiveSync(built_core)
+    try:
+        for rotation in (0.0, 1.0):
+            lighting = studio_light.ViewportLighting(True, studio_light.StudioLight("/none.exr", rotation, 1.0, 1.0))
+            monkeypatch.setattr("addon.sync.live.viewport_lighting", lambda _, lighting=lighting: lighting)
+            [warning] = live.sync(bpy.context.evaluated_depsgraph_get(), NOTHING, None).warnings
+            assert "'/none.exr' cannot be read" in warning
+    finally:
+        live.close()
+
+
+def test_worlds_hidden_from_rays_hide_the_picture(empty_scene, built_core, space):
+    lit_scene(empty_scene)
+    show_studio(space)
+    empty_scene.world.cycles_visibility.camera = False
+    live = LiveSync(built_core)
+    try:
+        assert 100 < (picture(live, space) == 0.0).all(2).sum() < 500
+        empty_scene.world.cycles_visibility.camera = True
+        assert (picture(live, space) > 0.0).all()
+    finally:
+        live.close()
 
 
 def test_the_panel(space):

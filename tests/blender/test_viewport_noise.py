@@ -34,7 +34,7 @@ def shown(built_core, monkeypatch):
     monkeypatch.setattr(viewport_render, "Stage", RecordedStage)
     monkeypatch.setattr(Screen, "draw", lambda *_: None)
     monkeypatch.setattr(viewport_module, "switches", lambda: ())
-    monkeypatch.setattr(instances.InstanceSync, "_is_in_viewport", lambda *_: True)
+    monkeypatch.setattr(instances, "shown_in", lambda _: lambda _: True)
 
     def show(scene):
         depsgraph = bpy.context.evaluated_depsgraph_get()

@@ -99,7 +99,7 @@ TEST(WorldBlockWalk, HasTheBoundOfEachPlaceOfARay) {
   const WorldExtinctionBounds bounds = random_world(rng);
   int checked = 0, ended = 0;
   for (int ray = 0; ray < 2000; ++ray) {
-    const float size = std::exp2(14.0f * rng.next_float());
+    const float size = std::exp2(26.0f * rng.next_float());
     const auto coordinate = [&] { return 2.0f * rng.next_float() - 1.0f; };
     const Vec3 origin = size * Vec3{coordinate(), coordinate(), coordinate()};
     Vec3 direction{coordinate(), coordinate(), coordinate()};
@@ -107,7 +107,7 @@ TEST(WorldBlockWalk, HasTheBoundOfEachPlaceOfARay) {
     if (ray % 8 == 1) direction.z = 0.0f;
     direction = normalize(direction);
     WorldBlockWalk walk(bounds, origin, direction);
-    for (float t = 0.01f; t < 1e6f; t *= 1.1f) {
+    for (float t = 0.01f; t < 1e9f; t *= 1.2f) {
       for (int step = 0; walk.end() < t; ++step) {
         ASSERT_LT(step, 1000);
         walk.advance();
