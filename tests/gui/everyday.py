@@ -1,4 +1,5 @@
-"""What people do in a viewport: orbit, move, edit, undo, delete, look at cells, resize, render, load another file."""
+"""What people do in a viewport: orbit, light, move, edit, undo, delete, look at cells, resize, render, load another
+file."""
 
 import math
 import subprocess
@@ -20,6 +21,7 @@ def scenario() -> Iterator[float]:
     yield from orbit()
     yield from projections()
     yield from local_views()
+    yield from lighting()
     yield from panorama()
     yield from shadow_catcher()
     yield from edits()
@@ -138,6 +140,28 @@ def local_views() -> Iterator[float]:
     driver.expect(redness() < 0.1 * before, "meshes are hidden")
     driver.space().show_object_viewport_mesh = True
     yield from settle("with_meshes_again")
+
+
+def lighting() -> Iterator[float]:
+    """Without the scene's lamp, by a picture of the sky in place of its world, and as before."""
+
+    def brightness() -> float:
+        return float(newest()[..., :3].mean())
+
+    shading, before = driver.space().shading, brightness()
+    shading.use_scene_lights_render = False
+    yield from settle("without_lamps")
+    driver.expect(brightness() < 0.7 * before, f"without lamps it is darker: {brightness():.3f}, before {before:.3f}")
+    shading.use_scene_world_render = False
+    yield from settle("studio_light")
+    lit = newest().copy()
+    driver.expect(bool(lit[..., :3].mean() > 0.1 * before), f"a studio light shines: {lit[..., :3].mean():.3f}")
+    shading.studiolight_rotate_z = 2.0
+    yield from settle("studio_light_turned")
+    driver.expect(bool(np.abs(newest() - lit).mean() > 0.01 * lit.mean()), "it shines from elsewhere")
+    shading.use_scene_lights_render = shading.use_scene_world_render = True
+    yield from settle("lighting_of_the_scene")
+    driver.expect(abs(brightness() / before - 1.0) < 0.1, f"as before: {brightness():.3f}, before {before:.3f}")
 
 
 def panorama() -> Iterator[float]:
