@@ -38,6 +38,7 @@ class CisternEngine(bpy.types.RenderEngine):
     bl_use_postprocess = True
     bl_use_shading_nodes_custom = False
     bl_use_eevee_viewport = True
+    bl_use_custom_freestyle = True  # else EEVEE renders the strokes, which needs a display
 
     kept_export = None  # the exporter of the previous frame, under Persistent Data
     baked_images = 0  # so far

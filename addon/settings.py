@@ -68,11 +68,11 @@ def render_region(render: bpy.types.RenderSettings, width: int, height: int) -> 
     return Region(left, bottom, max(right - left, 1), max(top - bottom, 1))
 
 
-def frame_seed(settings: properties.CisternSceneSettings, frame: int) -> int:
-    """The seed of a frame; the same for all frames unless the seed is animated."""
+def frame_seed(settings: properties.CisternSceneSettings, frame: float) -> int:
+    """The seed of a frame, or of a part of one; the same for all frames unless the seed is animated."""
     if not settings.use_animated_seed:
         return settings.seed
-    return (settings.seed + frame * FRAME_SEED_STEP) & properties.MAX_INT
+    return (settings.seed + int(frame * FRAME_SEED_STEP)) & properties.MAX_INT
 
 
 def sample_count(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, is_preview: bool) -> int:
@@ -283,7 +283,7 @@ def scene_settings(
     """What final renders and viewports have in common."""
     settings = scene.cistern
     return {
-        "seed": frame_seed(settings, scene.frame_current),
+        "seed": frame_seed(settings, scene.frame_current + scene.frame_subframe),
         "threads": thread_count(scene),
         "pixel_filter": core.PixelFilter[settings.pixel_filter],
         "filter_width": full_filter_width(settings),

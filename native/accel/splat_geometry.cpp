@@ -46,7 +46,9 @@ float distance_to(const Gaussian& gaussian, TriangleId id, const SplatRay& ray) 
   const Vec3 origin = gaussian.in_deviations(from_middle), direction = gaussian.in_deviations(ray.direction);
   const float t = -dot(origin, direction) / dot(direction, direction);
   if (!(t >= ray.t_min && t <= ray.t_max)) return NAN;
-  const Vec3 closest = origin + t * direction;
+  const Vec3 about = origin + t * direction;
+  // By rounding it is off along the direction, by far where the splat is thin and far away.
+  const Vec3 closest = about - (dot(about, direction) / dot(direction, direction)) * direction;
   const float chance = gaussian.opacity * std::exp(-0.5f * dot(closest, closest));
   const float hash = ray.time == splat_time::kSolid ? 0.0f : hash_of(ray.origin + t * ray.direction, gaussian.splat);
   if (!(chance > kLeastChance && hash < chance)) return NAN;

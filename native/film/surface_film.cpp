@@ -42,14 +42,15 @@ Vec3 position_then(const Scene& scene, const MotionStep& then, const SurfacePoin
   const Mesh& shown = *scene.meshes[static_cast<size_t>(handle)];
   const Vec3 now = interpolate_position(shown, point.triangle, point.barycentric);
   const auto known = then.positions.find(scene.undisplaced(handle));
-  // Diced meshes have other points.
-  if (known == then.positions.end() || known->second.size() != shown.positions.size() || shown.is_strands()) return now;
+  // Diced meshes have other points, displaced ones more of them where normals differ.
+  if (known == then.positions.end() || shown.dicing || shown.is_strands()) return now;
   const Mesh& undisplaced = *scene.meshes[static_cast<size_t>(known->first)];
+  if (known->second.size() != undisplaced.positions.size()) return now;
   const std::array<float, 3> weights{1.0f - point.barycentric.x - point.barycentric.y, point.barycentric.x,
                                      point.barycentric.y};
   Vec3 way;
   for (size_t j = 0; j < 3; ++j) {
-    const size_t vertex = shown.vertices[point.triangle][j];
+    const size_t vertex = undisplaced.vertices[point.triangle][j];
     way += weights[j] * (known->second[vertex] - undisplaced.positions[vertex]);
   }
   return is_finite(way) ? now + way : now;

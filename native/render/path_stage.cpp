@@ -322,10 +322,10 @@ class WorldPathStage final : public PathStage {
 void PathStage::add_to(const VisiblePoint& visible, uint32_t pixel, float clamp_indirect, PathRecord& record,
                        PixelLight* by_kind, std::span<Rgb> by_group) const {
   const Rgb shaded = shade(visible, pixel), reflected = clamp_contribution(shaded, clamp_indirect);
-  record.indirect += reflected;
-  if (!by_group.empty() && record.caught == 0.0f)
+  record.add_left({}, reflected, visible.is_caught);
+  if (!by_group.empty() && !visible.is_caught)
     shade_groups(visible, pixel, clamp_factor(shaded, clamp_indirect), by_group);
-  if (by_kind && !by_kind->is_caught)
+  if (by_kind && !visible.is_caught)
     by_kind->light.add_indirect(is_first_vertex(visible)
                                     ? shade_by_kind(visible, pixel, shaded) * Rgb(clamp_factor(shaded, clamp_indirect))
                                     : by_kind->seen_shares * reflected);

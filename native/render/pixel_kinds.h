@@ -9,7 +9,6 @@ namespace cistern {
 struct PixelLight {
   LightByKind light;
   KindColors seen_shares;  // see PathCapture
-  bool is_caught = false;  // by a shadow catcher: nothing is added
 };
 
 /// Of all pixels; no memory, and null for each, where paths do not split kinds.
@@ -18,8 +17,8 @@ class PixelKinds {
   void resize(const PathContext& context, size_t pixels) {
     if (context.splits_kinds) pixels_.resize(pixels);
   }
-  void start_pixel(uint32_t pixel, const PathRecord& record, const PathScratch& scratch, const PathCapture& capture) {
-    if (!pixels_.empty()) pixels_[pixel] = {scratch.light_by_kind, capture.seen_shares, record.caught > 0.0f};
+  void start_pixel(uint32_t pixel, const PathScratch& scratch, const PathCapture& capture) {
+    if (!pixels_.empty()) pixels_[pixel] = {scratch.light_by_kind, capture.seen_shares};
   }
   PixelLight* of(uint32_t pixel) { return pixels_.empty() ? nullptr : &pixels_[pixel]; }
   const PixelLight* of(uint32_t pixel) const { return pixels_.empty() ? nullptr : &pixels_[pixel]; }

@@ -95,7 +95,7 @@ bool ReuseFrame::trace_paths(const FrameRun& run) {
     if (paths_) paths_->ask(capture, full_frame_pixel(s, x, y), run.frame);
     records_[pixel] = trace_pixel(context_, x, y, run.frame, scratch.path, &capture);
     keep_seen(context_, x, y, scratch.path);
-    kinds_.start_pixel(pixel, records_[pixel], scratch.path, capture);
+    kinds_.start_pixel(pixel, scratch.path, capture);
     groups_.set(pixel, scratch.path.light_by_group);
     visible_points_[pixel] = capture.visible;
     if (direct_) direct_->start_pixel(capture.visible, pixel, run.frame, scratch.non_finite);
@@ -143,10 +143,11 @@ void ReuseFrame::add_direct_light(const VisiblePoint& visible, uint32_t pixel, P
                                   std::span<Rgb> by_group) const {
   const float limit = context_.paths.limits.clamp_after(visible.state.depth + 1);
   const Rgb light = clamp_contribution(direct_->shade(visible, pixel), limit);
-  record.direct += light;
-  if (!by_group.empty() && record.caught == 0.0f && !is_black(light))
+  record.add_left(light, {}, visible.is_caught);
+  if (visible.is_caught) return;
+  if (!by_group.empty() && !is_black(light))
     add_to_group(by_group, light_group_of(context_.paths, direct_->reservoir(pixel).sample.emitter), light);
-  if (!by_kind || by_kind->is_caught || is_black(light)) return;
+  if (!by_kind || is_black(light)) return;
   if (is_first_vertex(visible)) {
     by_kind->light.add_direct(direct_->shares(visible, pixel) * light);
   } else {

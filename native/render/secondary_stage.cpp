@@ -148,10 +148,9 @@ void SecondaryStage::shade(uint32_t pixel, PathRecord& record, std::span<PathSam
     const float limit = limits.clamp_after(vertex.point.state.depth + 1);
     const Rgb direct = clamp_contribution(vertex.to_direct * reflected, limit);
     const Rgb indirect = clamp_contribution(vertex.to_indirect * reflected, limit);
-    record.direct += direct;
-    record.indirect += indirect;
-    if (record.caught == 0.0f) add_to_group(groups.light, group, direct + indirect);
-    if (by_kind && !by_kind->is_caught) add_by_kind(i, *light, by_kind->light);
+    record.add_left(direct, indirect, vertex.point.is_caught);
+    if (!vertex.point.is_caught) add_to_group(groups.light, group, direct + indirect);
+    if (by_kind && !vertex.point.is_caught) add_by_kind(i, *light, by_kind->light);
     for (size_t link = 0; link < samples.size(); ++link) {
       if (static_cast<int>(link) == vertex.sample_point_of) {
         samples[link]->light = {light->wi, light->radiance, light->f_cos, light->even_cos};

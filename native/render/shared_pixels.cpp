@@ -25,7 +25,7 @@ bool SharedPixels::render(const PixelBlocks& pixels, uint32_t frame, const StopC
     records_[pixel] = trace_pixel(context_, place.x, place.y, frame, scratch.path, &scratch.capture);
     keep_seen(context_, place.x, place.y, scratch.path);
     sharing_.start_pixel(scratch.capture, pixel);
-    kinds_.start_pixel(pixel, records_[pixel], scratch.path, scratch.capture);
+    kinds_.start_pixel(pixel, scratch.path, scratch.capture);
     groups_.set(pixel, scratch.path.light_by_group);
   };
   const auto finish_tile = [&](const Scratch& scratch) { collect_records(context_, scratch.path); };

@@ -21,7 +21,7 @@ bool has_same_structure(const Mesh& a, const Mesh& b) {
   const auto pattern_of = [](const Mesh& mesh) { return mesh.dicing ? mesh.dicing->cut_as.get() : nullptr; };
   return pattern_of(a) == pattern_of(b) && a.positions.size() == b.positions.size() &&
          a.corner_count == b.corner_count && a.normals_domain == b.normals_domain &&
-         a.normals.size() == b.normals.size();
+         a.normals.size() == b.normals.size() && a.radii.size() == b.radii.size();
 }
 
 /// Whether `camera` is one that the middle's can turn into. A camera is never flat: one that is mirrored is another.
@@ -104,6 +104,8 @@ std::shared_ptr<const Mesh> between(const Mesh& middle, const Mesh& from, const 
       if (is_finite(mesh->positions[i])) bounds[block].extend(mesh->positions[i]);
     }
   });
+  if (!mesh->splats)
+    for (size_t i = 0; i < mesh->radii.size(); ++i) mesh->radii[i] = lerp(from.radii[i], to.radii[i], t);
   if (mesh->splats) mesh->splats = moved(*mesh->splats, mesh->positions);
   mesh->bounds = {};
   for (const Bounds3& of_block : bounds) mesh->bounds.extend(of_block);
@@ -216,7 +218,8 @@ void Shutter::add_mesh(size_t handle, std::span<const size_t> instances, std::sp
     Shape then;
     for (size_t i = 0; i < instances.size() && !then; ++i)
       then = matches[moment].find_mesh(*shape, matches[moment].find(middle_->instances[instances[i]], instances[i]));
-    const bool is_same = then && then->positions == shape->positions && then->normals == shape->normals;
+    const bool is_same =
+        then && then->positions == shape->positions && then->normals == shape->normals && then->radii == shape->radii;
     return then ? std::optional(is_same ? shape : then) : std::nullopt;
   });
   if (std::all_of(shapes.values.begin(), shapes.values.end(), [&](const Shape& other) { return other == shape; })) {

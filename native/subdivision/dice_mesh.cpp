@@ -58,6 +58,7 @@ class Dicer {
     mesh_.name = source_.name;
     mesh_.dicing = std::make_shared<const Dicing>(dicing);
     mesh_.generated_attribute = source_.generated_attribute;
+    mesh_.texture_space = source_.texture_space;
     mesh_.normals_domain = normals_domain();
   }
 

@@ -23,6 +23,12 @@ struct PathRecord {
   float caught = 0.0f;
   Rgb light_before_catcher;
   float alpha_before_catcher = 1.0f;
+  /// Light that was left at a vertex, `is_caught` or before the catcher.
+  void add_left(Rgb of_direct, Rgb of_indirect, bool is_caught) {
+    direct += of_direct;
+    indirect += of_indirect;
+    if (!is_caught) light_before_catcher += of_direct + of_indirect;
+  }
   Rgb shared;  // what `indirect` has from other pixels' paths, less what it lacks of its own: for trials
 
   // First surface the camera ray met, through those that are more transparent than not.

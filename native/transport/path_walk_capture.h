@@ -20,6 +20,7 @@ inline VertexUse Walk<Kind>::vertex_use() const {
 template <class Kind>
 inline VisiblePoint Walk<Kind>::captured_point(const SurfacePoint& point, const Bsdf& bsdf) const {
   VisiblePoint captured = make_visible_point(context_.scene, point, bsdf);
+  captured.is_caught = record_.caught > 0.0f;
   captured.state = state_;
   captured.scattered = scattered_state(point, bsdf);
   captured.throughput = throughput_.smooth;

@@ -17,6 +17,7 @@ struct VisiblePoint {
   int material = -1;
   float clearance = 0.0f, footprint = 0.0f;
   bool is_backface = false, is_strand = false;
+  bool is_caught = false;   // of a shadow catcher in the film, or behind one
   bool turns_away = false;  // light may come from below ns, or pass from above; see there
   bool exists = false;
   uint8_t scattered_kinds = 0;                         // RayVisibility bits of the rays that it can send on

@@ -52,9 +52,10 @@ def test_what_shines_is_no_light_of_catchers_alone(empty_scene):
     assert compare_with_cycles(footage(empty_scene, glow=2.0), SIZE, SAMPLES).agrees
 
 
-def test_catchers_behind_what_is_half_transparent(empty_scene, monkeypatch):
+@pytest.mark.parametrize("preset", ["PATH_TRACING", "FINAL"])
+def test_catchers_behind_what_is_half_transparent(empty_scene, monkeypatch, preset):
     without_roulette(monkeypatch)
-    assert compare_with_cycles(footage(empty_scene, alpha=0.4), SIZE, SAMPLES).agrees
+    assert compare_with_cycles(footage(empty_scene, alpha=0.4), SIZE, SAMPLES, preset=preset).agrees
 
 
 @pytest.mark.parametrize("film_transparent", [False, True], ids=["opaque", "transparent, where it matters"])
@@ -106,6 +107,15 @@ def test_shadows_by_reservoirs(empty_scene):
     none."""
     scene = with_shadow_pass(footage(empty_scene), "RESTIR_DI")
     assert compare_layers(scene, [f"Shadow Catcher.{channel}" for channel in "RGB"]).agrees
+
+
+@pytest.mark.parametrize("preset", ["RIS", "RESTIR_GI", "CELL_RESERVOIRS"])
+def test_light_of_what_is_half_transparent_is_left_to_reservoirs(empty_scene, monkeypatch, preset):
+    """And is no light of the catchers behind it, which would be missing in Combined."""
+    without_roulette(monkeypatch)
+    scene = with_shadow_pass(footage(empty_scene, alpha=0.4), preset)
+    result = compare_layers(scene, [f"Combined.{channel}" for channel in "RGBA"])
+    assert result.agrees, result
 
 
 def test_shadows_of_one_ball_more_are_seen(empty_scene):

@@ -120,6 +120,14 @@ TEST(Splats, AreMetWhereTheyAreDensestByChance) {
   }
 }
 
+TEST(Splats, MayBeThinAndFarAway) {
+  const Traced t = trace(make_splats({{{1, 2, 3}, {1.0f, 1.0f, 3e-8f}, kAsItIs, 0.9f}}));
+  const Vec3 away = normalize(Vec3{0.5f, 0.3f, 1.0f});
+  const Counts counts = count(t, {Vec3{1, 2, 3} + 20.0f * away, -away});
+  expect_chance(counts.hits[0], 0.9, "closest");
+  expect_chance(counts.occluded, 0.9, "any");
+}
+
 TEST(Splats, InScaledObjectsAreScaled) {
   const Transform placed{{4, 0, 0}, {0, 2, 0}, {0, 0, 1}, {10, 0, 0}};
   const Traced t = trace(make_splats({{{1, 2, 3}, {1.0f, 0.5f, 0.1f}}}), placed);

@@ -147,6 +147,12 @@ TEST(SurfaceFilm, VectorFollowsPointsOfMeshesThatChangeTheirShape) {
     if (is_displaced) {
       auto displaced = std::make_shared<Mesh>(*mesh);
       for (Vec3& p : displaced->positions) p.z += 0.05f;
+      // In another order, with one more, as where normals differ.
+      const auto count = static_cast<uint32_t>(displaced->positions.size());
+      std::ranges::reverse(displaced->positions);
+      displaced->positions.push_back(displaced->positions[0]);
+      for (auto& triangle : displaced->vertices)
+        for (uint32_t& vertex : triangle) vertex = count - 1 - vertex;
       shown.meshes.push_back(displaced);
       shown.displaced_from.push_back(handle);
       shown.instances[1].mesh = static_cast<int>(shown.meshes.size() - 1);

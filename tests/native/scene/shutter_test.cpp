@@ -147,6 +147,20 @@ TEST(Shutter, MeshesAreAsWhatShowsThemHasThem) {
     EXPECT_FLOAT_EQ(shutter.at(time)->meshes[0]->positions[0].z, 2.0f * time);
 }
 
+TEST(Shutter, RadiiOfPointsChange) {
+  const auto ball_of = [](float radius) {
+    auto scene = std::make_shared<Scene>(*scene_at(0.0f));
+    auto mesh = std::make_shared<Mesh>(*scene->meshes[0]);
+    mesh->radii.assign(mesh->positions.size(), radius);
+    mesh->strand_shape = StrandShape::BALLS;
+    scene->meshes[0] = mesh;
+    return scene;
+  };
+  const Shutter shutter = opened(ball_of(2.0f), {ball_of(1.0f), ball_of(4.0f)});
+  for (const auto& [time, radius] : {std::array{0.0f, 1.0f}, {0.25f, 1.5f}, {0.5f, 2.0f}, {0.75f, 3.0f}, {1.0f, 4.0f}})
+    EXPECT_FLOAT_EQ(shutter.at(time)->meshes[0]->radii[0], radius) << time;
+}
+
 /// Its points go up, of an exposure each half by its drift.
 std::shared_ptr<const Scene> drifting_scene(const std::vector<float>& drift, int extra = 0, float height = 0.5f) {
   auto scene = std::make_shared<Scene>(*scene_at(0.0f, height, 0.0f, 7, extra));

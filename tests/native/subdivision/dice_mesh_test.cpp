@@ -55,6 +55,14 @@ class DiceMesh : public testing::TestWithParam<SubdivisionScheme> {
 INSTANTIATE_TEST_SUITE_P(Schemes, DiceMesh,
                          testing::Values(SubdivisionScheme::CATMULL_CLARK, SubdivisionScheme::LINEAR));
 
+TEST_P(DiceMesh, TheTextureSpaceOfWhatIsInsideIsThatOfTheCage) {
+  auto source = std::make_shared<Mesh>(*mesh(test::cube()));
+  source->texture_space = Bounds3{{-1.0f, -2.0f, -3.0f}, {3.0f, 2.0f, 1.0f}};
+  const DicedMesh result = diced(source);
+  ASSERT_TRUE(result.mesh->texture_space);
+  EXPECT_EQ(result.mesh->texture_space->lower, source->texture_space->lower);
+}
+
 TEST_P(DiceMesh, ClosedCagesStayClosed) {
   for (const Cage& cage : {test::cube(), test::house()}) {
     const DicedMesh result = diced(mesh(cage));
