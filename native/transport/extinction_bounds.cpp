@@ -88,22 +88,26 @@ size_t block_of(int box, const std::array<int, 3>& cell) {
 /// How far surfaces reach from the camera along an axis.
 float extent_of(const Scene& scene) {
   const Vec3 middle = scene.camera.camera_to_world.translation;
-  float extent = 0.0f;
-  for (const Instance& instance : scene.instances) {
-    if (instance.mesh < 0 || !scene.meshes[static_cast<size_t>(instance.mesh)]) continue;
-    const Bounds3& box = scene.meshes[static_cast<size_t>(instance.mesh)]->bounds;
-    for (int corner = 0; corner < 8 && !box.is_empty(); ++corner) {
-      const Vec3 reach = instance.object_to_world.point({corner & 1 ? box.upper.x : box.lower.x,
-                                                         corner & 2 ? box.upper.y : box.lower.y,
-                                                         corner & 4 ? box.upper.z : box.lower.z}) -
-                         middle;
-      extent = std::max({extent, std::abs(reach.x), std::abs(reach.y), std::abs(reach.z)});
-    }
-  }
-  return extent;
+  Bounds3 all{middle, middle};
+  for (const Instance& instance : scene.instances)
+    if (instance.mesh >= 0 && scene.meshes[static_cast<size_t>(instance.mesh)])
+      all.extend(world_bounds(scene, instance));
+  const Vec3 above = all.upper - middle, below = middle - all.lower;
+  return std::max({above.x, above.y, above.z, below.x, below.y, below.z});
 }
 
 }  // namespace
+
+Bounds3 world_bounds(const Scene& scene, const Instance& instance) {
+  const Bounds3& box = scene.meshes[static_cast<size_t>(instance.mesh)]->bounds;
+  Bounds3 bounds;
+  for (int corner = 0; corner < 8 && !box.is_empty(); ++corner) {
+    bounds.extend(
+        instance.object_to_world.point({corner & 1 ? box.upper.x : box.lower.x, corner & 2 ? box.upper.y : box.lower.y,
+                                        corner & 4 ? box.upper.z : box.lower.z}));
+  }
+  return bounds;
+}
 
 WorldExtinctionBounds find_world_extinction_bounds(const Scene& scene) {
   constexpr float kFinest = 1e-3f, kCoarsest = 1.0f;  // half sizes of the smallest box, metres

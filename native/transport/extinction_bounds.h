@@ -7,6 +7,9 @@
 
 namespace cistern {
 
+/// Of an instance with a mesh, in world space.
+Bounds3 world_bounds(const Scene& scene, const Instance& instance);
+
 /// How dense a medium that varies gets in each block of a box around it: guesses by samples, which no mean depends on.
 struct ExtinctionBounds {
   Transform object_to_blocks;  // whole numbers are where blocks meet

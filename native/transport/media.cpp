@@ -22,17 +22,6 @@ const MaterialProgram* volume_of(const Scene& scene, const Instance& instance) {
   return nullptr;
 }
 
-Bounds3 world_bounds(const Scene& scene, const Instance& instance) {
-  const Bounds3& box = scene.meshes[static_cast<size_t>(instance.mesh)]->bounds;
-  Bounds3 bounds;
-  for (int corner = 0; corner < 8 && !box.is_empty(); ++corner) {
-    bounds.extend(
-        instance.object_to_world.point({corner & 1 ? box.upper.x : box.lower.x, corner & 2 ? box.upper.y : box.lower.y,
-                                        corner & 4 ? box.upper.z : box.lower.z}));
-  }
-  return bounds;
-}
-
 AliasTable receiver_free_choice(const LightSet& lights) {
   std::vector<float> pmf(lights.emitter_count());
   for (size_t i = 0; i < pmf.size(); ++i) pmf[i] = lights.receiver_free_pmf(static_cast<uint32_t>(i));
